@@ -17,7 +17,7 @@ from typing import TYPE_CHECKING
 
 from app.cli.commands import BY_NAME, WINDOW, is_file_name, whole_parser
 from app.terminal import console
-from app.terminal.interruption import TimedOut, discard, limit_time, signals_noted
+from app.terminal.interruption import TimedOut, limit_time, signals_noted
 from app.text.i18n import set_language, system_language, tr
 from app.text.sentences import join_names
 from app.text.user_error import ErrorCode, UserError
@@ -25,6 +25,7 @@ from app.text.user_error import ErrorCode, UserError
 if TYPE_CHECKING:
     from app.modules.labels import Paper
 
+_log = logging.getLogger(__name__)
 # With 1, errors show their traceback and the log goes to standard error.
 DEBUG = "DPS_S_DEBUG"
 # The port if --port is missing.
@@ -58,16 +59,15 @@ def main(argv: Sequence[str] | None = None) -> int:
     except KeyboardInterrupt as interrupted:
         # As a shell reports it: 130 for Ctrl-C, 143 for SIGTERM.
         code = 128 + getattr(interrupted, "number", 2)
-        if "--json" in words:  # else nothing is said: who pressed Ctrl-C knows
-            with signals_noted():  # an impatient second one leaves the object whole
-                _fail(words, ErrorCode.CANCELLED, tr("Interrupted."))
+        if "--json" in words and not console.has_result():  # else nothing is said: who pressed Ctrl-C knows
+            _fail(words, ErrorCode.CANCELLED, tr("Interrupted."))
     except console.OutputLost as error:
-        discard(sys.stdout)
         if str(error):
             console.notify(tr("{file} cannot be written: {why}.", file="stdout", why=error))
         code = console.PARTIAL
     except Exception as error:  # noqa: BLE001  the top level: people get a sentence, no traceback
         code = _explain(words, error)
+    _log.debug("exit code %d", code)
     return code
 
 
@@ -92,21 +92,23 @@ def _run(words: list[str]) -> int:
     console.start(args)
     is_window = entry.name == WINDOW
     _prepare_log(is_window=is_window)
+    _log.debug("%s", entry.name)
     if is_window:
         if args.port is not None:
             _refuse_address(args.port)
         args.open_window = _open_window
-        return entry.run(args)
-    if getattr(args, "json", False) and isinstance(sys.stdout, io.TextIOWrapper):
-        # JSON is always UTF-8; bytes of a file name that are not are written as JSON escapes.
-        sys.stdout.reconfigure(encoding="utf-8", errors="backslashreplace")
-    args.printer = _print_pages
-    limit_time(getattr(args, "timeout", None) if entry.name != "lock" else None)
-    if hasattr(args, "port"):
-        _choose_ports(args)
-        if entry.name != "lock":  # which waits for no file
-            _say_left_active(args)
-    return entry.run(args)
+    else:
+        args.printer = _print_pages
+        if getattr(args, "json", False) and isinstance(sys.stdout, io.TextIOWrapper):
+            # JSON is always UTF-8; bytes of a file name that are not are written as JSON escapes.
+            sys.stdout.reconfigure(encoding="utf-8", errors="backslashreplace")
+        limit_time(getattr(args, "timeout", None) if entry.name != "lock" else None)
+        if hasattr(args, "port"):
+            _choose_ports(args)
+            if entry.name != "lock":  # which waits for no file
+                _say_left_active(args)
+    code: int = entry.load().run(args)
+    return code
 
 
 def _choose_ports(args: argparse.Namespace) -> None:

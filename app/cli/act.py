@@ -7,6 +7,8 @@ An activation that was interrupted after its frame had left is followed by LOCK,
 """
 
 import argparse
+from collections.abc import Iterator
+from contextlib import contextmanager
 from typing import Literal
 
 from app.procedures.act import Performed, perform
@@ -17,7 +19,7 @@ from app.safety.journal import Outcome
 from app.safety.permit import Origin, Permit
 from app.system.clock import steady_time
 from app.terminal import console
-from app.terminal.arguments import add_json, add_port, add_yes
+from app.terminal.arguments import add, add_port
 from app.terminal.connection import OpenPort, connected
 from app.terminal.interruption import limit_time, signals_noted
 from app.terminal.records import records_of
@@ -36,8 +38,7 @@ class ActJson(Result):
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     add_port(parser)
-    add_yes(parser)
-    add_json(parser)
+    add(parser, "--yes", "--json")
 
 
 def run(args: argparse.Namespace) -> int:
@@ -45,14 +46,16 @@ def run(args: argparse.Namespace) -> int:
     refuse_without_yes(args, act)
     with signals_noted():  # after the last frame a signal no longer keeps the outcome from being printed
         with records_of(args.port) as records, connected(args.port, args.baud, journal=records.journal) as opened:
-            permit = Permit(act, Origin.COMMAND_LINE, steady_time(), opened.number)
-            try:
+            permit = permit_for(act, opened)
+            with interruption_told():
                 done = opened.run(perform(act, records.journal, permit=permit))
-            except KeyboardInterrupt:
-                console.notify(tr("Interrupted; may have been carried out."))
-                raise
             pay_owed_lock(opened)
         return print_outcome(args, act, done)
+
+
+def permit_for(act: Act, opened: OpenPort) -> Permit:
+    """A person's word for this act, in the conversation that goes on."""
+    return Permit(act, Origin.COMMAND_LINE, steady_time(), opened.number)
 
 
 def refuse_without_yes(args: argparse.Namespace, act: Act) -> None:
@@ -61,6 +64,17 @@ def refuse_without_yes(args: argparse.Namespace, act: Act) -> None:
         if not args.json:
             console.write_lines([tr(EFFECTS[act])])
         console.refuse_without("--yes")
+
+
+@contextmanager
+def interruption_told(*, is_sending: bool = True) -> Iterator[None]:
+    """Where a signal ends what sends frames that change something, it is said that they may have been carried out."""
+    try:
+        yield
+    except KeyboardInterrupt:
+        if is_sending:
+            console.notify(tr("Interrupted; may have been carried out."))
+        raise
 
 
 def pay_owed_lock(opened: OpenPort) -> None:
@@ -77,7 +91,7 @@ def pay_owed_lock(opened: OpenPort) -> None:
 
 def print_outcome(args: argparse.Namespace, act: Act, done: Performed | Locked) -> int:
     """Returns the exit code."""
-    code = exit_code(done)
+    code = _exit_code(done)
     if args.json or code == console.SUCCESS:
         console.emit(args, ActJson(act.value, done.outcome.value, done.sentence), [done.sentence])
     if code != console.SUCCESS:
@@ -85,7 +99,7 @@ def print_outcome(args: argparse.Namespace, act: Act, done: Performed | Locked) 
     return code
 
 
-def exit_code(done: Performed | Locked) -> int:
+def _exit_code(done: Performed | Locked) -> int:
     if isinstance(done, Locked):
         if done.is_locked:
             return console.SUCCESS

@@ -16,16 +16,14 @@ from msgspec import field
 from app.archive.archive import Archive
 from app.archive.module_history import module_history
 from app.archive.postgres import is_server, server_url
-from app.archive.report import DueKind, ModuleToday, report
-from app.archive.sync import Synced, sync
+from app.archive.report import ModuleToday, report
+from app.archive.sync import sync
 from app.modules.service import ServiceKind, service_summary, serviced
 from app.records.filing import local_now
 from app.stations.station import fingerprint_of
-from app.store.fact_store import Store
-from app.store.kinds import Serviced
 from app.system.wall_clock import MINUTE, local_time
 from app.terminal import console
-from app.terminal.arguments import add_json, add_verbosity, any_name, day, module_name
+from app.terminal.arguments import add, add_verbosity, any_name, day, name
 from app.terminal.records import opened_store
 from app.terminal.results import Count, Result, Time
 from app.text.csv_cells import csv_text, utc_cell
@@ -36,7 +34,7 @@ from app.text.user_error import ErrorCode
 SERVER = "postgresql://USER@HOST/DATABASE"
 REPORT_HEAD = (
     *("module", "last_at", "verdict", "void", "simulated", "check_at", "who", "aircraft"),
-    *("settings_code", "checks", "trigger_records", "not_judged", "due"),
+    *("checks", "trigger_records", "not_judged", "due"),
 )
 
 
@@ -77,28 +75,15 @@ class SyncJson(Result):
 
 class ArchiveCheckJson(Result):
     at: Time
-    station: str
     verdict: str
     void: bool
     is_simulated: bool = field(name="simulated")
     who: str
     aircraft: str
-    code: str | None = field(name="settings_code")
-
-
-class ArchiveTestJson(Result):
-    kind: str = field(name="test")
-    verdict: str
-    at: Time
-
-
-class ArchiveDueJson(Result):
-    kind: DueKind
-    text: str
 
 
 class ArchiveModuleJson(Result, tag_field="kind", tag="module"):
-    """`two_modules`: contradictions, as if two modules had this name."""
+    """`due`: sentences; also of contradictions, as if two modules had this name."""
 
     name: str = field(name="module")
     last_at: Time | None
@@ -106,9 +91,7 @@ class ArchiveModuleJson(Result, tag_field="kind", tag="module"):
     checks: Count
     trigger_records: Count
     unjudged: Count = field(name="not_judged")
-    tests: list[ArchiveTestJson]
-    due: list[ArchiveDueJson]
-    two_modules: list[str]
+    due: list[str]
 
 
 class ArchiveReportJson(Result, tag_field="kind", tag="report"):
@@ -140,25 +123,25 @@ class ServicedJson(Result):
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     commands = parser.add_subparsers(metavar="COMMAND", required=True)
     synced = commands.add_parser("sync", help="exchange with a server or a file, in both directions")
-    synced.add_argument("place", nargs="?", metavar="URL|FILE", help=f"{SERVER} (default: the remembered server)")
-    synced.add_argument("--remember", action="store_true", help="remember this server, without its password")
-    synced.add_argument("--forget", action="store_true", help="forget the server")
+    synced.add_argument(
+        "place", nargs="?", metavar="URL|FILE", help=f"{SERVER} (default: the server set in the window)"
+    )
     status = commands.add_parser("status", help="show what is in the archive")
     history = commands.add_parser("module", help="print the history of a module")
-    history.add_argument("module", type=module_name, metavar="NAME")
+    history.add_argument("module", type=name, metavar="NAME")
     service = commands.add_parser("service", help="record a service of a module")
-    service.add_argument("module", type=module_name, metavar="NAME")
-    service.add_argument("--what", choices=("repack", "ejector", "cell", "firmware"), required=True)
+    service.add_argument("module", type=name, metavar="NAME")
+    service.add_argument("--what", choices=[kind.value for kind in ServiceKind], required=True)
     service.add_argument("--on", type=day, metavar="YYYY-MM-DD", help="day on which it was done (default: today)")
     service.add_argument("--due", type=day, metavar="YYYY-MM-DD", help="day on which it is due again")
     service.add_argument("--who", required=True, type=any_name, metavar="WHO", help="who did it")
     service.add_argument("--note", default="", type=any_name, metavar="TEXT", help="note")
     reported = commands.add_parser("report", help="print all modules")
     form = reported.add_mutually_exclusive_group()
-    add_json(form)
+    add(form, "--json")
     form.add_argument("--csv", action="store_true", help="print a table as CSV")
     for command in (synced, status, history, service):
-        add_json(command)
+        add(command, "--json")
     runs = {synced: run_sync, status: run_status, history: run_module, service: run_service, reported: run_report}
     for command, function in runs.items():
         add_verbosity(command)
@@ -182,10 +165,10 @@ def run_status(args: argparse.Namespace) -> int:
         place = archive.server
         status = archive.status()
         exchanged = archive.exchanged(place or "")
-        own = archive.store.station
-    stations = [ArchiveStationJson(_shown(key), name) for key, name in sorted(status.stations.items())]
+        own = _shown(archive.store.station)
+    stations = [ArchiveStationJson(_shown(key), named) for key, named in sorted(status.stations.items())]
     answer = ArchiveStatusJson(
-        station=_shown(own),
+        station=own,
         facts=status.facts,
         own=status.own,
         stations=stations,
@@ -199,10 +182,10 @@ def run_status(args: argparse.Namespace) -> int:
         (tr("Stations"), f"{len(stations)}"),
         (tr("Server"), place or "–"),
     )
-    last = local_time(exchanged.last_at or "–")
-    records = in_brackets(labelled(tr("Records"), f"{status.own}"))
     page = console.columns(rows, indent=2)
-    page.append(tr("This station: {fingerprint}", fingerprint=answer.station) + records)
+    records = in_brackets(labelled(tr("Records"), f"{status.own}"))
+    page.append(tr("This station: {fingerprint}", fingerprint=own) + records)
+    last = local_time(exchanged.last_at or "–")
     page.append(tr("Not shared: {count}. Last: {time}.", count=exchanged.not_shared, time=last))
     for station in answer.stations_ahead:
         page.append(tr("{station} wrote with a clock that is ahead: that counts for nothing.", station=station))
@@ -213,22 +196,14 @@ def run_status(args: argparse.Namespace) -> int:
 def run_sync(args: argparse.Namespace) -> int:
     """Both directions."""
     with opened_archive() as archive:
-        if args.forget:
-            archive.use_server("").result()
-            return console.SUCCESS
         address = args.place or archive.server
         if address is None:
             raise console.Refused(tr("No server is set: give {example}.", example=SERVER))
-        shown = server_url(address).shown if is_server(address) else address
-        if args.remember:
-            archive.use_server(address).result()
-        try:
-            done = sync(archive, address, on_page=lambda done: console.show_progress(_counts(done)))
-        finally:
-            console.clear_progress()
+        done = sync(archive, address)
     left_out = [LeftOutJson.of(one) for one in done.left_out]
+    shown = server_url(address).shown if is_server(address) else address
     answer = SyncJson(shown, done.sent, done.received, left_out, done.left_out_count)
-    console.emit(args, answer, [_counts(done)])
+    console.emit(args, answer, [tr("Sent: {sent}. Received: {received}.", sent=done.sent, received=done.received)])
     if not done.left_out_count:
         return console.SUCCESS
     named = (f"  {one.id}: {one.why}" for one in left_out)
@@ -278,39 +253,21 @@ def run_service(args: argparse.Namespace) -> int:
     with opened_archive() as archive:
         if args.module not in archive.read(lambda facts: facts.modules()):
             raise console.Refused(labelled(args.module, tr("none")), ErrorCode.REFUSED)
-        keep_service(archive.store, args.module, content)
+        archive.store.add(content, args.module).result()
     told = service_summary(content)
     console.emit(args, ServicedJson(module=args.module, told=told.in_english()), [told.translated()])
     return console.SUCCESS
-
-
-def keep_service(store: Store, module: str, content: Serviced) -> None:
-    """Raises `StoreTrouble`."""
-    store.add(content, module).result()
 
 
 def _shown(key: str) -> str:
     return fingerprint_of(bytes.fromhex(key))
 
 
-def _counts(done: Synced) -> str:
-    return tr("Sent: {sent}. Received: {received}.", sent=done.sent, received=done.received)
-
-
 def _module_json(state: ModuleToday) -> ArchiveModuleJson:
     check = state.last_check
-    last_check = None
-    if check is not None:
-        void = check.is_void or check.is_fired_since
-        last_check = ArchiveCheckJson.of(check, station=_shown(check.station), void=void)
-    return ArchiveModuleJson.of(
-        state,
-        last_at=state.last_at or None,
-        last_check=last_check,
-        tests=[ArchiveTestJson(test.kind.value, test.verdict.value, test.at) for test in state.tests],
-        due=[ArchiveDueJson(due.kind, due.text.in_english()) for due in state.due],
-        two_modules=[text.in_english() for text in state.two_modules],
-    )
+    last_check = None if check is None else ArchiveCheckJson.of(check, void=check.is_void or check.is_fired_since)
+    due = [due.text.in_english() for due in state.due]
+    return ArchiveModuleJson.of(state, last_at=state.last_at or None, last_check=last_check, due=due)
 
 
 def _report_cells(module: ArchiveModuleJson, due: str) -> list[object]:
@@ -319,4 +276,4 @@ def _report_cells(module: ArchiveModuleJson, due: str) -> list[object]:
     check = told.pop("last_check") or {}
     cells = {**check, **told, "due": due}
     cells["last_at"], cells["check_at"] = utc_cell(told["last_at"] or ""), utc_cell(check.get("at", ""))
-    return [cells.get(name) for name in REPORT_HEAD]
+    return [cells.get(head) for head in REPORT_HEAD]

@@ -21,22 +21,22 @@ _SUFFIX = re.compile(r"\.[A-Za-z0-9]{1,8}")
 
 
 class SubCommand(NamedTuple):
-    """`module`: its file in this folder; `example`: its words after `dps-s`."""
+    """`summary`: for the list of commands; `example`: its words after its name; `module`: its file in this folder."""
 
     name: str
-    module: str
     summary: str
-    example: str
+    example: str = ""
+    module: str = ""
 
     def load(self) -> Any:
-        return import_module(f"app.cli.{self.module}")
+        return import_module(f"app.cli.{self.module or self.name}")
 
     def describe(self, parser: argparse.ArgumentParser) -> None:
         """Add its arguments, its summary and its example."""
         module = self.load()
         parser.formatter_class = argparse.RawDescriptionHelpFormatter
         parser.description = capitalised(module.__doc__.partition(": ")[2].strip())
-        parser.epilog = f"Example: dps-s {self.example}"
+        parser.epilog = f"Example: dps-s {self.name} {self.example}".strip()
         module.add_arguments(parser)
         add_verbosity(parser)
         parser.set_defaults(command=self.name)
@@ -47,51 +47,34 @@ class SubCommand(NamedTuple):
         self.describe(parser)
         return parser.parse_args(words) if self.name in _HAVE_COMMANDS else parser.parse_intermixed_args(words)
 
-    def run(self, args: argparse.Namespace) -> int:
-        code: int = self.load().run(args)
-        return code
 
-
-GROUPS: Final = {
-    "Module": (
-        SubCommand("ports", "ports", "List serial ports", "ports"),
-        SubCommand("find", "find", "Find the baud rate", "find -p /dev/ttyUSB0"),
-        SubCommand("read", "read", "Read status and settings", "read -p /dev/ttyUSB0 --json"),
-        SubCommand("monitor", "monitor", "Print the status until Ctrl-C", "monitor --seconds 10"),
-        SubCommand("serve", "serve", "Share the port with readers, read-only", "serve --tcp 127.0.0.1:7001"),
-        SubCommand("history", "history", "Read the trigger records", "history --csv records.csv"),
-    ),
-    "Settings": (
-        SubCommand("set", "set", "Write and verify settings", "set freefall_time_s=1.4"),
-        SubCommand("save", "save", "Save the settings as a profile", "save M-07.toml"),
-        SubCommand("diff", "diff", "Compare settings; exit code 1: they differ", "diff M-07.toml -p /dev/ttyUSB0"),
-    ),
-    "Commands": (
-        SubCommand("activate", "act", "Activate the module", "activate --yes"),
-        SubCommand("lock", "lock", "Lock the module, at once", "lock"),
-        SubCommand("zero", "act", "Zero the sensor", "zero --yes"),
-        SubCommand("shutdown", "act", "Shut the module down", "shutdown --yes"),
-    ),
-    "Checks and records": (
-        SubCommand("preflight", "preflight", "Pre-flight check: READY, GO or NO-GO", "preflight --module M-07"),
-        SubCommand("provision", "provision", "Set up a batch of new modules", "provision --profile p.toml --names M-1"),
-        SubCommand("verify", "verify", "Verify a pre-flight record", "verify M-07.pdf"),
-        SubCommand("archive", "archive", "Archive of all stations", "archive status"),
-    ),
-    "Recordings and flights": (
-        SubCommand("record", "record", "Record until Ctrl-C", "record --seconds 60 session.mcap"),
-        SubCommand("recordings", "recordings", "List, export and delete recordings", "recordings list"),
-        SubCommand("fired", "fired", "Would it have fired? Exit code 4: yes", "fired flights/ --must-not"),
-        SubCommand("decode", "decode", "Explain captured bytes", "decode 41 75 32 07 0A 00 01 44"),
-    ),
-    "Program": (
-        SubCommand(WINDOW, "gui", "Open the window", "gui --demo"),
-        SubCommand("simulate", "simulate", "Run a simulated module until Ctrl-C", "simulate --tcp 127.0.0.1:7000"),
-        SubCommand("completion", "completion", "Print a shell completion script", "completion bash"),
-        SubCommand("schema", "schema", "Print the JSON Schema of an output", "schema read"),
-    ),
-}
-ENTRIES: Final = tuple(entry for entries in GROUPS.values() for entry in entries)
+ENTRIES: Final = (
+    SubCommand("ports", "List serial ports"),
+    SubCommand("find", "Find the baud rate", "-p /dev/ttyUSB0"),
+    SubCommand("read", "Read status and settings", "-p /dev/ttyUSB0 --json"),
+    SubCommand("monitor", "Print the status until Ctrl-C", "--seconds 10"),
+    SubCommand("serve", "Share the port with readers, read-only", "--tcp 127.0.0.1:7001"),
+    SubCommand("history", "Read the trigger records", "--csv records.csv"),
+    SubCommand("set", "Write and verify settings", "freefall_time_s=1.4"),
+    SubCommand("save", "Save the settings as a profile", "M-07.toml"),
+    SubCommand("diff", "Compare settings; exit code 1: they differ", "M-07.toml -p /dev/ttyUSB0"),
+    SubCommand("activate", "Activate the module", "--yes", "act"),
+    SubCommand("lock", "Lock the module, at once"),
+    SubCommand("zero", "Zero the sensor", "--yes", "act"),
+    SubCommand("shutdown", "Shut the module down", "--yes", "act"),
+    SubCommand("preflight", "Pre-flight check: READY, GO or NO-GO", "--module M-07"),
+    SubCommand("provision", "Set up a batch of new modules", "--profile p.toml --names M-1"),
+    SubCommand("verify", "Verify a pre-flight record", "M-07.pdf"),
+    SubCommand("archive", "Archive of all stations", "status"),
+    SubCommand("record", "Record until Ctrl-C", "--seconds 60 session.mcap"),
+    SubCommand("recordings", "List, export and delete recordings", "list"),
+    SubCommand("fired", "Would it have fired? Exit code 4: yes", "flights/ --must-not"),
+    SubCommand("decode", "Explain captured bytes", "41 75 32 07 0A 00 01 44"),
+    SubCommand(WINDOW, "Open the window", "--demo"),
+    SubCommand("simulate", "Run a simulated module until Ctrl-C", "--tcp 127.0.0.1:7000"),
+    SubCommand("completion", "Print a shell completion script", "bash"),
+    SubCommand("schema", "Print the JSON Schema of an output", "read"),
+)
 BY_NAME: Final = {entry.name: entry for entry in ENTRIES}
 
 
@@ -101,12 +84,9 @@ def is_file_name(word: str) -> bool:
 
 
 def whole_parser() -> Parser:
-    """A parser whose help lists all commands in their groups, without importing them."""
+    """A parser whose help lists all commands, without importing them."""
     rows = console.columns([(entry.name, entry.summary) for entry in ENTRIES], indent=2)
-    about = "Configures, tests and watches a DPS-S parachute module.\n"
-    for title, entries in GROUPS.items():
-        about += "\n".join(("", f"{title}:", *rows[: len(entries)], ""))
-        del rows[: len(entries)]
+    about = "\n".join(("Configures, tests and watches a DPS-S parachute module.", "", *rows))
     parser = Parser(prog="dps-s", formatter_class=argparse.RawDescriptionHelpFormatter, description=about)
     parser.usage = "dps-s [COMMAND] … | dps-s FILE"  # without a command the window opens
     parser.epilog = (

@@ -23,7 +23,7 @@ from app.captures.explain import meaning, sentence
 from app.captures.text import NotHex, TextReader, hex_bytes, lines_in
 from app.captures.traffic import Explained, Explainer, Way
 from app.terminal import console
-from app.terminal.arguments import add_file, add_json
+from app.terminal.arguments import add, add_file
 from app.terminal.results import CommandName, Count, Hex, Result, Value
 from app.text.i18n import tr
 from app.text.sentences import error_text
@@ -79,7 +79,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     add_file(parser, "hex", nargs="*", metavar="HEX", help=text)
     text = f"what was asked, where the host's frames are missing: {', '.join(BY_NAME)}"
     parser.add_argument("--asked", metavar="NAME", choices=sorted(BY_NAME), help=text)
-    add_json(parser)
+    add(parser, "--json")
 
 
 def run(args: argparse.Namespace) -> int:
@@ -113,10 +113,10 @@ def _decode_file(path: Path, args: argparse.Namespace) -> bool:
 
 
 def _decode_words(words: list[str], args: argparse.Namespace) -> bool:
-    return _decode_text(lines_in(sys.stdin) if words == ["-"] else [" ".join(words)], args)
+    return _decode_text(lines_in(sys.stdin) if words == ["-"] else [" ".join(words)], args, at_once=1)
 
 
-def _decode_text(lines: Iterable[str], args: argparse.Namespace, *, at_once: int = 1) -> bool:
+def _decode_text(lines: Iterable[str], args: argparse.Namespace, *, at_once: int) -> bool:
     """Whether every byte is part of a frame, and every line could be read."""
     reader = TextReader(BY_NAME.get(args.asked))
     is_whole = _print_rows(map(reader.feed, lines), reader, args, at_once=at_once)
@@ -129,24 +129,23 @@ def _print_rows(
     steps: Iterable[list[Explained]], reader: Explainer | TextReader, args: argparse.Namespace, *, at_once: int
 ) -> bool:
     """Print the rows of all steps; whether every byte is part of a frame."""
-    waiting: list[str] = []
+    waiting: list[Explained] = []
     is_whole = True
 
-    def add(rows: list[Explained]) -> None:
+    def print_waiting() -> None:
         nonlocal is_whole
-        for row in rows:
-            is_whole &= isinstance(row.piece, Frame)
-            waiting.append(console.as_json(as_json(row)) if args.json else _line(row))
+        is_whole &= all(isinstance(row.piece, Frame) for row in waiting)
+        console.write_lines([console.as_json(as_json(row)) if args.json else _line(row) for row in waiting])
+        waiting.clear()
 
     try:
         for rows in steps:
-            add(rows)
+            waiting += rows
             if len(waiting) >= at_once:
-                console.write_lines(waiting)
-                waiting.clear()
-        add(reader.end())
+                print_waiting()
+        waiting += reader.end()
     finally:  # what came before text that is neither is printed
-        console.write_lines(waiting)
+        print_waiting()
     return is_whole
 
 

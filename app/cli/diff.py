@@ -12,7 +12,7 @@ from msgspec import Meta
 
 from app.cli.save import read_module
 from app.terminal import console
-from app.terminal.arguments import add_file, add_json, add_port
+from app.terminal.arguments import add, add_file, add_port
 from app.terminal.results import Result, SettingName, Value
 from app.terminal.setting_words import settings_of_profile, typed
 from app.text.i18n import tr
@@ -30,7 +30,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     add_file(parser, "file", type=Path, metavar="FILE", help="profile")
     add_file(parser, "other", type=Path, nargs="?", metavar="FILE", help="profile; without it the module")
     add_port(parser)
-    add_json(parser)
+    add(parser, "--json")
 
 
 def run(args: argparse.Namespace) -> int:

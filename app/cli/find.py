@@ -6,7 +6,7 @@ from app.engine.target import sets_rate
 from app.procedures.find import find_rate
 from app.safety.interlocks import RATE_SET_ELSEWHERE
 from app.terminal import console
-from app.terminal.arguments import USUAL_RATE, add_json, add_port
+from app.terminal.arguments import USUAL_RATE, add, add_port
 from app.terminal.connection import connected, no_module_found
 from app.terminal.results import Count, Result
 from app.text.i18n import tr
@@ -22,7 +22,7 @@ class FindJson(Result):
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     add_port(parser)
-    add_json(parser)
+    add(parser, "--json")
 
 
 def run(args: argparse.Namespace) -> int:

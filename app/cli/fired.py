@@ -11,36 +11,32 @@ from typing import Annotated, Literal
 
 from msgspec import Meta
 
-from app.flights.columns import CsvColumns, parse_choice
+from app.flights.columns import parse_choice
 from app.flights.judge import TriggerLimits
 from app.flights.judging import Answer, RuleReading
 from app.flights.many_logs import SummarisedLog, summarise_logs
 from app.flights.read_log import distinct_names, find_logs
 from app.flights.thresholds import FlightGroup, defaults_result
 from app.terminal import console
-from app.terminal.arguments import add_file, add_json
+from app.terminal.arguments import add, add_file
 from app.terminal.results import Result
 from app.terminal.setting_words import parse_settings, typed
 from app.text.i18n import tr
 from app.text.messages import UserMessage, message
-from app.text.sentences import capitalised, join_names, join_sentences, labelled
+from app.text.sentences import join_names, join_sentences, labelled
 from protocol.messages import Source
 from protocol.translatable import marked
 
+# As `TriggerLimits` orders them.
 THRESHOLDS = (
-    "attitude_threshold_deg",
-    "freefall_acceleration_g",
-    "freefall_time_s",
-    "attitude_trigger",
-    "freefall_trigger",
+    *("attitude_threshold_deg", "freefall_acceleration_g", "freefall_time_s"),
+    *("attitude_trigger", "freefall_trigger"),
 )
 MAX_ACCELERATION_G = 1.5
+# Readings of the rule that fire within this time of each other agree; one of them waits for 0.2 s.
 SAME_WITHIN_S = 0.25
-"""Readings of the rule that fire within this time of each other agree; one of them waits for 0.2 s."""
 _LATER = marked("{reading}: would first fire at {time:.2f} s.")
 _NEVER = marked("{reading}: would not fire.")
-
-
 _SOURCES: Mapping[Source, Literal["attitude", "freefall"]] = {Source.ATTITUDE: "attitude", Source.FREEFALL: "freefall"}
 
 
@@ -78,7 +74,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     side = parser.add_mutually_exclusive_group()
     side.add_argument("--must-not", action="store_true", help="do the vendor's defaults fire in none of them?")
     side.add_argument("--must", action="store_true", help="do the vendor's defaults fire in all of them, in time?")
-    add_json(parser)
+    add(parser, "--json")
 
 
 def run(args: argparse.Namespace) -> int:
@@ -90,56 +86,47 @@ def run(args: argparse.Namespace) -> int:
             names = tr("expected {expected}", expected="|".join(THRESHOLDS))
             raise console.Refused(f"{name}: {names}{console.did_you_mean(name, THRESHOLDS)}")
     limits = parse_limits(known)
-    judged_with = _judged_with(limits, {word.partition("=")[0] for word in known})
-    paths = _found([*args.logs, *others])
     columns = parse_choice(args.column) if args.column else None
-    logs = _judged(paths, columns)
+    paths = _found([*args.logs, *others])
+    done = {log.path: log for log in summarise_logs(paths, columns)}
+    logs = [done[path] for path in paths]
     problems = [_problems(log, limits) for log in logs]
     results = [json_of(log, found, limits) for log, found in zip(logs, problems, strict=True)]
-    answers = [result.answer for result in results]
+    said = _judged_with(limits, {word.partition("=")[0] for word in known})
+    if args.must or args.must_not:
+        said += _defaults_lines(logs, is_must=args.must)
     if args.json:
-        console.note(judged_with)
         console.write_lines(map(console.as_json, results))
+        console.note("\n".join(said))
     elif any(log.flight is not None for log in logs):
-        console.write_lines([*_page(logs, results, problems), "", *judged_with.splitlines()])
+        console.write_lines([*_page(logs, results, problems), "", *said])
     for log in logs:
         if log.why_not is not None:
             console.notify(labelled(log.path, log.why_not.translated()))
-    if args.must or args.must_not:
-        said = _defaults_lines(logs, is_must=args.must)
-        if args.json:
-            console.notify("\n".join(said))
-        else:
-            console.write_lines(said)
+    answers = {result.answer for result in results}
     if "fires" in answers:
         return console.PARTIAL
-    return console.SUCCESS if set(answers) == {"does_not_fire"} else console.USAGE_ERROR
+    return console.SUCCESS if answers == {"does_not_fire"} else console.USAGE_ERROR
 
 
 def parse_limits(words: Sequence[str]) -> TriggerLimits:
     """The vendor's defaults, replaced by these. Raises `Refused` with all errors."""
-    values = {wish.command.key: wish.value for wish in parse_settings(words)}
-    usual = TriggerLimits()
-    limits = TriggerLimits(
-        float(values.get("attitude_threshold_deg", usual.attitude_threshold_deg)),
-        float(values.get("freefall_acceleration_g", usual.freefall_acceleration_g)),
-        float(values.get("freefall_time_s", usual.freefall_time_s)),
-        bool(values.get("attitude_trigger", True)),
-        bool(values.get("freefall_trigger", True)),
-    )
-    if limits.freefall_acceleration_g > MAX_ACCELERATION_G:
+    given = {wish.command.key: wish.value for wish in parse_settings(words)}
+    values = dict(zip(THRESHOLDS, TriggerLimits(), strict=True)) | given
+    tilt_deg, acceleration_g, time_s = (float(values[name]) for name in THRESHOLDS[:3])
+    if acceleration_g > MAX_ACCELERATION_G:
         expected = tr("expected {expected}", expected=f"≤ {MAX_ACCELERATION_G}")
         raise console.Refused(f"freefall_acceleration_g: {expected}")
-    return limits
+    attitude, freefall = (bool(values[name]) for name in THRESHOLDS[3:])
+    return TriggerLimits(tilt_deg, acceleration_g, time_s, attitude, freefall)
 
 
-def _judged_with(limits: TriggerLimits, given: Collection[str]) -> str:
+def _judged_with(limits: TriggerLimits, given: Collection[str]) -> list[str]:
     """The thresholds, and which of them are nobody's word: a module may hold others."""
-    values = dict(zip(THRESHOLDS, limits, strict=True))
-    words = " ".join(f"{name}={typed(value)}" for name, value in values.items())
+    words = " ".join(f"{name}={typed(value)}" for name, value in zip(THRESHOLDS, limits, strict=True))
+    lines = [tr("Judged with: {values}", values=words)]
     usual = join_names(name for name in THRESHOLDS if name not in given)
-    text = tr("Judged with: {values}", values=words)
-    return f"{text}\n{tr('Vendor defaults, not of a module: {names}', names=usual)}" if usual else text
+    return [*lines, tr("Vendor defaults, not of a module: {names}.", names=usual)] if usual else lines
 
 
 def _found(words: Sequence[str]) -> list[Path]:
@@ -150,17 +137,6 @@ def _found(words: Sequence[str]) -> list[Path]:
     if not paths:
         raise console.Refused(tr("No flight log."))
     return paths
-
-
-def _judged(paths: Sequence[Path], columns: CsvColumns | None) -> list[SummarisedLog]:
-    """In the order of `paths`."""
-    place = {path: number for number, path in reversed(list(enumerate(paths)))}
-    logs = []
-    for log in summarise_logs(paths, columns):
-        logs.append(log)
-        console.show_progress(f"{len(logs)}/{len(paths)}")
-    console.clear_progress()
-    return sorted(logs, key=lambda log: place[log.path])
 
 
 # What is printed
@@ -210,7 +186,7 @@ def _problems(log: SummarisedLog, limits: TriggerLimits) -> list[UserMessage]:
 def _page(
     logs: Sequence[SummarisedLog], results: Sequence[FiredJson], problems: Sequence[Sequence[UserMessage]]
 ) -> list[str]:
-    rows = [(tr("Log"), tr("Fires"), tr("Largest tilt"), tr("Longest fall"), capitalised(tr("not judged")))]
+    rows = [(tr("Log"), tr("Fires"), tr("Largest tilt"), tr("Longest fall"), tr("Not judged"))]
     remarks: list[str] = []
     for name, result, found in zip(distinct_names([log.path for log in logs]), results, problems, strict=True):
         tilt = "–" if result.tilt_max_deg is None else f"{result.tilt_max_deg:.0f}°"
@@ -242,26 +218,19 @@ def _answer_text(result: FiredJson) -> str:
 
 
 def _defaults_lines(logs: Sequence[SummarisedLog], *, is_must: bool) -> list[str]:
-    """What the vendor's defaults do in these flights. Flights of one side alone propose no thresholds."""
+    """What the vendor's defaults do in these flights, and in which not what they should. Flights of one side alone
+    propose no thresholds."""
     flights = [log.flight for log in logs if log.flight is not None]
-    if len(flights) < len(logs):  # a folder that was thinned out proves nothing
-        count = len(logs) - len(flights)
-        text = tr("{count} of {total} not read: no statement on the vendor's defaults.", count=count, total=len(logs))
+    total, count = len(logs), len(logs) - len(flights)
+    if count:  # a folder that was thinned out proves nothing
+        text = tr("{count} of {total} not read: no statement on the vendor's defaults.", count=count, total=total)
         return ["", text]
     result = defaults_result(flights, FlightGroup.MUST if is_must else FlightGroup.MUST_NOT)
-    count, total = len(result.unexpected), result.total
-    lines = list(result.unexpected)
-    if is_must and count:
-        head = tr("The vendor's defaults miss {count} of {total}", count=count, total=total)
-    elif is_must:
-        head = tr("The vendor's defaults fire in all {total}", total=total)
-    elif count:
-        head = tr("The vendor's defaults fire in {count} of {total}", count=count, total=total)
-        lines.append(tr("Did it crash? Then it must fire."))
-    elif result.not_judged:
-        head = tr("The vendor's defaults fire in 0 of {total}, as far as judged", total=total)
-    else:
-        head = tr("The vendor's defaults hold: they fire in 0 of {total}", total=total)
+    wrong = len(result.unexpected)
+    lines = ["", tr("The vendor's defaults fire in {count} of {total}", count=wrong, total=total)]
+    if is_must:
+        lines = ["", tr("The vendor's defaults miss {count} of {total}", count=wrong, total=total)]
+    lines += result.unexpected
     if result.not_judged:
         lines.append(tr("Not judged: {names}", names=join_names(result.not_judged)))
-    return ["", head, *lines]
+    return lines

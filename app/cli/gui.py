@@ -17,6 +17,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     rates = f"baud rate: {', '.join(map(str, RATES))} (default: {USUAL_RATE})"
     parser.add_argument("-b", "--baud", type=int, choices=RATES, default=USUAL_RATE, metavar="N", help=rates)
     parser.add_argument("--lang", choices=LANGUAGES, metavar="L", help=f"language: {', '.join(LANGUAGES)}")
+    # Of the tests of packages, which look at the window that they start.
     parser.add_argument("--offscreen-seconds", type=seconds, metavar="S", help="end after S seconds")
     add_file(parser, "--evidence", type=Path, metavar="DIR", help="save pictures and values there")
 
@@ -24,8 +25,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def run(args: argparse.Namespace) -> int:
     if args.file is not None and not args.file.is_file():
         why = os.strerror(errno.EISDIR if args.file.is_dir() else errno.ENOENT)
-        console.notify(tr("{file} cannot be read: {why}.", file=args.file, why=why))
-        return console.USAGE_ERROR
+        raise console.Refused(tr("{file} cannot be read: {why}.", file=args.file, why=why))
     from app.system.screen import window_obstacle
 
     obstacle = window_obstacle()

@@ -1,24 +1,22 @@
 """`dps-s history`: reads the trigger records.
 
 The protocol does not tell how many records follow (E6), so they are read until two passes agree. Exit code 0 if they
-agree and no frame was lost; 1 if they may not be kept under that name; 2 if another kind of file would be replaced; 3
+agree and no frame was lost; 1 if they may not be kept under that name; 2 if the file exists and --force is missing; 3
 without a link, or where the conversation ended meanwhile; 4 if they differ, or the query was not answered.
 """
 
 import argparse
-from contextlib import suppress
 from pathlib import Path
 from typing import Annotated, Any
 
 from msgspec import Meta
 
-from app.limits.out_of_limits import record_outside
 from app.procedures.history import History
 from app.procedures.read import read_settings
 from app.store.fact_store import Facts
 from app.system.files import write_whole
 from app.terminal import console
-from app.terminal.arguments import STANDARD_OUTPUT, add_file, add_json, add_module, add_port, add_same_module
+from app.terminal.arguments import add, add_file, add_module, add_port
 from app.terminal.connection import connected
 from app.terminal.records import Records, name_given, other_module, records_of, refuse_another
 from app.terminal.results import Byte, Count, Hex, Result
@@ -65,15 +63,15 @@ class HistoryJson(Result):
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     add_port(parser)
     form = parser.add_mutually_exclusive_group()
-    add_json(form)
-    add_file(form, "--csv", type=Path, metavar="FILE", help="write a table into .csv, or - for standard output")
+    add(form, "--json")
+    add_file(form, "--csv", type=Path, metavar="FILE", help="write a table into .csv")
+    add(parser, "--force")
     add_module(parser, "keep the records under this name")
-    add_same_module(parser)
 
 
 def run(args: argparse.Namespace) -> int:
-    if args.csv is not None and args.csv.is_file() and not _is_replaceable(args.csv):
-        raise console.Refused(tr("{file} exists and is another kind of file.", file=args.csv))
+    if args.csv is not None:
+        console.refuse_existing(args.csv, is_forced=args.force)
     with connected(args.port, args.baud) as opened:
         opened.run(read_settings())  # kept with the records, to be shown beside them at the next visit
         reading = opened.run(read_triggers())
@@ -88,16 +86,7 @@ def run(args: argparse.Namespace) -> int:
             is_written &= _store_visit(reading, records, args)
     if not history.is_confirmed:
         console.notify(tr("The readings differ: records may be missing. Read again."))
-        return console.PARTIAL
-    return console.SUCCESS if is_written else console.PARTIAL
-
-
-def _is_replaceable(path: Path) -> bool:
-    """It is such a table, or empty."""
-    head = ",".join(HEAD).encode()
-    with suppress(OSError), path.open("rb") as file:
-        return file.read(len(head)) in (head, b"")
-    return True  # writing it says why
+    return console.SUCCESS if is_written and history.is_confirmed else console.PARTIAL
 
 
 def _store_visit(reading: TriggersReading, records: Records, args: argparse.Namespace) -> bool:
@@ -130,12 +119,9 @@ def _print(history: History, args: argparse.Namespace) -> bool:
         console.emit(args, answer, page_of(history))
         return True
     table = csv_text(HEAD, ([fields[name] for name in HEAD] for _, fields in _with_fields(history)))
-    if args.csv == STANDARD_OUTPUT:
-        console.write(table)
-        return True
     try:
         write_whole(args.csv, table.encode())
-    except OSError as error:
+    except (OSError, ValueError) as error:  # ValueError: a NUL in the name
         console.write_lines(page_of(history))  # so that no record is lost
         console.notify(not_written(args.csv, error))
         return False
@@ -182,12 +168,8 @@ def page_of(history: History) -> list[str]:
     if not history.all:
         never, unknown = tr("It has never fired, or its memory was cleared."), tr("No answer: the records are unknown.")
         lines = [never if history.is_confirmed else unknown]
-    remarks = []
     if history.seen_once:
-        remarks.append(f"(?) {tr('Seen in one reading only. Read again.')}")
-    low = next((outside for record in history.all if (outside := record_outside(record)) is not None), None)
-    if low is not None:
-        remarks.append(f"{in_brackets(tr(low.fault.value)).strip()} < {low.limit}")
+        lines.append(f"(?) {tr('Seen in one reading only. Read again.')}")
     if history.empty_slots:
-        remarks.append(tr("Empty slots: {count}.", count=history.empty_slots))
-    return [*lines, "", *remarks] if remarks else lines
+        lines.append(tr("Empty slots: {count}.", count=history.empty_slots))
+    return lines

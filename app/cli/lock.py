@@ -6,19 +6,14 @@ now reports that it is locked, at most for ten seconds. Exit code 0 it reports L
 
 import argparse
 
-from app.cli.act import print_outcome
-from app.engine.procedure import LOCKS_FOR_S
+from app.cli.act import interruption_told, print_outcome
 from app.procedures.lock import lock
 from app.safety.acts import Act
-from app.terminal import console
-from app.terminal.arguments import add_json, add_module, add_port, add_same_module
+from app.terminal.arguments import add, add_module, add_port
 from app.terminal.connection import connected
 from app.terminal.interruption import signals_noted
 from app.terminal.records import conclude_lock, records_of
-from app.text.i18n import tr
 
-# For the whole: LOCK is repeated for ten seconds, also at other baud rates, and the last answer is waited for.
-LIMIT_S = LOCKS_FOR_S + 1.0
 STORE_LIMIT_S = 2.5  # how long the store may take once the module has been locked
 
 
@@ -27,8 +22,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     # Whoever is in a hurry must not be told to type more.
     parser.add_argument("--yes", action="store_true", default=True, help="accepted, not needed")
     add_module(parser, "name of the module that is locked")
-    add_same_module(parser, "it is the module that was left ACTIVE here")
-    add_json(parser)
+    add(parser, "--json")
 
 
 def run(args: argparse.Namespace) -> int:
@@ -36,13 +30,10 @@ def run(args: argparse.Namespace) -> int:
     with signals_noted(), records_of(args.port, STORE_LIMIT_S, starts_late=True) as records:
         is_locked = False
         try:
-            with connected(args.port, args.baud, is_greeted=False) as opened:
-                done = opened.run(lock(records.journal), outlives=True, limit_s=LIMIT_S)
+            with interruption_told(), connected(args.port, args.baud, is_greeted=False) as opened:
+                done = opened.run(lock(records.journal), outlives=True)
                 is_locked = done.is_locked is True
                 code = print_outcome(args, Act.LOCK, done)
-        except KeyboardInterrupt:
-            console.notify(tr("Interrupted; may have been carried out."))
-            raise
         finally:
             conclude_lock(records, args, opened.conversation if is_locked else None)
     return code

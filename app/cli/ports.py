@@ -7,7 +7,7 @@ from msgspec import Meta
 
 from app.engine.ports import is_flight_controller, list_ports
 from app.terminal import console
-from app.terminal.arguments import add_json
+from app.terminal.arguments import add
 from app.terminal.results import Result
 from app.text.i18n import tr
 from app.text.sentences import in_brackets
@@ -31,7 +31,7 @@ class PortsJson(Result):
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    add_json(parser)
+    add(parser, "--json")
 
 
 def run(args: argparse.Namespace) -> int:
@@ -39,13 +39,12 @@ def run(args: argparse.Namespace) -> int:
         ports = [PortJson.of(port) for port in list_ports()]
     except UserError as error:
         raise console.Refused(error.message, ErrorCode.NO_PORT) from error
-    if not ports and not args.json:
+    if not ports:
         console.note(tr("No serial port. Plug the adapter in; try another cable or its driver."))
-        return console.SUCCESS
     rows = [(tr("Port"), tr("Name"), tr("Manufacturer"), tr("Serial number"), "USB")]
     for port in ports:
         usb = "" if port.vid is None or port.pid is None else f"{port.vid:04x}:{port.pid:04x}"
         kind = in_brackets(tr("flight controller")) if is_flight_controller(usb) else ""
         rows.append((port.device, port.description + kind, port.maker, port.serial_number, usb))
-    console.emit(args, PortsJson(ports), console.columns(rows))
+    console.emit(args, PortsJson(ports), console.columns(rows) if ports else [])
     return console.SUCCESS

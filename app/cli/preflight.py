@@ -2,23 +2,21 @@
 
 Exit code 0 for GO and READY, 1 for NO-GO, 3 if no module answers. Sends queries only, and with --enable-triggers the
 two settings that enable the automatic triggers. With --activate --yes a module that is READY is activated, once, and
-read again in the same conversation: GO, or NO-GO. The check is kept in the store if there is one.
+read again in the same conversation: GO, or NO-GO. The check is kept in the store if there is one. Several ports are
+checked one after the other.
 """
 
 import argparse
+import logging
 import threading
 from collections.abc import Sequence
-from concurrent.futures import ThreadPoolExecutor, wait
-from dataclasses import dataclass, field
-from itertools import chain, repeat
 from pathlib import Path
 from typing import Literal
 
 import msgspec
 
-from app.cli.act import pay_owed_lock, refuse_without_yes
+from app.cli.act import interruption_told, pay_owed_lock, permit_for, refuse_without_yes
 from app.engine.conversation import Interrupted
-from app.fleet.check_set import SetMember, check_set_target, summary, word_of, write_set_reports
 from app.limits.past import Past
 from app.preflight.activation import activate_ready
 from app.preflight.contract import contract_of
@@ -32,25 +30,12 @@ from app.records.report_files import check_target, write_report
 from app.safety.acts import Act
 from app.safety.journal import Outcome
 from app.safety.left_active import note_go
-from app.safety.permit import Origin, Permit
 from app.settings.profile_file import read_profile
 from app.settings.profiles import NO_PROFILE, Profile
-from app.store.fact_store import Store
-from app.system.clock import steady_time
 from app.terminal import console
-from app.terminal.arguments import (
-    add_file,
-    add_json,
-    add_module,
-    add_port,
-    add_reviewed,
-    add_same_module,
-    add_yes,
-    any_name,
-)
+from app.terminal.arguments import add, add_file, add_module, add_port, any_name
 from app.terminal.connection import LOST, OpenPort, connected, loss_sentence
-from app.terminal.console import Colour, coloured
-from app.terminal.interruption import check_signals, signals_noted
+from app.terminal.console import Colour, Line
 from app.terminal.records import Records, name_given, opened_store, records_on, refuse_another
 from app.terminal.results import Result, Value
 from app.text.i18n import tr
@@ -58,7 +43,7 @@ from app.text.messages import UserMessage, clean
 from app.text.sentences import in_brackets, join_names, join_sentences, not_written
 from app.text.user_error import ErrorCode, UserError
 
-_WAIT_S = 0.1
+_log = logging.getLogger(__name__)
 
 
 class CheckJson(Result):
@@ -84,92 +69,88 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     add_file(parser, "--profile", type=Path, metavar="FILE", help="profile that says how the module should be set")
     parser.add_argument("--enable-triggers", action="store_true", help="enable both automatic triggers first")
     parser.add_argument("--activate", action="store_true", help="enable, check, activate if READY, and read again: GO")
-    add_yes(parser)
+    add(parser, "--yes")
     add_file(parser, "--report", type=Path, metavar="FILE.pdf", help="write the report, and the record beside it")
     add_module(parser, "name of the module")
     parser.add_argument("--aircraft", type=any_name, default="", metavar="NAME", help="aircraft")
     parser.add_argument("--who", type=any_name, default="", metavar="NAME", help="who checks")
     text = "manual item N of the profile is in order"
     parser.add_argument("--done", type=int, action="append", default=[], metavar="N", help=text)
-    add_reviewed(parser)
-    add_same_module(parser)
-    add_json(parser)
+    add(parser, "--records-reviewed", "--json")
 
 
 def run(args: argparse.Namespace) -> int:
     if args.activate:
         refuse_without_yes(args, Act.ACTIVATE)
-    ports = args.ports
-    if len(ports) > 1 and (args.activate or args.module is not None):
-        option = "--module" if args.module is not None else "--activate"
-        raise console.Refused(tr("{option} takes one port only.", option=option))
+    for option, given in (("--module", args.module), ("--activate", args.activate), ("--report", args.report)):
+        if given and len(args.ports) > 1:
+            raise console.Refused(tr("{option} takes one port only.", option=option))
     profile = _profile(args.profile, args.done)
     if args.report is not None:
-        (check_target if len(ports) == 1 else check_set_target)(args.report)
+        check_target(args.report)
+    codes: list[int] = []
     with opened_store() as (store, troubles):
-        checks: list[_PortCheck] = []
-        for port in ports:
+        for port in args.ports:
+            if len(args.ports) > 1 and not args.json:
+                console.write_lines([port])
             records = records_on(store, troubles, port, origin="preflight", module=name_given(args))
-            checks.append(_PortCheck(args, profile, store, records))
-        if len(checks) == 1:
-            checks[0].gather()
-        else:
-            _gather_all(checks)
-        # All are filed before anything is printed, which fails where nobody reads.
-        members = [check.member() for check in checks]
-    code = _conclude_all(args, members)
-    return console.ANSWER_NO if checks[0].is_refused and code == console.SUCCESS else code
+            try:
+                codes.append(_Check(args, profile, records).run())
+            except LOST as error:
+                if len(args.ports) == 1:
+                    raise
+                codes.append(console.NO_LINK)
+                console.notify(loss_sentence(error))
+                if args.json:
+                    console.write_failure(ErrorCode.NO_LINK, loss_sentence(error))
+    return next((code for code in (console.ANSWER_NO, console.NO_LINK, console.PARTIAL) if code in codes), 0)
 
 
-@dataclass
-class _PortCheck:
+class _Check:
     """The check on one port."""
 
-    args: argparse.Namespace
-    profile: Profile
-    store: Store
-    records: Records
-    evidence: Evidence = field(default_factory=Evidence)
-    # The module's history before the check, where it was read already.
-    past: Past | None = None
-    # Where it was judged already.
-    filed: Filed | None = None
-    # Why nothing was read.
-    error: BaseException | None = None
-    # The activation was not sent.
-    is_refused: bool = False
+    def __init__(self, args: argparse.Namespace, profile: Profile, records: Records) -> None:
+        self._args = args
+        self._profile = profile
+        self._records = records
+        self._evidence = Evidence(port=records.port)
+        # The module's history before the check, where it was read already.
+        self._past: Past | None = None
+        # Where it was judged already.
+        self._filed: Filed | None = None
 
-    @property
-    def port(self) -> str:
-        return self.records.port
-
-    def gather(self) -> None:
-        """Run the check, and activate in the same conversation. Raises what keeps a conversation from beginning."""
-        args, journal = self.args, self.records.journal
-        self.evidence.port = self.port
+    def run(self) -> int:
+        """Check, judge, keep and print it; returns the exit code. Raises what keeps a conversation from beginning."""
+        args, journal = self._args, self._records.journal
+        is_refused = False
         with connected(
-            self.port,
+            self._records.port,
             args.baud,
-            on_batch=lambda batch: self.evidence.listen(batch.events),
+            on_batch=lambda batch: self._evidence.listen(batch.events),
             journal=journal if args.activate else None,
         ) as opened:
-            refuse_another(opened.conversation, self.records, args)
+            refuse_another(opened.conversation, self._records, args)
             is_enabling = args.enable_triggers or args.activate
             try:
-                opened.run(run_preflight(self.evidence, is_enabling=is_enabling, journal=journal))
-                if args.activate:
-                    self._activate(opened)
+                with interruption_told(is_sending=is_enabling):
+                    opened.run(run_preflight(self._evidence, is_enabling=is_enabling, journal=journal))
+                    is_refused = args.activate and self._is_activation_refused(opened)
             except Interrupted as ended:
-                self.evidence.note_error(ended)
-            except KeyboardInterrupt:
-                if is_enabling:
-                    console.notify(tr("Interrupted; may have been carried out."))
-                raise
+                self._evidence.note_error(ended)
+        filed = self._file()
+        # The report comes first, as printing fails where nobody reads.
+        is_written = args.report is None or _write_report(args, filed)
+        console.emit(args, msgspec.convert(contract_of(filed.assessment), PreflightJson), page_of(filed))
+        if filed.trouble is not None:
+            console.notify(join_sentences((filed.trouble.sentence, tr("Not kept."))))
+        if filed.assessment.verdict is Verdict.NO_GO or is_refused:
+            return console.ANSWER_NO
+        return console.SUCCESS if is_written else console.PARTIAL
 
-    def file(self) -> Filed:
+    def _file(self) -> Filed:
         """Judge and keep it."""
-        if self.filed is None:
-            args = self.args
+        if self._filed is None:
+            args = self._args
             person = Person(
                 who=args.who,
                 module=args.module,
@@ -178,88 +159,40 @@ class _PortCheck:
                 is_same_module=args.same_module,
                 is_named_by_option=True,
             )
-            adapter = self.records.find_adapter()
-            self.filed = file_check(
-                self.evidence, self.profile, person, store=self.store, adapter=adapter, past=self.past
+            adapter = self._records.find_adapter()
+            self._filed = file_check(
+                self._evidence, self._profile, person, store=self._records.store, adapter=adapter, past=self._past
             )
-        return self.filed
+            _log.debug("%s: %s", self._records.port, self._filed.assessment.verdict)
+        return self._filed
 
-    def member(self) -> SetMember:
-        """Raises what is no lost link."""
-        if self.error is None:
-            return SetMember(self.port, "", self.file())
-        if not isinstance(self.error, LOST):
-            raise self.error
-        return SetMember(self.port, "", None, UserMessage(loss_sentence(self.error)))
-
-    def _activate(self, opened: OpenPort) -> None:
+    def _is_activation_refused(self, opened: OpenPort) -> bool:
         """READY is kept, then the module is activated and judged again. Anything but READY sends nothing."""
-        filing = threading.Thread(target=self.file, daemon=True)  # the store may be slow; the conversation goes on
+        filing = threading.Thread(target=self._file, daemon=True)  # the store may be slow; the conversation goes on
         filing.start()
         while filing.is_alive():
             opened.wait()
-        ready = self.file().assessment
+        ready = self._file().assessment
         if ready.verdict is not Verdict.READY:
-            return
-        permit = Permit(Act.ACTIVATE, Origin.COMMAND_LINE, steady_time(), opened.number)
-        performed, evidence = opened.run(activate_ready(ready, self.records.journal, permit))
-        self.is_refused = performed.outcome is Outcome.NOT_SENT
+            return False
+        permit = permit_for(Act.ACTIVATE, opened)
+        performed, evidence = opened.run(activate_ready(ready, self._records.journal, permit))
         if performed.outcome is Outcome.CONFIRMED:
             console.note(performed.sentence)
         else:
             console.notify(performed.sentence)
         pay_owed_lock(opened)
-        if evidence is ready.case.evidence:
-            return
-        self.evidence, self.filed, self.past = evidence, None, ready.case.past
-        if self.file().assessment.verdict is Verdict.GO:
-            self.store.write(lambda facts: note_go(facts, self.records.known_as.run))
+        if evidence is not ready.case.evidence:
+            self._evidence, self._filed, self._past = evidence, None, ready.case.past
+            if self._file().assessment.verdict is Verdict.GO:
+                self._records.store.write(lambda facts: note_go(facts, self._records.known_as.run))
+        return performed.outcome is Outcome.NOT_SENT
 
 
-def _gather_all(checks: Sequence[_PortCheck]) -> None:
-    """One thread for each port; the main thread waits for all, and for Ctrl-C."""
-
-    def gather(check: _PortCheck) -> None:
-        try:
-            check.gather()
-        except BaseException as error:  # noqa: BLE001  reported or raised in the main thread
-            check.error = error
-
-    with signals_noted():
-        with ThreadPoolExecutor(len(checks)) as pool:
-            left = {pool.submit(gather, check) for check in checks}
-            while left:
-                console.show_progress(f"{len(checks) - len(left)}/{len(checks)}")
-                left = wait(left, _WAIT_S).not_done
-        console.clear_progress()
-        check_signals()
-
-
-def _conclude_all(args: argparse.Namespace, members: Sequence[SetMember]) -> int:
-    """Print the checks and write the reports; returns the exit code."""
-    codes: list[int] = []
-    has_titles = len(members) > 1 and not args.json
+def _write_report(args: argparse.Namespace, filed: Filed) -> bool:
+    """Write the files and print their names; whether that succeeded."""
     try:
-        for member in members:
-            if has_titles:
-                console.write_lines([*([""] if codes else []), member.port])
-            codes.append(_conclude(args, member))
-        if has_titles:
-            rows = [(word_of(member.verdict), member.port, member.why) for member in members]
-            console.write_lines(["", summary(member.verdict for member in members), *console.columns(rows)])
-    finally:  # also where nobody reads
-        if args.report is not None and not _write_reports(args, members):
-            codes.append(console.PARTIAL)
-    return next((code for code in (console.ANSWER_NO, console.NO_LINK, console.PARTIAL) if code in codes), 0)
-
-
-def _write_reports(args: argparse.Namespace, members: Sequence[SetMember]) -> bool:
-    """Write and print the names of the files; whether that succeeded."""
-    try:
-        if len(members) == 1 and members[0].filed is not None:
-            written = write_report(args.report, members[0].filed.exported, args.printer)
-        else:
-            written = write_set_reports(args.report, members, args.printer)
+        written = write_report(args.report, filed.exported, args.printer)
     except (UserError, OSError, RuntimeError, ImportError) as error:
         console.notify(not_written(args.report, error))
         return False
@@ -267,40 +200,20 @@ def _write_reports(args: argparse.Namespace, members: Sequence[SetMember]) -> bo
     return True
 
 
-def _conclude(args: argparse.Namespace, member: SetMember) -> int:
-    """Print one check; returns its exit code."""
-    filed, trouble = member.filed, member.trouble
-    if filed is None:
-        sentence = "" if trouble is None else trouble.translated()
-        console.notify(sentence)
-        if args.json:
-            console.write_failure(ErrorCode.NO_LINK, sentence)
-        return console.NO_LINK
-    try:
-        console.emit(args, msgspec.convert(contract_of(filed.assessment), PreflightJson), page_of(filed))
-    finally:  # also where nobody reads
-        if filed.trouble is not None:
-            console.notify(join_sentences((filed.trouble.sentence, tr("Not kept."))))
-    return console.ANSWER_NO if member.verdict is Verdict.NO_GO else console.SUCCESS
-
-
-def _profile(profile: Path | None, done: Sequence[int]) -> Profile:
+def _profile(path: Path | None, done: Sequence[int]) -> Profile:
     """Raises `UserError`."""
-    parsed = NO_PROFILE if profile is None else read_profile(profile)
-    wrong = [number for number in done if not 1 <= number <= len(parsed.manual)]
+    profile = NO_PROFILE if path is None else read_profile(path)
+    wrong = [number for number in done if not 1 <= number <= len(profile.manual)]
     if wrong:
         raise console.Refused(tr("No manual item {number} in the profile.", number=wrong[0]))
-    return parsed.answered(dict.fromkeys(done, True))
+    return profile.answered(dict.fromkeys(done, True))
 
 
-# For people
-
-
-def page_of(filed: Filed) -> list[str]:
+def page_of(filed: Filed) -> list[Line]:
     """The verdict with its caveats, then every check; if it did not pass, why it matters and what to do."""
     assessment = filed.assessment
     verdict = verdict_sentence(assessment.verdict, assessment.case.profile.activated_by).translated()
-    lines = [coloured(verdict, Colour.BAD if assessment.verdict is Verdict.NO_GO else Colour.GOOD)]
+    lines: list[Line] = [(verdict, Colour.BAD if assessment.verdict is Verdict.NO_GO else Colour.GOOD)]
     lines += [caveat.translated() for caveat in filed.record.caveats]
     if assessment.verdict is not Verdict.NO_GO:
         lines.append(tr("Valid now only; not monitored afterwards."))
@@ -315,5 +228,7 @@ def page_of(filed: Filed) -> list[str]:
         if check.finding.result is not CheckResult.PASS:
             rows.append(("", "", f"{UserMessage(check.check.why).translated()} → {check.do.translated()}"))
             colours.append(None)
-    rows += [(tr(MANUAL_WORDS[item.is_done]), clean(item.text)) for item in assessment.manual]
-    return [*lines, *map(coloured, console.columns(rows), chain(colours, repeat(None)))]
+    for item in assessment.manual:
+        rows.append((tr(MANUAL_WORDS[item.is_done]), clean(item.text)))
+        colours.append(None)
+    return [*lines, *zip(console.columns(rows), colours, strict=True)]

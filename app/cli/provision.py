@@ -11,15 +11,14 @@ import time
 from pathlib import Path
 from typing import Final
 
+from app.cli.act import interruption_told
 from app.cli.set import warn
 from app.engine.conversation import Interrupted
 from app.fleet.batch import (
     OPEN,
-    PLUG_IN,
     READY,
     SET_ASIDE,
     TAKEN,
-    UNPLUG,
     BatchRow,
     BatchRun,
     batch_of,
@@ -35,9 +34,9 @@ from app.procedures.write import WriteContext
 from app.store.fact_store import Store
 from app.store.trouble import StoreTrouble
 from app.terminal import console
-from app.terminal.arguments import add_file, add_json, add_port, add_reviewed, add_yes, any_name, expected
+from app.terminal.arguments import add, add_file, add_port, any_name, expected
 from app.terminal.connection import LOST, OpenPort, connected, loss_sentence
-from app.terminal.console import Colour, coloured
+from app.terminal.console import Colour, Line
 from app.terminal.interruption import check_signals, signals_noted
 from app.terminal.records import opened_store, records_on
 from app.terminal.results import Result
@@ -67,17 +66,15 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     add_file(parser, "--profile", type=Path, required=True, metavar="FILE", help="write all settings of this profile")
     parser.add_argument("--names", type=_names, required=True, metavar=EXAMPLE, help="names, one for each module")
     parser.add_argument("--enable-triggers", action="store_true", help="enable both automatic triggers")
-    add_yes(parser)
-    parser.add_argument("--accept-risk", action="store_true", help="write values that take protection away")
-    add_reviewed(parser)
+    add(parser, "--yes", "--accept-risk", "--records-reviewed")
     text = "all modules are new, also those that resemble a known one"
     parser.add_argument("--all-new", action="store_true", help=text)
     parser.add_argument("--who", type=any_name, default="", metavar="NAME", help="who checks")
     add_file(parser, "--labels", type=Path, metavar="FILE.pdf", help="print labels into this file")
     text = "paper of the labels: width in mm, or sheets"
-    parser.add_argument("--tape", choices=("62", "24", "A4"), default="A4", help=text)
+    parser.add_argument("--tape", choices=tuple(PAPERS), default="A4", help=text)
     add_port(parser)
-    add_json(parser)
+    add(parser, "--json")
 
 
 def _names(text: str) -> tuple[str, ...]:
@@ -123,7 +120,7 @@ def run(args: argparse.Namespace) -> int:
         modules: list[ProvisionedJson] = []
         cells: list[tuple[str, ...]] = []
         for row in rows:
-            why = UserMessage("") if row.why is None else row.why
+            why = row.why or UserMessage("")
             modules.append(ProvisionedJson(row.name, row.result, why.in_english()))
             cells.append((row.name, tr(row.result), row.code, why.translated()))
         console.emit(args, ProvisionJson(modules, is_done), ["", *console.columns(cells)])
@@ -145,8 +142,7 @@ class _Turns:
         self._store = store
         self._troubles = troubles
         self._args = args
-        self._last_sentence = ""
-        self._taken: set[str] = set()
+        self._last_line: Line = ""
 
     def run(self) -> None:
         while name := self._next_name():
@@ -157,24 +153,21 @@ class _Turns:
         """Another program may give some, too."""
         names, taken = self._store.read(self._bench.left)
         for name in taken:
-            if name not in self._taken:
-                console.notify(tr(TAKEN, module=name))
-        self._taken |= set(taken)
+            console.notify_once(tr(TAKEN, module=name))
         return names[0] if names else ""
 
     def _take(self, name: str) -> None:
         """Wait for a module, and for its end."""
-        self._say(tr(PLUG_IN, module=name))
+        self._tell(tr("PLUG IN: {module}", module=name))
         evidence = Evidence(port=self._args.port)
         try:
             with connected(
                 self._args.port, self._args.baud, on_batch=lambda batch: evidence.listen(batch.events)
             ) as opened:
-                self._last_sentence = ""
                 self._tell(tr("A module answers: leave it plugged in."))
                 self._provision(name, opened, evidence)
         except LOST as error:
-            console.show_progress(loss_sentence(error))
+            console.notify_once(loss_sentence(error))
             check_signals()
             time.sleep(LOOK_EVERY_S)
 
@@ -182,40 +175,35 @@ class _Turns:
         done = None
         records = records_on(self._store, self._troubles, self._args.port, origin="provision")
         try:
-            done = opened.run(self._bench.provision(evidence, WriteContext(journal=records.journal)))
+            with interruption_told():
+                done = opened.run(self._bench.provision(evidence, WriteContext(journal=records.journal)))
         except Interrupted as ended:
             evidence.note_error(ended)
-        except KeyboardInterrupt:
-            console.notify(tr("Interrupted; may have been carried out."))
-            raise
         why = self._store.write(
             lambda facts: self._bench.keep(facts, name, evidence, done, records.find_adapter())
         ).result()
         if why is None:
-            self._tell(coloured(f"{name}: {tr(READY)}", Colour.GOOD))
+            self._tell((f"{name}: {tr(READY)}", Colour.GOOD))
         else:
-            self._tell(coloured(f"{tr(SET_ASIDE)}: {why.translated()}", Colour.BAD))
+            self._tell((f"{tr(SET_ASIDE)}: {why.translated()}", Colour.BAD))
         check_signals()
         if self._next_name():
-            self._say(tr(UNPLUG))
+            self._tell(tr("UNPLUG, NEXT"))
             if done is None:
                 opened.bind()  # to the conversation after the one that was interrupted, if there is one
             # Another one may answer at once: it is the next one, and not waited for.
             if opened.conversation.is_going and opened.conversation.number == opened.number:
                 opened.run(await_gone())
 
-    def _say(self, sentence: str) -> None:
-        """Once."""
-        if sentence != self._last_sentence:
-            self._last_sentence = sentence
-            self._tell(sentence)
-
-    def _tell(self, line: str) -> None:
-        """With --json standard output has the result only."""
-        if self._args.json:
-            console.notify(line)
-        else:
+    def _tell(self, line: Line) -> None:
+        """Once in a row. With --json standard output has the result only."""
+        if line == self._last_line:
+            return
+        self._last_line = line
+        if not self._args.json:
             console.write_lines([line])
+        else:
+            console.notify(line if isinstance(line, str) else line[0])
 
 
 def _write_labels(args: argparse.Namespace, rows: list[BatchRow]) -> bool:

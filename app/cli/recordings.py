@@ -15,7 +15,7 @@ from app.recordings.library import RecordingEntry, RecordingLibrary, remarks, si
 from app.recordings.recording import export as write_file
 from app.recordings.recording import open_recording
 from app.terminal import console
-from app.terminal.arguments import STANDARD_OUTPUT, add_file, add_json, add_verbosity, add_yes, expected
+from app.terminal.arguments import add, add_file, add_verbosity, expected
 from app.terminal.results import Count, Result, Time
 from app.text.durations import stopwatch
 from app.text.i18n import tr
@@ -24,6 +24,7 @@ from app.text.user_error import ErrorCode, UserError
 
 LATEST = "latest"
 CSV, MCAP = ".csv", ".mcap"
+STANDARD_OUTPUT = Path("-")
 
 
 class RecordingJson(Result):
@@ -68,9 +69,9 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     for command in (exported, deleted):
         command.add_argument("name", metavar="NAME", help="beginning of the recording's name, or latest")
     add_export(exported)
-    add_yes(deleted)
+    add(deleted, "--yes")
     for command, function in ((listed, run_list), (exported, run_export), (deleted, run_delete)):
-        add_json(command)
+        add(command, "--json")
         add_verbosity(command)
         command.set_defaults(function=function)
 
@@ -83,20 +84,13 @@ def run(args: argparse.Namespace) -> int:
 def run_list(args: argparse.Namespace) -> int:
     library = RecordingLibrary()
     entries = library.entries()
-    if not entries and not args.json:
-        console.note(tr("No recordings yet"))
-        return console.SUCCESS
     rows = [(tr("Name"), tr("Started"), tr("Duration"), tr("Reports"), tr("Size"), tr("Port"), tr("Module"), "")]
     recordings: list[RecordingJson] = []
     for entry in entries:
-        recordings.append(
-            RecordingJson.of(
-                entry,
-                started_at=entry.started_at.isoformat(),
-                duration_s=round(entry.duration_s, 3),
-                readable=entry.trouble is None,
-            )
-        )
+        duration_s = round(entry.duration_s, 3)
+        is_readable = entry.trouble is None
+        started_at = entry.started_at.isoformat()
+        recordings.append(RecordingJson.of(entry, started_at=started_at, duration_s=duration_s, readable=is_readable))
         rows.append(
             (
                 entry.name,
@@ -109,7 +103,9 @@ def run_list(args: argparse.Namespace) -> int:
                 join_names(filter(None, (remarks(entry), tr("pinned") if entry.is_pinned else ""))),
             )
         )
-    console.emit(args, RecordingsJson(str(library.folder), recordings), console.columns(rows))
+    if not entries:
+        console.note(tr("No recordings yet"))
+    console.emit(args, RecordingsJson(str(library.folder), recordings), console.columns(rows) if entries else [])
     return console.SUCCESS
 
 
@@ -118,7 +114,7 @@ def run_export(args: argparse.Namespace) -> int:
     refuse_unwritable(args)
     is_whole, files = False, [str(args.file)]
     try:
-        is_whole = export(entry, args.file, appends=args.append, is_told=not args.json)
+        is_whole = export(entry, args)
     except console.Refused as error:
         console.notify(error.sentence)
         files = []
@@ -171,7 +167,7 @@ def add_export(parser: argparse.ArgumentParser) -> None:
     """The file, and what becomes of one that is there."""
     existing = parser.add_mutually_exclusive_group()
     existing.add_argument("--append", action="store_true", help="add to the file (only .csv)")
-    existing.add_argument("--force", action="store_true", help="replace the file")
+    add(existing, "--force")
     add_file(parser, "file", type=export_path, metavar="FILE", help=".mcap, .csv, or - for a table on standard output")
 
 
@@ -186,22 +182,21 @@ def refuse_unwritable(args: argparse.Namespace) -> None:
         raise console.Refused(tr("There is no folder {folder}.", folder=path.parent))
     if args.append and path.suffix.lower() == MCAP:
         raise console.Refused(tr("expected {expected}", expected=CSV))
-    if not path.exists() or args.force:
-        return
-    if not args.append:
-        raise console.Refused(tr("{file} exists: use {options}.", file=path, options="--append, --force"))
-    try:
-        with path.open("rb") as file:
-            first = file.readline(1000).removeprefix(b"\xef\xbb\xbf").strip().decode("utf-8", "replace")
-    except OSError as error:
-        raise console.Refused(not_written(path, error)) from error
-    if first != HEAD and path.stat().st_size:
-        raise console.Refused(tr("{file} has other columns or is no recording.", file=path))
+    console.refuse_existing(path, is_forced=args.force or args.append, options="--append, --force")
+    if args.append and path.exists():
+        try:
+            with path.open("rb") as file:
+                first = file.readline(1000).removeprefix(b"\xef\xbb\xbf").strip().decode("utf-8", "replace")
+        except OSError as error:
+            raise console.Refused(not_written(path, error)) from error
+        if first != HEAD and path.stat().st_size:
+            raise console.Refused(tr("{file} has other columns or is no recording.", file=path))
 
 
-def export(entry: RecordingEntry, path: Path, *, appends: bool = False, is_told: bool = True) -> bool:
-    """Export a recording, and print what came of it if `is_told`; whether it is whole. Raises `Refused` where the file
-    cannot be written, else `UserError`; the file is unchanged then."""
+def export(entry: RecordingEntry, args: argparse.Namespace) -> bool:
+    """Export a recording to the file that was named, and print what came of it; whether it is whole. Raises `Refused`
+    where the file cannot be written, else `UserError`; the file is unchanged then."""
+    path: Path = args.file
     if path == STANDARD_OUTPUT:
         recording = open_recording(entry)
         damage = recording.damage
@@ -210,18 +205,10 @@ def export(entry: RecordingEntry, path: Path, *, appends: bool = False, is_told:
             console.write(part.decode().replace("\r\n", "\n"))  # standard output ends lines as the system does
     else:
         try:
-            rows, damage = write_file(
-                entry,
-                path,
-                is_table=path.suffix.lower() != MCAP,
-                appends=appends,
-                on_progress=lambda share: console.show_progress(f"{share:.0%}"),
-            )
+            rows, damage = write_file(entry, path, is_table=path.suffix.lower() != MCAP, appends=args.append)
         except (OSError, ValueError) as error:
             raise console.Refused(not_written(path, error), ErrorCode.REFUSED) from error
-        finally:
-            console.clear_progress()
-        if is_told:
+        if not args.json:
             console.write_lines([saved_text(path, rows)])
     if damage is not None:
         console.notify(damage.translated())

@@ -18,7 +18,7 @@ from app.settings.profile_file import profile_text
 from app.settings.profiles import MAX_NAME_LENGTH, Profile
 from app.system.files import write_whole
 from app.terminal import console
-from app.terminal.arguments import STANDARD_OUTPUT, add_file, add_json, add_module, add_port
+from app.terminal.arguments import add, add_file, add_port
 from app.terminal.connection import connected
 from app.terminal.records import adapter_of
 from app.terminal.results import Result, SettingName, Value
@@ -49,37 +49,26 @@ class ModuleSettings(NamedTuple):
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    add_file(parser, "file", type=Path, metavar="FILE.toml", help="profile, or - for standard output")
-    add_module(parser, "name of the profile")
-    parser.add_argument("--force", action="store_true", help="replace the file")
+    add_file(parser, "file", type=Path, metavar="FILE.toml", help="profile")
+    add(parser, "--force")
     add_port(parser)
-    add_json(parser)
+    add(parser, "--json")
 
 
 def run(args: argparse.Namespace) -> int:
     path: Path = args.file
-    is_file = path != STANDARD_OUTPUT
-    if not is_file and args.json:
-        raise console.Refused(tr("expected {expected}", expected="FILE.toml --json | -"))
-    if is_file and path.exists() and not args.force:
-        raise console.Refused(tr("{file} exists: use {options}.", file=path, options="--force"))
+    console.refuse_existing(path, is_forced=args.force)
     module = read_module(args.port, args.baud)
-    text = text_of(module, args.module or (path.stem if is_file else module.port))
-    if not is_file:
-        console.write(text)
-        return notify_missing(module)
     trouble = ""
     try:
-        write_whole(path, text.encode())
-    except (OSError, ValueError) as error:
+        write_whole(path, text_of(module, path.stem).encode())
+    except (OSError, ValueError) as error:  # ValueError: a NUL in the name
         trouble = not_written(path, error)
-    if args.json:
-        answer = SaveJson(str(path), not trouble, dict(module.values), dict(module.missing))
-        console.write_lines([console.as_json(answer)])
+    answer = SaveJson(str(path), not trouble, dict(module.values), dict(module.missing))
+    console.emit(args, answer, [] if trouble else [tr("Saved to {path}.", path=path)])
     if trouble:
         console.notify(trouble)
         return console.PARTIAL
-    console.note(tr("Saved to {path}.", path=path))
     return notify_missing(module)
 
 

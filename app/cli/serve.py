@@ -18,7 +18,7 @@ from app.procedures.lock import Locked, lock
 from app.safety.journal import Journal
 from app.sharing import Event, Sharing, Tell, address_of, listen_at, warning_of
 from app.terminal import console
-from app.terminal.arguments import add_json, add_port, tcp_address
+from app.terminal.arguments import add, add_port, tcp_address
 from app.terminal.connection import OpenPort, connected
 from app.terminal.interruption import Signalled, check_signals, signals_noted
 from app.terminal.records import opened_store, records_on
@@ -26,9 +26,8 @@ from app.terminal.results import Result
 from app.text.sentences import error_text, labelled
 from app.text.user_error import ErrorCode
 
-# How long what the module says unasked may wait for more.
-BATCH_EVERY_S = 0.02
-LONGEST_WAIT_S = 0.1
+# How long what the module says may wait.
+LOOK_EVERY_S = 0.01
 
 
 class ServeJson(Result):
@@ -42,7 +41,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     text = "where readers connect (default: a free port of this computer)"
     parser.add_argument("--tcp", type=tcp_address, default=("127.0.0.1", 0), metavar="HOST:PORT", help=text)
     add_port(parser)
-    add_json(parser)
+    add(parser, "--json")
 
 
 def run(args: argparse.Namespace) -> int:
@@ -60,7 +59,7 @@ def run(args: argparse.Namespace) -> int:
 
     with listener, signals_noted(), opened_store() as (store, troubles), connected(args.port, args.baud) as opened:
         address = address_of(listener)
-        console.write_lines([console.as_json(ServeJson("listening", address)) if args.json else address])
+        console.emit(args, ServeJson("listening", address), [address])
         if warning := warning_of(listener):
             console.notify(warning)
         journal = records_on(store, troubles, args.port, origin="serve").journal
@@ -92,10 +91,10 @@ def _serve(opened: OpenPort, listener: socket.socket, journal: Journal, tell: Te
                 endings.pop(job)(job)
 
     sharing = Sharing(listener, submit, send_lock, tell)
-    opened.listen(on_batch, sharing.wake, BATCH_EVERY_S)
+    opened.listen(on_batch, LOOK_EVERY_S)
     try:
         while opened.connection.state is PortState.OPEN:
-            sharing.turn(LONGEST_WAIT_S)
+            sharing.turn(LOOK_EVERY_S)
             check_signals()
             opened.drain()
     finally:

@@ -5,18 +5,23 @@ is sent once and read back, and all settings are read again at the end. What can
 A value that takes protection away, or is against the vendor's advice, is written with --accept-risk only: without it
 nothing is opened, and the exit code is 2. The baud rate comes last, as the conversation ends with it.
 Exit code 1 if a setting was not verified, another one changed, or the conversation ended meanwhile; 3 if nothing could
-be sent for that. --dry-run only reads, and shows before → after; exit code 4 if a setting was not read.
+be sent for that; 4 if questions are answered twice, as by two modules. --dry-run only reads, and shows before → after;
+exit code 4 if a setting was not read.
 """
 
 import argparse
 from collections.abc import Sequence
+from contextlib import suppress
 from dataclasses import replace
 from pathlib import Path
 
+from app.cli.act import interruption_told, permit_for
+from app.cli.read import is_answered_twice
 from app.cli.save import notify_missing, read_module
 from app.engine.conversation import Interrupted
 from app.preflight.reading_object import SETTING_KEYS
 from app.procedures.baud import change_baud
+from app.procedures.read import ANSWERED_TWICE
 from app.procedures.write import (
     SetReply,
     SettingChange,
@@ -29,62 +34,43 @@ from app.procedures.write import (
 )
 from app.safety.acts import Act
 from app.safety.consequences import Weight, consequences
-from app.safety.permit import Origin, Permit
 from app.settings.profiles import SETTINGS_BY_KEY
-from app.system.clock import steady_time
 from app.terminal import console
-from app.terminal.arguments import add_file, add_json, add_port, any_name, completed_as
+from app.terminal.arguments import add, add_file, add_port
 from app.terminal.connection import OpenPort, connected
-from app.terminal.console import Colour, coloured
+from app.terminal.console import Colour, Line
 from app.terminal.interruption import signals_noted
 from app.terminal.records import Records, records_of
 from app.terminal.results import Result, SettingName, Value
 from app.terminal.setting_words import parse_settings, settings_of_profile, typed
 from app.text.i18n import tr
-from app.text.messages import UserMessage
 from app.text.sentences import join_names, labelled
-from protocol.catalogue import ATTITUDE_TRIGGER, BAUD_RATE
-from protocol.fields import Value as SettingValue
+from protocol.catalogue import BAUD_RATE
 
 
 class SetResultJson(Result):
     """`read_back` and `verified` are null for what cannot be read back: acknowledged is all there is to know."""
 
     wanted: Value
-    before: Value
     acknowledged: bool | None
     read_back: Value
     verified: bool | None
-    verified_age_s: float | None
     error: str | None
 
 
-class ChangedJson(Result):
-    before: Value
-    after: Value
-
-
 class SetJson(Result):
-    """`changed`: settings that changed without being written; `unread`: those that were not read again."""
-
     results: dict[SettingName, SetResultJson]
-    changed: dict[SettingName, ChangedJson]
-    unread: list[SettingName]
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    names = ", ".join(SETTING_KEYS)
-    wishes = parser.add_argument(
-        "wishes", nargs="*", metavar="NAME=VALUE", help=f"{names}; triggers and output: true or false"
-    )
-    completed_as(wishes, "_dps_s_settings")
+    text = f"{', '.join(SETTING_KEYS)}; triggers and output: true or false"
+    parser.add_argument("wishes", nargs="*", metavar="NAME=VALUE", help=text)
     add_file(parser, "--profile", type=Path, metavar="FILE", help="write all settings of this profile")
-    parser.add_argument("--accept-risk", action="store_true", help="write values that take protection away")
+    add(parser, "--accept-risk")
     parser.add_argument("--dry-run", action="store_true", help="only show what would change")
     parser.add_argument("--unlock", action="store_true", help="write although the module may fire")
-    parser.add_argument("--note", type=any_name, default="", metavar="TEXT", help="who writes, and why")
     add_port(parser)
-    add_json(parser)
+    add(parser, "--json")
 
 
 def run(args: argparse.Namespace) -> int:
@@ -95,12 +81,14 @@ def run(args: argparse.Namespace) -> int:
     if any(wish.risks for wish in wishes) and not args.accept_risk:
         console.refuse_without("--accept-risk")
     with signals_noted():  # after the last frame a signal no longer keeps the result from being printed
-        report = _write(wishes, args)
+        report, is_doubled = _write(wishes, args)
         console.emit(args, json_of(report), page_of(report))
         for sentence in _remarks(report):
             console.notify(sentence)
+        if is_doubled:
+            console.notify(ANSWERED_TWICE.translated())
     if report.is_fine:
-        return console.SUCCESS
+        return console.PARTIAL if is_doubled else console.SUCCESS
     is_sent = any(written.is_sent for written in report.results)
     return console.NO_LINK if report.interrupted is not None and not is_sent else console.ANSWER_NO
 
@@ -113,12 +101,12 @@ def _show(wishes: Sequence[SettingChange], args: argparse.Namespace) -> int:
     for wish in wishes:
         key, before = wish.command.key, module.values.get(wish.command.key)
         error = None if before == wish.value else "not written: dry run"
-        results[key] = SetResultJson(wish.value, before, None, None, None, None, error)
+        results[key] = SetResultJson(wish.value, None, before, None, error)
         if error is None:
             rows.append((key, labelled(typed(wish.value), tr("unchanged"))))
         else:
             rows.append((key, labelled(f"{typed(before)} → {typed(wish.value)}", tr("not written (dry run)"))))
-    console.emit(args, SetJson(results, {}, []), console.columns(rows))
+    console.emit(args, SetJson(results), console.columns(rows))
     return notify_missing(module)
 
 
@@ -138,32 +126,28 @@ def warn(wishes: Sequence[SettingChange]) -> None:
                 console.notify(tr("Warning: {name}: {what}", name=wish.command.key, what=consequence.sentence))
 
 
-def _write(wishes: Sequence[SettingChange], args: argparse.Namespace) -> WriteReport:
-    """The results are in the order of `wishes`."""
-    written: list[Written] = []
-    with records_of(args.port) as records, connected(args.port, args.baud) as opened:
+def _write(wishes: Sequence[SettingChange], args: argparse.Namespace) -> tuple[WriteReport, bool]:
+    """What became of each, and whether questions were answered twice."""
+    is_doubled = False
+    with records_of(args.port) as records, connected(args.port, args.baud) as opened, interruption_told():
         old_rate = opened.connection.baud_rate
         context = WriteContext(
             journal=records.journal,
             is_unlocked=args.unlock,
             accepted_risks=frozenset(wishes if args.accept_risk else ()),
             keep_as_found=records.keep_as_found,
-            on_written=written.append,
-            note=args.note,
         )
-        # As `write_all` orders them, and the baud rate last.
-        ordered = sorted(wishes, key=lambda wish: (wish.command is BAUD_RATE, wish.command is ATTITUDE_TRIGGER))
-        try:
-            report = opened.run(write_all([wish for wish in ordered if wish.command is not BAUD_RATE], context))
-            for wish in ordered:
-                if wish.command is BAUD_RATE:
-                    report = _write_rate(wish, report, opened, records, is_profile=args.profile is not None)
-        except KeyboardInterrupt:
-            _tell_interrupted(written, ordered)
-            raise
+        report = opened.run(write_all([wish for wish in wishes if wish.command is not BAUD_RATE], context))
+        if report.interrupted is None:
+            with suppress(Interrupted):
+                is_doubled = opened.run(is_answered_twice())
+        for wish in wishes:
+            if wish.command is BAUD_RATE:
+                report = _write_rate(wish, report, opened, records, is_profile=args.profile is not None)
     results = {result.command: result for result in report.results}
     before = {**report.before, "baud_rate": old_rate}
-    return replace(report, before=before, results=tuple(results[wish.command] for wish in wishes))
+    report = replace(report, before=before, results=tuple(results[wish.command] for wish in wishes))
+    return report, is_doubled
 
 
 def _write_rate(
@@ -177,7 +161,7 @@ def _write_rate(
     elif refusals or interrupted is not None:
         result = Written(*wish, fault=WriteFault.NOT_ALLOWED if refusals else WriteFault.NOT_SENT)
     else:
-        permit = Permit(Act.CHANGE_BAUD, Origin.COMMAND_LINE, steady_time(), opened.number)
+        permit = permit_for(Act.CHANGE_BAUD, opened)
         try:
             changed = opened.run(change_baud(rate, records.journal, permit=permit), outlives=True)
         except Interrupted as error:
@@ -188,42 +172,21 @@ def _write_rate(
     return replace(report, results=(*report.results, result), interrupted=interrupted, refusals=refusals)
 
 
-def _tell_interrupted(heard: Sequence[Written], wishes: Sequence[SettingChange]) -> None:
-    """Nothing is read again after a signal: what was verified was verified then. `wishes` in the order of writing."""
-    rows: list[tuple[str, ...]] = []
-    for result in heard:
-        fault = result.fault or (WriteFault.VERIFIED_THEN if result.verified else WriteFault.ACKNOWLEDGED_THEN)
-        rows.append((result.command.key, tr(fault.value)))
-    said = tr("Interrupted; may have been carried out.")
-    for wish in wishes[len(heard) :]:
-        rows.append((wish.command.key, said))
-        said = tr("not sent: {why}", why=tr("interrupted"))
-    for line in console.columns(rows):
-        console.notify(line)
-
-
 # What is printed
 
 
 def json_of(report: WriteReport) -> SetJson:
     results: dict[str, SetResultJson] = {}
     for written in report.results:
-        is_needed, why = written.heard is not SetReply.UNNEEDED, why_not_verified(written, report)
-        is_timed = report.read_at is not None and written.verified and is_needed
+        why = why_not_verified(written, report)
         results[written.command.key] = SetResultJson(
             wanted=written.target,
-            before=report.before.get(written.command.key),
-            acknowledged=written.is_acknowledged if is_needed else None,
+            acknowledged=None if written.heard is SetReply.UNNEEDED else written.is_acknowledged,
             read_back=written.read_back,
             verified=written.verified,
-            verified_age_s=round(max(0.0, steady_time() - (report.read_at or 0.0)), 3) if is_timed else None,
             error=None if why is None else why.in_english(),
         )
-    changed: dict[str, ChangedJson] = {}
-    if report.changed is not None:
-        before, after = report.changed
-        changed[before.command.key] = ChangedJson(before=before.value, after=after.value)
-    return SetJson(results, changed, [command.key for command in report.unread])
+    return SetJson(results)
 
 
 def _remarks(report: WriteReport) -> list[str]:
@@ -241,22 +204,18 @@ def _remarks(report: WriteReport) -> list[str]:
     return remarks
 
 
-def page_of(report: WriteReport) -> list[str]:
+def page_of(report: WriteReport) -> list[Line]:
     rows: list[tuple[str, ...]] = []
+    colours: list[Colour] = []
     for written in report.results:
-        why = why_not_verified(written, report)
-        rows.append((written.command.key, _sentence(written, report.before.get(written.command.key), why)))
-    return [coloured(*pair) for pair in zip(console.columns(rows), map(_colour, report.results), strict=True)]
+        rows.append((written.command.key, _sentence(written, report)))
+        colours.append(Colour.GOOD if written.verified else Colour.CAUTION if written.is_fine else Colour.BAD)
+    return list(zip(console.columns(rows), colours, strict=True))
 
 
-def _colour(written: Written) -> Colour:
-    if written.verified:
-        return Colour.GOOD
-    return Colour.CAUTION if written.is_fine else Colour.BAD
-
-
-def _sentence(written: Written, before: SettingValue | None, why: UserMessage | None) -> str:
-    shown = typed(written.target)
+def _sentence(written: Written, report: WriteReport) -> str:
+    shown, why = typed(written.target), why_not_verified(written, report)
+    before = report.before.get(written.command.key)
     if why is not None:
         read_back = "" if written.read_back is None else f" → {typed(written.read_back)}"
         return labelled(shown, tr("NOT verified ({why})", why=why.translated() + read_back))

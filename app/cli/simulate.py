@@ -11,17 +11,16 @@ The first line is its port. More examples:
 import argparse
 import signal
 import sys
-from contextlib import closing
+from contextlib import closing, suppress
 from dataclasses import fields
 from pathlib import Path
 from typing import Any
 
 from app.simulator.bench import SimulatedBench
-from app.simulator.endpoints import Endpoint, Loop, PtyEndpoint, TcpEndpoint
+from app.simulator.endpoints import Loop, PtyEndpoint, TcpEndpoint
 from app.simulator.setup import YES_OR_NO, Setup, as_text, parse_options
 from app.terminal import console
 from app.terminal.arguments import add_file, tcp_address
-from app.terminal.interruption import discard
 from app.text.i18n import tr
 from app.text.sentences import error_text, labelled
 from app.text.user_error import ErrorCode
@@ -53,29 +52,16 @@ def run(args: argparse.Namespace) -> int:
     if args.tcp is None and sys.platform == "win32":
         raise console.Refused(tr("Windows has no pseudo-terminals: use {option}.", option="--tcp 127.0.0.1:0"))
     try:
-        with closing(_endpoint(args, bench)) as endpoint:
+        rate = bench.module.baud_rate
+        with closing(TcpEndpoint(*args.tcp) if args.tcp else PtyEndpoint(args.link, baud_rate=rate)) as endpoint:
             loop = Loop(bench, endpoint)
             for name in ("SIGINT", "SIGTERM", "SIGHUP"):
                 if hasattr(signal, name):
                     signal.signal(getattr(signal, name), lambda *_signal: loop.stop())
-            _announce(endpoint.address, args.link)
+            with suppress(console.OutputLost):  # nobody reads it, and the link leads there
+                console.write_lines([endpoint.address])
             loop.run()
     except OSError as error:
         where = args.link or (":".join(map(str, args.tcp)) if args.tcp else "pty")
         raise console.Refused(labelled(where, error_text(error)), ErrorCode.NO_PORT) from error
     return console.SUCCESS
-
-
-def _endpoint(args: argparse.Namespace, bench: SimulatedBench) -> Endpoint:
-    if args.tcp is None:
-        return PtyEndpoint(args.link, baud_rate=bench.module.baud_rate)
-    return TcpEndpoint(*args.tcp)
-
-
-def _announce(address: str, link: Path | None) -> None:
-    try:
-        console.write_lines([address])
-    except console.OutputLost:
-        discard(sys.stdout)  # the link tells it
-    if link is not None:
-        console.notify(str(link))

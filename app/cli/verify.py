@@ -13,8 +13,8 @@ import msgspec
 from app.archive.archive import known_names
 from app.records.verification import RecordState, Verification, shown_key, verify_file
 from app.terminal import console
-from app.terminal.arguments import add_file, add_json
-from app.terminal.records import existing_store, notice_of
+from app.terminal.arguments import add, add_file
+from app.terminal.records import existing_store, say_notice
 from app.terminal.results import Result, Time
 from app.text.messages import message
 from app.text.sentences import error_text
@@ -24,38 +24,35 @@ from protocol.translatable import marked
 
 class VerifyJson(Result):
     """`report`: the file is a report, in which only the record is signed. `follows`: the verdict that the checks give.
-    `signer`: fingerprint of the key; `names`: what stations with it call themselves, `other_keys`: who else calls
-    himself so. What an altered file says is null where it cannot be read."""
+    `signer`: fingerprint of the key; `names`: what stations with it call themselves. What an altered file says is null
+    where it cannot be read."""
 
     state: Literal["intact", "contradictory", "altered"]
     report: bool
-    verdict: Literal["GO", "READY", "NO-GO"] | None
-    follows: Literal["GO", "READY", "NO-GO"] | None
-    void: str | None
-    module: str | None
-    at: Time | None
-    who: str | None
-    aircraft: str | None
-    simulated: bool | None
     contradictions: list[str]
-    signer: str | None
     signed_by: Literal["this_station", "known_station", "unknown_key", "nobody"]
     names: list[str]
-    other_keys: dict[str, list[str]]
+    signer: str | None = None
+    verdict: Literal["GO", "READY", "NO-GO"] | None = None
+    follows: Literal["GO", "READY", "NO-GO"] | None = None
+    void: str | None = None
+    module: str | None = None
+    at: Time | None = None
+    who: str | None = None
+    aircraft: str | None = None
+    simulated: bool | None = None
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     add_file(parser, "file", type=Path, metavar="FILE", help="record (.json) or report (.pdf)")
-    add_json(parser)
+    add(parser, "--json")
 
 
 def run(args: argparse.Namespace) -> int:
     store = existing_store()
     names = known_names(store)
     if store is not None:
-        notice = notice_of(store)
-        if notice is not None:
-            console.notify(notice.translated())
+        say_notice(store)
         store.close()
     try:
         verification = verify_file(args.file, names)
@@ -70,21 +67,17 @@ def run(args: argparse.Namespace) -> int:
 
 
 def result_of(verification: Verification) -> VerifyJson:
-    record, names = verification.record, verification.names
-    found: dict[str, Any] = dict.fromkeys(VerifyJson.__struct_fields__)
-    found["state"] = verification.state.value
-    found["report"] = verification.is_report
+    record, names = verification.record, verification.names.of_key(verification.signer)
+    found: dict[str, Any] = {"state": verification.state, "report": verification.is_report, "signed_by": "nobody"}
     found["contradictions"] = [against.in_english() for against in verification.contradictions]
+    found["names"] = []
     if record is not None:
-        found |= {name: getattr(record, name) for name in ("verdict", "follows", "void", "module", "who", "aircraft")}
-        found["at"] = record.at.isoformat()
+        found |= {
+            key: getattr(record, key) for key in ("verdict", "follows", "void", "module", "at", "who", "aircraft")
+        }
         found["simulated"] = record.is_simulated
-    found["signed_by"], found["names"], found["other_keys"] = "nobody", [], {}
     if verification.state is not RecordState.ALTERED:
-        signer = verification.signer
-        found["signer"] = shown_key(signer)
-        found["names"] = list(names.of_key(signer))
-        found["other_keys"] = {name: list(map(shown_key, keys)) for name, keys in names.other_keys(signer).items()}
-        known = "known_station" if found["names"] else "unknown_key"
+        found["signer"], found["names"] = shown_key(verification.signer), names
+        known = "known_station" if names else "unknown_key"
         found["signed_by"] = "this_station" if verification.is_own else known
     return msgspec.convert(msgspec.to_builtins(found), VerifyJson)

@@ -20,9 +20,9 @@ from app.limits.past import Past
 from app.modules.labels import Label, Paper, Printer, write_labels
 from app.modules.names import Remembered, modules, remember, remembered
 from app.preflight.evidence import UNFINISHED, Evidence
-from app.preflight.findings import Case, Person
+from app.preflight.findings import Person
 from app.preflight.module_checks import FINGERPRINT_KEYS
-from app.preflight.verdict import Verdict, assess
+from app.preflight.verdict import Verdict
 from app.procedures.write import SettingChange, WriteContext
 from app.records.filing import judge_check, keep_check, local_now
 from app.records.report_files import carries, check_target
@@ -38,7 +38,6 @@ from protocol.fields import Value
 from protocol.translatable import marked
 
 READY, SET_ASIDE, OPEN = marked("READY"), marked("SET ASIDE"), marked("open")
-PLUG_IN, UNPLUG = marked("PLUG IN: {module}"), marked("UNPLUG, NEXT")
 TAKEN = marked("{module} is the name of another module: left out.")
 # Marks the labels of a batch, which a batch may replace.
 FORMAT = "dps-s batch"
@@ -92,7 +91,6 @@ class BatchRow(NamedTuple):
     result: str = OPEN
     at: str = ""
     code: str = ""
-    boot_count: int | None = None
     why: UserMessage | None = None
 
 
@@ -130,22 +128,33 @@ class BatchRun:
     ) -> UserMessage | None:
         """Keep the record, under the name only where it is READY; why it is set aside. `done`: None for a turn that
         broke off. Within `Store.write`."""
-        why = self._why_aside(facts, name, evidence, done)
-        person = replace(self._person, module=None if why else name)
+        judge = partial(
+            judge_check,
+            evidence,
+            self.batch.profile,
+            folder=self._store.folder,
+            adapter=adapter or evidence.port,
+            at=local_now(),
+        )
+        why: UserMessage | None = None
+        if done is None:
+            why = (evidence.void or UNFINISHED).message
+        elif done.why is not None:
+            why = done.why
+        else:
+            filed = judge(replace(self._person, module=name), Past(module=name))
+            if filed.assessment.verdict is not Verdict.READY:
+                why = joined(filed.assessment.titles_against)
+            elif remembered(facts, name) is not None:
+                why = message(TAKEN, module=name)
+        module = None if why else name
+        if why is not None and evidence.began_at is not None:
+            filed = judge(replace(self._person, module=None), Past(module=None))
         if evidence.began_at is not None:
-            filed = judge_check(
-                evidence,
-                self.batch.profile,
-                person,
-                Past(module=person.module),
-                folder=self._store.folder,
-                adapter=adapter or evidence.port,
-                at=local_now(),
-            )
             keep_check(facts, filed)
         boot_count = None if done is None else done.boot_count
         settings = evidence.settings(FINGERPRINT_KEYS)
-        if why is None:
+        if module:
             remember(facts, name, boot_count=boot_count, settings=settings)
             self._last = name
         turn = ModuleProvisioned(
@@ -155,22 +164,8 @@ class BatchRun:
             code=fingerprint(settings) or "",
             boot_count=boot_count,
         )
-        facts.add(turn, person.module)
+        facts.add(turn, module)
         return why
-
-    def _why_aside(self, facts: Facts, name: str, evidence: Evidence, done: Provisioned | None) -> UserMessage | None:
-        if done is None:
-            return (evidence.void or UNFINISHED).message
-        if done.why is not None:
-            return done.why
-        person = replace(self._person, module=name)
-        case = Case(evidence=evidence, profile=self.batch.profile, past=Past(module=name), person=person)
-        assessment = assess(case)
-        if assessment.verdict is not Verdict.READY:
-            return joined(assessment.titles_against)
-        if remembered(facts, name) is not None:
-            return message(TAKEN, module=name)
-        return None
 
     def rows(self, facts: Facts) -> list[BatchRow]:
         """Every name, then what was set aside, also in former runs."""
@@ -181,10 +176,10 @@ class BatchRun:
             if content.batch != self.batch.key:
                 continue
             if content.why is None:
-                done[content.name] = BatchRow(content.name, READY, turn.at, content.code, content.boot_count)
+                done[content.name] = BatchRow(content.name, READY, turn.at, content.code)
             else:
                 why = message_from_json(to_builtins(content.why))
-                aside.append(BatchRow("", SET_ASIDE, turn.at, content.code, content.boot_count, why))
+                aside.append(BatchRow("", SET_ASIDE, turn.at, content.code, why))
         return [*(done.get(name, BatchRow(name)) for name in self.batch.names), *aside]
 
     def left(self, facts: Facts) -> tuple[list[str], list[str]]:
@@ -197,14 +192,11 @@ class BatchRun:
         """The modules that one may be that is plugged in, and how often it may have started since."""
         if not self._are_all_new:
             return list(modules(facts)), BOOTS // 2
-        last = remembered(facts, self._last or _named_last(facts))
-        return ([] if last is None else [last]), REPLUGGED_STARTS if self._last else 0
-
-
-def _named_last(facts: Facts) -> str:
-    """In a former run: it may still be plugged in."""
-    turns = facts.back_from_newest(ModuleProvisioned)
-    return next((turn.content.name for turn in turns if turn.content.why is None), "")
+        # The last one, also of a former run, may still be plugged in.
+        turns = facts.back_from_newest(ModuleProvisioned)
+        last = self._last or next((turn.content.name for turn in turns if turn.content.why is None), "")
+        known = remembered(facts, last)
+        return ([] if known is None else [known]), REPLUGGED_STARTS if self._last else 0
 
 
 def _resembling(

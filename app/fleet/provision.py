@@ -1,7 +1,7 @@
 """One module of a batch: read, written, verified, enabled and checked, in one conversation."""
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from typing import NamedTuple
 
 from app.engine.conversation import Interrupted
 from app.engine.procedure import Pause, Procedure
@@ -9,24 +9,20 @@ from app.preflight.evidence import Evidence, StateReading, read_state
 from app.preflight.run import run_preflight
 from app.procedures.write import SettingChange, WriteContext, WriteReport, why_not_verified, write_all
 from app.text.messages import UserMessage, message
-from protocol.events import EndReason
 from protocol.fields import Value
 from protocol.translatable import marked
 
-# How a module goes that is unplugged, with its adapter or without, or whose place another one takes.
-GONE = frozenset({EndReason.SILENT, EndReason.RESTARTED, EndReason.CONTRADICTED, EndReason.PORT_LOST})
 _LOOK_EVERY_S = 1.0
 
+# The named module that one of this boot count and these settings may be.
 FindKnown = Callable[[int, Mapping[str, Value]], str | None]
-"""The named module that one of this boot count and these settings may be."""
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Provisioned:
+class Provisioned(NamedTuple):
     """`why` nothing was written, or not everything is as written; None where it was checked."""
 
-    why: UserMessage | None = None
-    boot_count: int | None = None
+    why: UserMessage | None
+    boot_count: int | None
 
 
 def provision(
@@ -52,11 +48,11 @@ def provision(
     except Interrupted as error:
         evidence.note_error(error)
         raise
-    return Provisioned(why=why, boot_count=before.settings.boot_count)
+    return Provisioned(why, before.settings.boot_count)
 
 
 def await_gone() -> Procedure[None]:
-    """Wait until the module is unplugged; the job expects `GONE`. Whoever answers afterwards may be another one."""
+    """Wait until the module is unplugged, with its adapter or without, or another one has taken its place."""
     try:
         while True:
             yield Pause(_LOOK_EVERY_S)

@@ -724,10 +724,6 @@
         <translation>诊断</translation>
     </message>
     <message>
-        <source>Did it crash? Then it must fire.</source>
-        <translation>坠机了吗？那么必须触发。</translation>
-    </message>
-    <message>
         <source>Disabled</source>
         <translation>已禁用</translation>
     </message>
@@ -3434,8 +3430,8 @@
         <translation>厂家建议：{advice}</translation>
     </message>
     <message>
-        <source>Vendor defaults, not of a module: {names}</source>
-        <translation>厂家默认值，并非模块读数：{names}</translation>
+        <source>Vendor defaults, not of a module: {names}.</source>
+        <translation>厂家默认值，并非模块读数：{names}。</translation>
     </message>
     <message>
         <source>Vendor's advice</source>
@@ -3452,10 +3448,6 @@
     <message>
         <source>Void: {why}</source>
         <translation>作废：{why}</translation>
-    </message>
-    <message>
-        <source>Waiting for the module</source>
-        <translation>正在等待模块</translation>
     </message>
     <message>
         <source>Waiting some seconds: an answer may come twice</source>
@@ -3618,10 +3610,6 @@
         <translation>静止的传感器漂移更小</translation>
     </message>
     <message>
-        <source>above the threshold, direction unknown</source>
-        <translation>高于阈值，方向未知</translation>
-    </message>
-    <message>
         <source>acknowledged</source>
         <translation>已应答</translation>
     </message>
@@ -3740,10 +3728,6 @@
     <message>
         <source>being recorded</source>
         <translation>记录中</translation>
-    </message>
-    <message>
-        <source>below the threshold, direction unknown</source>
-        <translation>低于阈值，方向未知</translation>
     </message>
     <message>
         <source>bench test</source>

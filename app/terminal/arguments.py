@@ -6,10 +6,8 @@ Help and errors of usage are English; results and errors of the module and the l
 import argparse
 import math
 import re
-import sys
 from contextlib import suppress
 from datetime import date
-from pathlib import Path
 from typing import Any, Final, NoReturn, Protocol
 
 from app.engine.target import host_and_port
@@ -21,10 +19,21 @@ AUTO: Final = "auto"
 RATES: Final = (115200, 57600, 38400, 19200, 9600, 4800)
 USUAL_RATE: Final = 115200
 MAX_NAME_LENGTH: Final = 200
-STANDARD_OUTPUT: Final = Path("-")
 _OPTION = re.compile(r"--[a-z][a-z-]*")
 _UNKNOWN_OPTION = re.compile(r"unrecognized arguments: .*?(--?[^\s=]+)")
 _PORT_HELP = "serial port, socket:// or rfc2217:// address, or sim://; default: DPS_S_PORT, or the only adapter"
+# Usual options, for `add`.
+_OPTIONS: Final[dict[str, dict[str, Any]]] = {
+    "--json": {"action": "store_true", "help": "print JSON; see dps-s schema"},
+    "--yes": {"action": "store_true", "help": "do it; without it the command only says what it would do"},
+    "--force": {"action": "store_true", "help": "replace the file"},
+    "--accept-risk": {"action": "store_true", "help": "write values that take protection away"},
+    "--records-reviewed": {
+        "action": "store_true",
+        "help": "the trigger records were judged; a module that never answers their query is new",
+    },
+    "--same-module": {"action": "store_true", "help": "it is the module of that name, although it differs"},
+}
 
 
 class Arguments(Protocol):
@@ -52,27 +61,17 @@ def expected(what: str) -> argparse.ArgumentTypeError:
 
 
 def any_name(text: str) -> str:
+    """It may be empty."""
     if len(text) > MAX_NAME_LENGTH:
         raise expected(f"≤ {MAX_NAME_LENGTH} characters")
     return text
 
 
-def module_name(text: str) -> str:
-    """An empty one is refused, as it would name none. "-" is a line of standard input, as a scanner types it."""
-    if text == "-":
-        try:
-            text = sys.stdin.readline(MAX_NAME_LENGTH + 2).strip()
-        except (OSError, ValueError):  # it is closed, or no text
-            text = ""
-    if not text.strip() or len(text) > MAX_NAME_LENGTH:
-        raise expected(f"NAME (≤ {MAX_NAME_LENGTH} characters)")
-    return text
-
-
-def port_name(text: str) -> str:
+def name(text: str) -> str:
+    """An empty one is refused, as it would name nothing."""
     if not text.strip():
-        raise expected("a port")
-    return text
+        raise expected("NAME")
+    return any_name(text)
 
 
 def baud_rate(text: str) -> int | None:
@@ -109,34 +108,30 @@ def day(text: str) -> date:
 # Usual options
 
 
-def completed_as(action: argparse.Action, kind: str) -> None:
-    """What the completion scripts offer for its value: "file", or a function of `app.cli.completion`."""
-    functions = {"bash": "_shtab_compgen_files", "zsh": "_files"} if kind == "file" else {"bash": kind, "zsh": kind}
-    action.complete = functions  # type: ignore[attr-defined]  # an attribute that shtab asks for
+def add(parser: Arguments, *options: str) -> None:
+    """Usual options by their names."""
+    for option in options:
+        parser.add_argument(option, **_OPTIONS[option])
 
 
-def add_file(parser: Arguments, name: str, **options: Any) -> None:
+def completed_by(action: argparse.Action, *, bash: str, zsh: str) -> None:
+    """Which functions offer its value in the completion scripts."""
+    action.complete = {"bash": bash, "zsh": zsh}  # type: ignore[attr-defined]  # an attribute that shtab asks for
+
+
+def add_file(parser: Arguments, option: str, **options: Any) -> None:
     """An argument that names a file or a folder."""
-    completed_as(parser.add_argument(name, **options), "file")
+    completed_by(parser.add_argument(option, **options), bash="_shtab_compgen_files", zsh="_files")
 
 
 def add_port(parser: argparse.ArgumentParser) -> None:
     """--port, --baud and --timeout."""
-    port = parser.add_argument("-p", "--port", type=port_name, metavar="P", action="append", help=_PORT_HELP)
-    completed_as(port, "file")
+    port = parser.add_argument("-p", "--port", type=name, metavar="P", action="append", help=_PORT_HELP)
+    completed_by(port, bash="_dps_s_ports", zsh="_dps_s_ports")
     rates = f"baud rate: {', '.join(map(str, RATES))} or {AUTO} (default: {USUAL_RATE})"
-    rate = parser.add_argument("-b", "--baud", type=baud_rate, default=USUAL_RATE, metavar="N", help=rates)
-    completed_as(rate, "_dps_s_rates")
+    parser.add_argument("-b", "--baud", type=baud_rate, default=USUAL_RATE, metavar="N", help=rates)
     text = "end with exit code 3 if it is not done after S seconds; lock has its own limit"
     parser.add_argument("--timeout", type=seconds, metavar="S", help=text)
-
-
-def add_json(parser: Arguments) -> None:
-    parser.add_argument("--json", action="store_true", help="print JSON; see dps-s schema")
-
-
-def add_yes(parser: Arguments) -> None:
-    parser.add_argument("--yes", action="store_true", help="do it; without it the command only says what it would do")
 
 
 def add_seconds(parser: Arguments) -> None:
@@ -144,16 +139,9 @@ def add_seconds(parser: Arguments) -> None:
 
 
 def add_module(parser: Arguments, text: str) -> None:
-    parser.add_argument("--module", type=module_name, metavar="NAME", help=text)
-
-
-def add_same_module(parser: Arguments, text: str = "it is the module of that name, although it differs") -> None:
-    parser.add_argument("--same-module", action="store_true", help=text)
-
-
-def add_reviewed(parser: Arguments) -> None:
-    text = "the trigger records were judged; a module that never answers their query is new"
-    parser.add_argument("--records-reviewed", action="store_true", help=text)
+    """--module, and --same-module for where something speaks against that name."""
+    parser.add_argument("--module", type=name, metavar="NAME", help=text)
+    add(parser, "--same-module")
 
 
 def add_verbosity(parser: Arguments) -> None:

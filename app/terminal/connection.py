@@ -6,21 +6,22 @@ is handled. The port is always closed properly.
 A job ends with its conversation: `run` raises `Interrupted` then, whose sentence says why.
 """
 
+import logging
 import queue
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
 from typing import TYPE_CHECKING, Final, TypeVar
 
 from app.engine.conversation import ConversationView, Interrupted
-from app.engine.procedure import SHARED, Job, LinkView, Procedure, Report
+from app.engine.procedure import SHARED, Job, LinkView, Procedure
 from app.engine.target import is_network_address, is_shared
 from app.engine.transport import PortError
-from app.engine.worker import Batch, Connection, OwedLock, PortState, Worker
+from app.engine.worker import Batch, Connection, PortState, Worker
 from app.procedures.find import Silence, await_module, find_rate
 from app.safety.last_known import LAST_HEARD_ACTIVE, keep_away, was_heard_active
 from app.system.clock import steady_time
 from app.terminal.arguments import USUAL_RATE
-from app.terminal.console import Refused, clear_progress, note, notify, show_progress, verbosity
+from app.terminal.console import Refused, note, notify, verbosity
 from app.terminal.interruption import check_signals, signals_noted
 from app.text.i18n import tr
 from app.text.sentences import join_sentences
@@ -28,14 +29,15 @@ from app.text.user_error import ErrorCode
 from protocol.events import EndReason
 
 if TYPE_CHECKING:
+    from app.diagnosis.symptoms import PortEvidence
     from app.engine.reconnect import Reconnection
     from app.procedures.lock import Locked
     from app.safety.journal import Journal
-    from app.terminal.trace import Trace
 
+_log = logging.getLogger(__name__)
 OPENING_LIMIT_S: Final = 2.0
+# How long the command line waits for the module that it owes LOCK.
 OWED_LIMIT_S: Final = 10.0
-"""How long the command line waits for the module that it owes LOCK."""
 STOP_LIMIT_S: Final = 1.0
 _WAIT_S: Final = 0.1
 _KEEP_LIMIT_S: Final = 2.0
@@ -59,27 +61,24 @@ class OpenPort:
 
     def __init__(self, on_batch: Callable[[Batch], None] | None, journal: "Journal | None") -> None:
         """`journal`: of a command that activates, and so may owe LOCK."""
-        self._on_batch = on_batch
+        self._listeners = [] if on_batch is None else [on_batch]
         self._journal = journal
-        self._trace: Trace | None = None
         if verbosity() > 0:
-            from app.terminal import trace
+            from app.terminal.trace import Trace
 
-            self._trace = trace.Trace(has_frames=verbosity() > 1)
+            self._listeners.append(Trace(has_frames=verbosity() > 1).on_batch)
         self._batches: queue.SimpleQueue[Batch] = queue.SimpleQueue()
-        self._wake: Callable[[], None] = lambda: None
-        self._worker = Worker(self._hand_over, make_lock=None if journal is None else self._make_lock)
+        self._worker = Worker(self._batches.put, make_lock=None if journal is None else self._make_lock)
         self._reconnection: Reconnection | None = None  # where LOCK may be owed
-        self._report: Report | None = None  # the newest of the procedure that runs; set in the worker's thread
         self._owed: Job[Locked] | None = None
+        self._is_lock_owed = False
         self.connection = Connection()
         self.conversation = ConversationView()
+        # Its last state while the port was open.
         self.link: LinkView | None = None
-        """Its last state while the port was open."""
-        self.owed_lock: OwedLock | None = None
         self.has_seen_triggered = False
+        # Of the conversation that this command is about; 0 before the module was greeted.
         self.number = 0
-        """Of the conversation that this command is about; 0 before the module was greeted."""
 
     def open(self, port: str, baud_rate: int) -> None:
         """Raises `PortError`, or `NoLink` if the port does not open within two seconds."""
@@ -96,7 +95,6 @@ class OpenPort:
         self._worker.open(port, baud_rate, adapter=adapter or port)
         ends_at = steady_time() + OPENING_LIMIT_S
         while self.connection.state is not PortState.OPEN:
-            show_progress(tr("Opening…"))
             self.wait()
             if self.connection.trouble is not None:
                 raise self.connection.trouble
@@ -106,56 +104,30 @@ class OpenPort:
                 if is_network_address(port):
                     advice = tr("Check the address and the network.")
                 raise NoLink(join_sentences((late, advice)), what=late, hint=advice)
-        clear_progress()
 
-    def run(
-        self,
-        procedure: Procedure[Result],
-        *,
-        outlives: bool = False,
-        limit_s: float | None = None,
-    ) -> Result:
+    def run(self, procedure: Procedure[Result], *, outlives: bool = False) -> Result:
         """Run a procedure, in the conversation in which the module was greeted, and return its result. Raises its
-        exception, such as `Interrupted`, and `Signalled`.
-
-        `outlives`: it belongs to the port, not to a conversation. `limit_s`: it is cancelled after this time.
-        """
-        job = Job(procedure, self._note_report, conversation=self.number or None, outlives=outlives)
-        self._report = None
-        self._worker.submit(job)
-        ends_at = None if limit_s is None else steady_time() + limit_s
-        try:
-            while not job.is_done:
-                show_progress(self._doing())
-                self.wait()
-                if ends_at is not None and steady_time() > ends_at:
-                    job.cancel()
-        finally:
-            clear_progress()
+        exception, such as `Interrupted`, and `Signalled`. `outlives`: it belongs to the port, not to a conversation."""
+        job = self.submit(Job(procedure, conversation=self.number or None, outlives=outlives))
+        while not job.is_done:
+            self.wait()
         self.drain()
-        is_closed = self.connection.state is PortState.CLOSED and self.connection.trouble is None
-        if is_closed and isinstance(job.error, Interrupted):
-            raise RuntimeError("the port was closed without a reason") from job.error
         return job.outcome()
 
-    def watch(self, procedure: Procedure[None]) -> Job[None]:
-        """Start a procedure in the conversation that goes on; it runs while `wait` is called."""
-        return self.submit(Job(procedure, conversation=self.conversation.number))
-
     def submit(self, job: Job[Result], *, is_urgent: bool = False) -> Job[Result]:
-        """As `Worker.submit`."""
+        """As `Worker.submit`; it runs while `wait` is called."""
         return self._worker.submit(job, is_urgent=is_urgent)
 
-    def listen(self, on_batch: Callable[[Batch], None], wake: Callable[[], None], every_s: float) -> None:
-        """From now on `drain` calls `on_batch`, and `wake` is called by the worker's thread when there is a batch, at
-        least every `every_s` while anything comes."""
-        self._on_batch, self._wake = on_batch, wake
+    def listen(self, on_batch: Callable[[Batch], None], every_s: float) -> None:
+        """From now on `on_batch` is called, too, and there is a batch at least every `every_s` while anything comes."""
+        self._listeners.append(on_batch)
         self._worker.publish_every_s = every_s
 
     def bind(self) -> None:
         """From now on everything runs in the conversation that goes on, and in no other."""
         self.drain()
         self.number = self.conversation.number
+        _log.debug("bound to conversation %d", self.number)
 
     def wait(self) -> None:
         """Wait for a batch, at most a tenth of a second. Raises `Signalled`."""
@@ -174,20 +146,18 @@ class OpenPort:
     def owes_lock(self) -> bool:
         """An activation was interrupted after its frame had left."""
         self.drain()
-        return self.owed_lock is not None or self._owed is not None
+        return self._is_lock_owed or self._owed is not None
 
     def pay_owed_lock(self) -> "Locked | None":
         """Wait until a module answers on the same adapter, which then gets the LOCK that is owed. None where that has
         not come to an end in time."""
+        _log.debug("LOCK is owed")
         ends_at = steady_time() + OWED_LIMIT_S
         while steady_time() < ends_at:
-            show_progress(tr("Waiting for the module"))
             if self._owed is not None and self._owed.is_done:
-                clear_progress()
                 return self._owed.outcome()
             self._open_again()
             self.wait()
-        clear_progress()
         return None
 
     def close(self) -> None:
@@ -218,33 +188,14 @@ class OpenPort:
     def _receive(self, batch: Batch) -> None:
         self.connection = batch.connection
         self.conversation = batch.conversation
-        self.owed_lock = batch.owed_lock
-        if batch.link is not None:
-            self.link = batch.link
+        self.link = batch.link or self.link
+        self._is_lock_owed = batch.owed_lock is not None
         if self._reconnection is not None:
             self._reconnection.feed(batch.connection, batch.at)
         is_reported = batch.conversation.reported[0] is True
         self.has_seen_triggered |= is_reported or any(sample.triggered for sample in batch.samples)
-        if self._trace is not None:
-            self._trace.on_batch(batch)
-        if self._on_batch is not None:
-            self._on_batch(batch)
-
-    def _hand_over(self, batch: Batch) -> None:
-        """In the worker's thread."""
-        self._batches.put(batch)
-        self._wake()
-
-    def _note_report(self, report: Report) -> None:
-        """In the worker's thread."""
-        self._report = report
-
-    def _doing(self) -> str:
-        report = self._report
-        if report is None:
-            return tr("Waiting for the module")
-        values = {name: tr(value) if isinstance(value, str) else value for name, value in report.values}
-        return f"{tr(report.doing, **values)} ({report.done + 1}/{report.total})"
+        for on_batch in self._listeners:
+            on_batch(batch)
 
 
 @contextmanager
@@ -268,6 +219,7 @@ def connected(
                 _greet(opened, port, baud_rate)
             yield opened
         except LOST as error:
+            _log.debug("%s: %r", port, error)
             if was_heard_active(opened.conversation):
                 notify(join_sentences((tr(LAST_HEARD_ACTIVE), keep_away())))
             trouble = opened.connection.trouble
@@ -293,23 +245,24 @@ def _keep_triggered(port: str) -> None:
 
 def _greet(opened: OpenPort, port: str, baud_rate: int | None) -> None:
     if baud_rate is None:
-        search = opened.run(find_rate(USUAL_RATE), outlives=True)
-        if search.baud_rate is None:
+        if opened.run(find_rate(USUAL_RATE), outlives=True).baud_rate is None:
             raise NoLink(no_module_found(port))
-        opened.bind()
-        return
-    silence = opened.run(await_module(), outlives=True)
-    if silence is not None:
-        from app.diagnosis.causes import explain
+    elif (silence := opened.run(await_module(), outlives=True)) is not None:
         from app.diagnosis.symptoms import PortEvidence
         from app.terminal.records import adapter_of
 
         # An address is of no adapter, and listing takes time.
         adapter = "" if "://" in port else adapter_of(port)
         seen = PortEvidence(port, baud_rate, silence=silence, adapter=adapter)
-        why = explain(seen if opened.link is None else seen._replace(counters=opened.link.counters))
-        raise NoLink(why.terminal_sentence, what=why.what, hint=why.next_step)
+        raise _no_link(seen if opened.link is None else seen._replace(counters=opened.link.counters))
     opened.bind()
+
+
+def _no_link(evidence: "PortEvidence") -> NoLink:
+    from app.diagnosis.causes import explain
+
+    why = explain(evidence)
+    return NoLink(why.terminal_sentence, what=why.what, hint=why.next_step)
 
 
 def loss_sentence(error: Exception) -> str:
@@ -326,9 +279,8 @@ def no_module_found(port: str) -> str:
 
 def module_is_silent(port: str, conversation: ConversationView) -> str:
     """`conversation`: the last one with it."""
-    from app.diagnosis.causes import explain
     from app.diagnosis.symptoms import PortEvidence
 
     was_active = was_heard_active(conversation)
-    why = explain(PortEvidence(port, silence=Silence.NOTHING, was_online=True, was_active=was_active))
-    return join_sentences((tr(LAST_HEARD_ACTIVE) if was_active else "", why.terminal_sentence))
+    silence = PortEvidence(port, silence=Silence.NOTHING, was_online=True, was_active=was_active)
+    return join_sentences((tr(LAST_HEARD_ACTIVE) if was_active else "", _no_link(silence).sentence))

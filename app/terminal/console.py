@@ -1,4 +1,4 @@
-"""What all commands share: exit codes, printing of text and JSON, progress.
+"""What all commands share: exit codes, and printing of text and JSON.
 
 The result goes to standard output, messages go to standard error. With --json standard output is JSON and nothing
 else: English, UTF-8, whatever the system's language.
@@ -7,13 +7,11 @@ else: English, UTF-8, whatever the system's language.
 import argparse
 import errno
 import os
-import shutil
 import sys
-import threading
-import time
 import unicodedata
 from collections.abc import Iterable, Sequence
 from enum import Enum
+from pathlib import Path
 from typing import NoReturn
 
 from app.terminal.interruption import discard, writing
@@ -29,8 +27,6 @@ ANSWER_NO = 1  # done, and the answer is no
 USAGE_ERROR = 2
 NO_LINK = 3  # no such port, busy, no permission, no answer
 PARTIAL = 4
-
-PROGRESS_AFTER_S = 0.5
 
 
 class Refused(UserError):
@@ -54,6 +50,12 @@ def refuse_without(option: str) -> NoReturn:
     raise Refused(message(marked("Nothing was done. Add {option} to do it."), option=option))
 
 
+def refuse_existing(path: Path, *, is_forced: bool, options: str = "--force") -> None:
+    """Raises `Refused` where the file is there, and nobody said what becomes of it."""
+    if not is_forced and os.path.lexists(path):
+        raise Refused(message(marked("{file} exists: use {options}."), file=path, options=options))
+
+
 def did_you_mean(word: str, offered: Iterable[str]) -> str:
     """The most similar of `offered` in brackets, to be appended; "" if none is similar."""
     from difflib import get_close_matches
@@ -68,8 +70,7 @@ class _Shown:
     def __init__(self) -> None:
         self.verbosity = 0  # -1 with --quiet, else how often -v was given
         self.has_result = False
-        self.progress = ""  # the line that is shown now
-        self.progress_since: float | None = None
+        self.said: set[str] = set()  # by `notify_once`
 
 
 _shown = _Shown()
@@ -79,6 +80,7 @@ def start(args: argparse.Namespace) -> None:
     """Called before a command runs."""
     _shown.verbosity = -1 if getattr(args, "quiet", False) else getattr(args, "verbose", 0)
     _shown.has_result = False
+    _shown.said.clear()
 
 
 def verbosity() -> int:
@@ -101,38 +103,18 @@ def note(sentence: str) -> None:
 
 def notify(sentence: str) -> None:
     """Print a line on standard error; an error of writing it is ignored."""
-    clear_progress()
-    _print_error(visible(sentence, keep=NEWLINE) + "\n")
-
-
-def show_progress(words: str) -> None:
-    """Show progress in one line on standard error, which the next call replaces. Only on a terminal, and not during the
-    first half second, so that short work does not flicker."""
-    is_main = threading.current_thread() is threading.main_thread()
-    if not is_main or _shown.verbosity < 0 or sys.stderr is None or not sys.stderr.isatty():
-        return
-    line, now = fitted(visible(words)), time.monotonic()
-    _shown.progress_since = _shown.progress_since or now
-    if line != _shown.progress and now - _shown.progress_since >= PROGRESS_AFTER_S:
-        _shown.progress = line
-        _print_error(f"\r{line}\x1b[K")
-
-
-def clear_progress() -> None:
-    """Remove the line of `show_progress`."""
-    if threading.current_thread() is threading.main_thread():
-        _shown.progress_since = None
-        if _shown.progress:
-            _shown.progress = ""
-            _print_error("\r\x1b[K")
-
-
-def _print_error(text: str) -> None:
     try:
-        with writing(sys.stderr):
-            print(text, end="", file=sys.stderr, flush=True)
+        with writing():
+            print(visible(sentence, keep=NEWLINE), file=sys.stderr, flush=True)
     except (OSError, ValueError):
         discard(sys.stderr)  # else Python fails to write the rest when it ends, with exit code 120
+
+
+def notify_once(sentence: str) -> None:
+    """Like `notify`, once in a command."""
+    if sentence not in _shown.said:
+        _shown.said.add(sentence)
+        notify(sentence)
 
 
 # The result on standard output
@@ -141,30 +123,45 @@ def _print_error(text: str) -> None:
 def write(text: str) -> None:
     """Write `text` to standard output unchanged, and flush. Raises `OutputLost`. Text from outside, which may contain
     control characters, goes through `write_lines`."""
-    clear_progress()
     _shown.has_result = _shown.has_result or bool(text)
     try:
-        with writing(sys.stdout):
+        with writing():
             sys.stdout.write(text)
             sys.stdout.flush()
     except OSError as error:
+        discard(sys.stdout)
         # Windows reports a reader that has ended as an invalid argument.
-        has_no_reader = error.errno in ((errno.EPIPE, errno.EINVAL) if sys.platform == "win32" else (errno.EPIPE,))
+        has_no_reader = error.errno in (errno.EPIPE, errno.EINVAL)
         raise OutputLost("" if has_no_reader else error_text(error)) from error
+    except KeyboardInterrupt:
+        discard(sys.stdout)  # nobody reads it, and Python would wait for that when it ends
+        raise
 
 
-def write_lines(lines: Iterable[str]) -> None:
-    """Lines of `coloured` are coloured on a terminal, unless NO_COLOR is set."""
+class Colour(Enum):
+    """The value is the ANSI code."""
+
+    GOOD = 32
+    CAUTION = 33
+    BAD = 31
+
+
+Line = str | tuple[str, Colour | None]
+"""A line, with a colour for terminals."""
+
+
+def write_lines(lines: Iterable[Line]) -> None:
+    """Print lines for people, coloured on a terminal unless NO_COLOR is set."""
     has_colours = sys.stdout.isatty() and not os.environ.get("NO_COLOR")
     text = ""
     for line in lines:
-        shown = visible(line)
-        colour = getattr(line, "colour", None)
+        words, colour = (line, None) if isinstance(line, str) else line
+        shown = visible(words)
         text += f"\x1b[{colour.value}m{shown}\x1b[0m\n" if has_colours and colour is not None else f"{shown}\n"
     write(text)
 
 
-def emit(args: argparse.Namespace, answer: object, page: Iterable[str]) -> None:
+def emit(args: argparse.Namespace, answer: object, page: Iterable[Line]) -> None:
     """Print the answer, a structure, as one JSON object where --json was given, else the page: lines for people."""
     write_lines([as_json(answer)] if args.json else page)
 
@@ -185,47 +182,16 @@ def write_failure(code: ErrorCode, text: str, hint: str = "") -> None:
     write_lines([as_json(ErrorJson(error=FailureJson(code=code, message=text, hint=hint)))])
 
 
-# Layout: colours, and columns, where a Chinese character takes two
-
-
-class Colour(Enum):
-    """The value is the ANSI code."""
-
-    GOOD = 32
-    CAUTION = 33
-    BAD = 31
-
-
-class ColouredLine(str):
-    """A line that `write_lines` prints in its colour."""
-
-    __slots__ = ("colour",)
-    colour: Colour | None
-
-
-def coloured(line: str, colour: Colour | None) -> str:
-    shown = ColouredLine(line)
-    shown.colour = colour
-    return shown
+# Columns, where a Chinese character takes two
 
 
 def display_width(text: str) -> int:
     """Number of columns that `text` takes on a terminal."""
-    return len(text) if text.isascii() else sum(_columns(character) for character in text)
-
-
-def _columns(character: str) -> int:
-    if unicodedata.combining(character):
-        return 0
-    return 2 if unicodedata.east_asian_width(character) in "WF" else 1
-
-
-def fitted(text: str) -> str:
-    """`text`, cut to one line of the terminal."""
-    room = shutil.get_terminal_size().columns - 1
-    while display_width(text) > room:
-        text = text[:-1]
-    return text
+    width = 0
+    for character in text:
+        if not unicodedata.combining(character):
+            width += 2 if unicodedata.east_asian_width(character) in "WF" else 1
+    return width
 
 
 def columns(rows: Sequence[tuple[str, ...]], *, indent: int = 0) -> list[str]:

@@ -2,7 +2,7 @@
 
 The handler only stores the signal's number, and the command looks at it ten times a second. So no signal interrupts a
 line of output, or the switching off of a stream. Where a pipe that nobody reads blocks the output, an alarm a second
-later discards what is left of it.
+later breaks it off.
 """
 
 import math
@@ -43,12 +43,12 @@ class TimedOut(KeyboardInterrupt):
 
 
 class _Signals:
-    """The signals of this process. `number` is that of the first one that came, `written` what is written just now."""
+    """The signals of this process. `number` is that of the first one that came."""
 
     def __init__(self) -> None:
         self.number: int | None = None
         self.is_entered = False
-        self.written: TextIO | None = None
+        self.is_writing = False
         # The time of --timeout, and when it is over.
         self.timeout_s = self.ends_at = math.inf
 
@@ -57,8 +57,9 @@ class _Signals:
             self.number = number
             _set_alarm(PATIENCE_S)
 
-    def discard(self, _number: int, _frame: FrameType | None) -> None:
-        discard(self.written)
+    def give_up(self, _number: int, _frame: FrameType | None) -> None:
+        if self.is_writing:
+            raise Signalled(self.number or signal.SIGTERM)
 
 
 _signals = _Signals()
@@ -71,7 +72,7 @@ def signals_noted() -> Iterator[None]:
         yield
         return
     handlers: dict[str, Callable[[int, FrameType | None], Any]] = dict.fromkeys(_SIGNALS, _signals.note)
-    handlers["SIGALRM"] = _signals.discard
+    handlers["SIGALRM"] = _signals.give_up
     before: dict[int, Any] = {}
     for name, handler in handlers.items():
         number = getattr(signal, name, None)
@@ -103,16 +104,13 @@ def check_signals() -> None:
 
 
 @contextmanager
-def writing(stream: TextIO | None) -> Iterator[None]:
-    """Surrounds every output, so that a reader that does not read cannot keep a signal from ending the command."""
-    if threading.current_thread() is not threading.main_thread():
-        yield
-        return
-    _signals.written = stream
+def writing() -> Iterator[None]:
+    """Surrounds output, which the alarm breaks off."""
+    _signals.is_writing = True
     try:
         yield
     finally:
-        _signals.written = None
+        _signals.is_writing = False
 
 
 def _set_alarm(every_s: float) -> None:
@@ -120,10 +118,9 @@ def _set_alarm(every_s: float) -> None:
         signal.setitimer(signal.ITIMER_REAL, every_s, every_s)
 
 
-def discard(stream: TextIO | None) -> None:
+def discard(stream: TextIO) -> None:
     """Lead to nowhere what is still buffered for this stream, and all that follows."""
-    if stream is not None:
-        with suppress(OSError, ValueError, AttributeError):  # it is no file
-            nowhere = os.open(os.devnull, os.O_WRONLY)
-            os.dup2(nowhere, stream.fileno())
-            os.close(nowhere)
+    with suppress(OSError, ValueError):  # it is no file
+        nowhere = os.open(os.devnull, os.O_WRONLY)
+        os.dup2(nowhere, stream.fileno())
+        os.close(nowhere)

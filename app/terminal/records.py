@@ -25,7 +25,7 @@ from app.store.fact_store import CLOSE_LIMIT_S, Facts, Store
 from app.store.opening import FILE_NAME
 from app.store.rows import Row
 from app.system.folders import data_folder
-from app.terminal.console import Refused, note, notify
+from app.terminal.console import Refused, note, notify, notify_once
 from app.text.i18n import tr
 from app.text.messages import UserMessage, clean
 from app.text.sentences import join_names, join_sentences
@@ -47,13 +47,13 @@ class Records(NamedTuple):
     find_where: Callable[[], Where]
     known_as: KnownAs
 
-    def keep_as_found(self, settings: Mapping[str, Value], boot_count: int | None) -> "Future[Row]":
-        """The future ends when it is on disk or has failed; a failure does not prevent changing a setting."""
-        return self.store.write(partial(store_as_found, settings=settings, boot_count=boot_count, port=self.port))
-
     def find_adapter(self) -> str:
         """The USB identity."""
         return self.find_where().adapter
+
+    def keep_as_found(self, settings: Mapping[str, Value], boot_count: int | None) -> "Future[Row]":
+        """The future ends when it is on disk or has failed; a failure does not prevent changing a setting."""
+        return self.store.write(partial(store_as_found, settings=settings, boot_count=boot_count, port=self.port))
 
     def ask(self, work: Callable[[Facts], Result]) -> Result | None:
         """None where the store is in trouble, which is said at the end, or too slow."""
@@ -69,7 +69,6 @@ def opened_store(
 ) -> Iterator[tuple[Store, list[UserMessage]]]:
     """The store, at once, and a list for why entries are missing. At the end, at most `limit_s` later, what a person
     should know of the store is said, and whether anything was not written."""
-
     store = Store(starts_late=starts_late)
     troubles: list[UserMessage] = []
     try:
@@ -77,23 +76,24 @@ def opened_store(
     finally:
         ends_at = time.monotonic() + limit_s
         store.start()
-        notice = notice_of(store, limit_s)
+        say_notice(store, limit_s, troubles)
         is_whole = store.close(max(0.0, ends_at - time.monotonic()))
-        for said in dict.fromkeys([notice, *troubles]):
-            if said is not None:
-                notify(said.translated())
         if troubles or not is_whole:
             notify(tr("The audit log is incomplete."))
 
 
-def notice_of(store: Store, limit_s: float = CLOSE_LIMIT_S) -> UserMessage | None:
-    """What a person should know of it, or why there is none; None where that is not known in time."""
+def say_notice(store: Store, limit_s: float = CLOSE_LIMIT_S, troubles: Sequence[UserMessage] = ()) -> None:
+    """What a person should know of it, or why there is none, and `troubles`: once, however often a command opens it."""
+    notice: UserMessage | None
     try:
-        return store.opened.result(limit_s)
+        notice = store.opened.result(limit_s)
     except UserError as error:
-        return error.message
+        notice = error.message
     except TimeoutError:
-        return None
+        notice = None
+    for one in (notice, *troubles):
+        if one is not None:
+            notify_once(one.translated())
 
 
 @contextmanager
@@ -109,7 +109,6 @@ def records_on(
     store: Store, troubles: list[UserMessage], port: str, *, origin: str = ORIGIN, module: str = ""
 ) -> Records:
     """The store's thread finds the adapter, while the port is opened. `module`: its name."""
-
     known_as = KnownAs(clean(module), new_run())
     find_where = cache(lambda: Where(port, origin, adapter_of(port), known_as))
     return Records(StoreJournal(store, find_where, on_trouble=troubles.append), store, port, find_where, known_as)
@@ -117,19 +116,16 @@ def records_on(
 
 def existing_store() -> Store | None:
     """The store, where there is one: reading makes none."""
-
     try:
         if not (data_folder() / FILE_NAME).exists():
             return None
     except OSError:
         pass  # a folder that may not be entered; whoever reads is told
-
     return Store()
 
 
 def adapter_of(port: str) -> str:
     """The USB identity of the adapter; "" if it has none or the ports cannot be listed."""
-
     try:
         return address_of(port, serial_ports.list_ports()).identity
     except UserError:
@@ -147,15 +143,13 @@ def say_left_active(ports: Sequence[str], module: str) -> None:
     try:
         left = store.write(lambda facts: [one for port in ports for one in _left_here(facts, port, module)])
         entries = left.result(LEFT_LIMIT_S)
-        notice = store.opened.result()  # said by whoever opens it first
-        if notice is not None:
-            notify(notice.translated())
+        say_notice(store)
         for one in dict.fromkeys(entries):
             notify(one.sentence)
     except TimeoutError:
         notify(tr("What was left ACTIVE is not known: the disk is too slow."))
-    except UserError as error:
-        notify(error.sentence)
+    except UserError:
+        say_notice(store)
     finally:
         store.close(0.0)
 
@@ -199,7 +193,6 @@ def conclude_lock(records: Records, args: argparse.Namespace, locked: Conversati
 
 def _left_here(facts: Facts, port: str, module: str) -> tuple[LeftActive, ...]:
     """What was left ACTIVE under this name or, where it or the module has none, on this adapter."""
-
     entries, name = all_left(facts), clean(module.strip())
     adapter = adapter_of(port) if any(left.adapter for left in entries) else ""
 
@@ -222,7 +215,6 @@ def name_given(args: argparse.Namespace) -> str:
 def refuse_another(conversation: ConversationView, records: Records, args: argparse.Namespace) -> None:
     """Raises `Refused` where something speaks against the name, unless a person says --same-module. Of a store that
     cannot be used nothing is known, so nothing speaks against it; why is said at the end."""
-
     name = name_given(args)
     if not name or args.same_module:
         return

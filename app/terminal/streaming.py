@@ -4,6 +4,7 @@ In the first conversation the module is made to stream, and its serial output is
 break another module may answer: from then on the status is only polled.
 """
 
+import logging
 import math
 from collections import deque
 from collections.abc import Iterator
@@ -18,7 +19,7 @@ from app.procedures.stream import LISTEN_S, StreamSwitch, watch
 from app.store.stream_memory import StreamMemory
 from app.system.clock import steady_time
 from app.terminal.connection import LOST, OpenPort, connected, loss_sentence, module_is_silent
-from app.terminal.console import note
+from app.terminal.console import note, notify
 from app.terminal.interruption import Signalled, TimedOut
 from app.terminal.records import adapter_of, opened_store
 from app.text.i18n import tr
@@ -27,6 +28,7 @@ from protocol.events import Ended, EndReason, Received
 from protocol.messages import Status
 from protocol.translatable import marked
 
+_log = logging.getLogger(__name__)
 LEFT_ON: Final = marked("Serial output was left on; it is switched off when not needed.")
 SILENT_FOR_S: Final = 5.0  # nobody answers for so long: it ends
 WITHOUT_STATUS_S: Final = 5.0  # with a time limit: additional time to wait for the first status
@@ -50,8 +52,8 @@ class Watching:
         self.trouble: str | None = None
 
     def __iter__(self) -> Iterator[Batch]:
-        """Yield batches in order, with the reports of the wanted time only. Raises `Signalled`, `TimedOut`, and what
-        keeps a conversation from beginning, if no status had come."""
+        """Yield batches in order, with the reports of the wanted time only, and say why conversations ended. Raises
+        `Signalled`, `TimedOut`, and what keeps a conversation from beginning, if no status had come."""
         try:
             with (
                 _stream_memory(self._port) as memory,
@@ -60,18 +62,17 @@ class Watching:
                 try:
                     yield from self._wait(opened, memory)
                 finally:
-                    self._stop(opened)
-        except Signalled:
+                    if self._job is not None:  # it undoes what it changed
+                        self._job.cancel()
+                        self._job.wait(CANCEL_LIMIT_S)
+                    opened.drain()
+        except (Signalled, TimedOut, *LOST) as error:
             if self.first_at is None:
                 raise
-        except TimedOut as error:
-            if self.first_at is None:
-                raise
-            self.trouble = error.sentence
-        except LOST as error:
-            if self.first_at is None:
-                raise
-            self.trouble = loss_sentence(error)
+            if isinstance(error, TimedOut):
+                self.trouble = error.sentence
+            elif not isinstance(error, Signalled):
+                self.trouble = loss_sentence(error)
         yield from self._take()  # what came while the stream was switched off
 
     def _wait(self, opened: OpenPort, memory: StreamMemory) -> Iterator[Batch]:
@@ -99,6 +100,11 @@ class Watching:
                 samples=tuple(sample for sample in batch.samples if sample.at <= ends_at),
                 events=tuple(event for event in batch.events if not _is_report(event) or event.at <= ends_at),
             )
+            for event in batch.events:
+                # An end of the port is said otherwise.
+                if isinstance(event, Ended) and event.reason not in (EndReason.CLOSED, EndReason.PORT_LOST):
+                    why = reason_message(event.reason, event.contradiction).translated()
+                    notify(join_sentences((why, tr("Another module may answer from now on."))))
 
     def _go_on(self, opened: OpenPort, memory: StreamMemory) -> None:
         """Watch the conversation that goes on. Raises what the job ended with, but for the end of its conversation."""
@@ -112,28 +118,9 @@ class Watching:
         # A module that answers after a break is not made to stream, but a stream of this program is switched off.
         listen_s = LISTEN_S if self._number == 0 else math.inf
         self._number = conversation.number
-        self._job = opened.watch(watch(StreamSwitch(), read_all=self._reads_all, memory=memory, listen_s=listen_s))
-
-    def _stop(self, opened: OpenPort) -> None:
-        """The job undoes what it changed. Never raises."""
-        if self._job is not None:
-            self._job.cancel()
-            self._job.wait(CANCEL_LIMIT_S)
-        opened.drain()
-
-
-def ends_in(batch: Batch) -> list[str]:
-    """Why conversations ended, as sentences."""
-    return [
-        join_sentences(
-            (
-                reason_message(event.reason, event.contradiction).translated(),
-                tr("Another module may answer from now on."),
-            )
-        )
-        for event in batch.events
-        if isinstance(event, Ended) and event.reason not in (EndReason.CLOSED, EndReason.PORT_LOST)  # said otherwise
-    ]
+        _log.debug("watching conversation %d", self._number)
+        watched = watch(StreamSwitch(), read_all=self._reads_all, memory=memory, listen_s=listen_s)
+        self._job = opened.submit(Job(watched, conversation=self._number))
 
 
 def _is_report(event: object) -> bool:

@@ -199,12 +199,9 @@ def test_the_installed_program_prints_without_a_screen(tmp_path: Path, user_file
     assert "未" not in done.stderr  # nothing was said not to be kept
 
 
-@pytest.mark.usefixtures("qapp")
-def test_several_ports_are_checked_at_once(
-    port: str, dps_s: Program, tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
-    """One object a line; the worst decides; a report of each and a first page."""
-    words = ["preflight", "--enable-triggers", "--records-reviewed", "--json", "--report", str(tmp_path / "set.pdf")]
+def test_several_ports_are_checked_one_after_the_other(port: str, dps_s: Program) -> None:
+    """One object a line; the worst decides."""
+    words = ["preflight", "--enable-triggers", "--records-reviewed", "--json"]
     ports = [f"{port}-a", f"{port}-b?cell=3.5", f"{port}-c?mute=yes"]
     printed = dps_s([*words, *(word for one in ports for word in ("--port", one))], 1)
     found = [json.loads(line) for line in printed.out.splitlines()]
@@ -212,28 +209,22 @@ def test_several_ports_are_checked_at_once(
     assert [one["read"]["link"]["port"] for one in found] == ports[:2]
     assert [one["verdict"] for one in found] == ["READY", "NO-GO"]
     assert f"No module answers on {ports[2]}" in printed.err
-    assert len(list(tmp_path.glob("*.pdf"))) == 3
-    kept = [json.loads(path.read_bytes()) for path in sorted(tmp_path.glob("set 0*.json"))]
-    assert [one["record"]["verdict"] for one in kept] == ["READY", "NO-GO"]
-    code = program.main([*words, "--port", ports[0], "--port", ports[2]])
-    # On a busy machine an answer may come late, which is counted as lost.
-    assert code == (3 if '"READY"' in capsys.readouterr().out else 1)
+    dps_s([*words, "--port", ports[0], "--port", ports[2]], 3)
+    dps_s([*words, "--port", ports[0], "--port", ports[1], "--report", "set.pdf"], 2)
 
 
 @pytest.mark.usefixtures("qapp")
-@pytest.mark.parametrize("count", [1, 3])
-def test_where_nobody_reads_all_are_kept_and_reported(
-    count: int, port: str, kept: Store, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+def test_where_nobody_reads_it_is_kept_and_reported(
+    port: str, kept: Store, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """As `dps-s preflight … --report FILE.pdf | head -0`."""
-    ports = [word for number in range(count) for word in ("--port", f"{port}-{number}")]
     reading, writing = os.pipe()
     os.close(reading)
     with open(writing, "w", encoding="utf-8") as out:  # noqa: PTH123
         monkeypatch.setattr(sys, "stdout", out)
-        assert program.main(["preflight", *ports, "--report", str(tmp_path / "r.pdf")]) == 4
+        assert program.main(["preflight", "--port", port, "--report", str(tmp_path / "r.pdf")]) == 4
         monkeypatch.undo()
-    assert len(kept.read(lambda facts: facts.of_kind(PreflightCheck))) == count
+    assert len(kept.read(lambda facts: facts.of_kind(PreflightCheck))) == 1
     assert (tmp_path / "r.pdf").exists()
 
 

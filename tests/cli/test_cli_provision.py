@@ -61,9 +61,11 @@ def batch(monkeypatch: pytest.MonkeyPatch, port: str, tmp_path: Path, capsys: py
         left, lines = iter(plugs), list[str]()
         (tmp_path / "p.toml").write_text(f"format = 1\nname = 'Survey'\n[settings]\n{profile}", encoding="utf-8")
 
-        def hear(told: Iterable[str]) -> None:
-            lines.extend(told := list(told))
-            write(told)
+        def hear(said: Iterable[console.Line]) -> None:
+            said = list(said)
+            told = [line if isinstance(line, str) else line[0] for line in said]
+            lines.extend(told)
+            write(said)
             if " ".join(lines).endswith(at):
                 act()
             if told == ["UNPLUG, NEXT"]:

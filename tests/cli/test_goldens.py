@@ -40,7 +40,7 @@ _ports = count()
 _BLOCK = re.compile(r"```console\n(.*?)```", re.DOTALL)
 _COMMAND = re.compile(r"^\$ dps-s ", re.MULTILINE)
 _VARYING: Final = (
-    (r'("round_trip_ms": |"verified_age_s": )[\d.]+', r"\1…"),
+    (r'("round_trip_ms": )[\d.]+', r"\1…"),
     (r"\d+\.\d ms\b", "… ms"),
     (r"(Status age +)\d\.\d\d s", r"\1… s"),
     (r"\d{4}-\d\d-\d\d[ T]\d\d:\d\d(:\d\d([.+]\S*)?)?", "…"),

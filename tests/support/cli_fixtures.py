@@ -19,14 +19,25 @@ from app.simulator import bench as benches
 from app.system import clock
 from app.terminal.connection import OpenPort
 from tests.support.cli_line import Program, run_here
+from tests.support.patience import PATIENCE_S
 
 _numbers = count(1)
+_DISK_LIMITS = (
+    "app.safety.journal.DURABLE_LIMIT_S",
+    "app.procedures.write.DURABLE_LIMIT_S",
+    "app.terminal.records.READ_LIMIT_S",
+    "app.terminal.records.LEFT_LIMIT_S",
+    "app.cli.lock.STORE_LIMIT_S",
+)
 
 
 @pytest.fixture
 def speaks_english(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Also on a slow disk: the limits after which a command goes on without its store are not met."""
     monkeypatch.setenv("LC_ALL", "C.UTF-8")
     monkeypatch.delenv(program.DEBUG, raising=False)
+    for limit in _DISK_LIMITS:
+        monkeypatch.setattr(limit, PATIENCE_S)
 
 
 @pytest.fixture

@@ -167,7 +167,6 @@ def test_the_program_prints_the_port_and_ends_cleanly(tmp_path: Path, number: si
     link = tmp_path / "module"
     with running(*PROGRAM, "simulate", "--link", link, "--tilt", "7") as program:
         assert Path(program.out.readline().strip()).exists()
-        assert program.errors.readline()
         with serial.Serial(str(link), 115200, timeout=PATIENCE_S) as port:
             port.write(ASK)
             assert port.read(8).hex(" ") == "41 75 32 07 0a 00 00 43"

@@ -47,7 +47,7 @@ def left() -> list[str]:
     "words",
     [
         "find", "read", "read --json", "monitor --seconds 0.1", "history", "history --module M-07",
-        "set freefall_time_s=1.4", "set freefall_time_s=1.4 --dry-run", "save -", "diff FILE", "activate --yes",
+        "set freefall_time_s=1.4", "set freefall_time_s=1.4 --dry-run", "save NEW", "diff FILE", "activate --yes",
         "zero --yes", "preflight --module M-07", "record - --seconds 0.1",
     ],
 )  # fmt: skip
@@ -55,7 +55,8 @@ def left() -> list[str]:
 def test_each_command_says_it_once(words: str, line: str, tmp_path: Path, dps_s: Program) -> None:
     (tmp_path / "wanted.toml").write_text('name = "x"\n[settings]\nfreefall_time_s = 1.6\n', encoding="utf-8")
     leave(line)
-    command = [str(tmp_path / "wanted.toml") if word == "FILE" else word for word in words.split()]
+    files = {"FILE": str(tmp_path / "wanted.toml"), "NEW": str(tmp_path / "new.toml")}
+    command = [files.get(word, word) for word in words.split()]
     # Behind a plain socket no baud rate is searched for, and this check is NO-GO.
     code = {"find": 2, "preflight": 1}.get(command[0], 0)
     said = dps_s([*command, "--port", line], code).err

@@ -1,114 +1,35 @@
-"""Progress on a terminal, pipes that nobody reads, and the port of a command that was given none."""
+"""A pipe that nobody reads, the port of a command that was given none, and -v."""
 
-import errno
-import io
 import json
 import os
 import signal
 import sys
-from argparse import Namespace
-from contextlib import redirect_stderr
 
 import pytest
 
-import app.__main__ as program
 from app.__main__ import PORT
 from app.engine import ports as port_list
 from app.engine.ports import PortInfo
-from app.terminal import console, interruption
-from app.terminal.console import OutputLost, write
+from app.terminal import interruption
+from app.terminal.console import write
 from tests.support.cli_line import Program
 
 pytest_plugins = ["tests.support.cli_fixtures"]
 pytestmark = pytest.mark.usefixtures("speaks_english", "user_files")
 
 
-class Terminal(io.StringIO):
-    """Standard error that is a terminal."""
-
-    def isatty(self) -> bool:
-        return True
-
-    flushed = ""
-
-    def flush(self) -> None:
-        self.flushed = self.getvalue()
-
-    @property
-    def left(self) -> str:
-        """What still stands there: the last line, without what was wiped."""
-        return self.flushed.rpartition("\n")[2].rpartition("\r")[2].removesuffix("\x1b[K")
-
-
-@pytest.fixture
-def terminal() -> Terminal:
-    console.start(Namespace())
-    return Terminal()
-
-
-def test_progress_is_taken_away_by_what_follows(
-    terminal: Terminal, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
-) -> None:
-    console.show_progress("to nobody")
-    assert capsys.readouterr() == ("", "")
-    with redirect_stderr(terminal):
-        console.show_progress("soon done")
-        assert terminal.getvalue() == ""
-        monkeypatch.setattr(console, "PROGRESS_AFTER_S", 0.0)
-        console.show_progress("reading")
-        assert terminal.left == "reading"
-        console.notify("There is no port.")
-        assert terminal.getvalue().endswith("\r\x1b[KThere is no port.\n")
-        console.show_progress("reading")
-        console.write_lines(["a result"])
-        assert terminal.left == ""
-
-
-@pytest.mark.parametrize("words", [["--json"], ["--quiet", "--json"]])
-def test_what_is_being_read_is_said_meanwhile(
-    words: list[str], port: str, terminal: Terminal, capsys: pytest.CaptureFixture[str], hasty: None
-) -> None:
-    with redirect_stderr(terminal):
-        assert program.main(["read", "--port", f"{port}?delay_ms=200", *words]) == 0
-        assert ("Reading: Boot count (11/11)" in terminal.getvalue()) is ("--quiet" not in words)
-        assert terminal.left == ""
-        assert capsys.readouterr().out.count("\n") == 1
-
-
-# What is printed after a signal takes a second at most, though nobody reads the pipe.
-
-
 @pytest.mark.skipif(not hasattr(signal, "SIGALRM"), reason="Windows has no alarm")
 def test_a_pipe_that_nobody_reads_is_given_up(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(interruption, "PATIENCE_S", 0.1)
     reading, writing = os.pipe()
-    before = signal.getsignal(signal.SIGALRM)
     with open(writing, "w", encoding="utf-8") as out:  # noqa: PTH123
         monkeypatch.setattr(sys, "stdout", out)
         with interruption.signals_noted():
             signal.raise_signal(signal.SIGINT)
-            write("x" * 2_000_000)  # more than a pipe holds
             with pytest.raises(interruption.Signalled):
-                interruption.check_signals()
+                write("x" * 2_000_000)  # more than a pipe holds
         monkeypatch.undo()
-    assert signal.getsignal(signal.SIGALRM) is before
-    assert signal.getitimer(signal.ITIMER_REAL)[0] == 0
     os.close(reading)
-
-
-class _ClosedPipe(io.StringIO):
-    def flush(self) -> None:
-        raise OSError(errno.EINVAL, "Invalid argument")
-
-
-@pytest.mark.parametrize(("platform", "why"), [("win32", ""), ("linux", "Invalid argument")])
-def test_windows_calls_a_closed_pipe_an_invalid_argument(
-    monkeypatch: pytest.MonkeyPatch, platform: str, why: str
-) -> None:
-    monkeypatch.setattr(sys, "platform", platform)
-    monkeypatch.setattr(sys, "stdout", _ClosedPipe())
-    with pytest.raises(OutputLost, match=f"^{why}$"):
-        write("the end\n")
 
 
 # Port of a command that was given none, and what is said on standard error.
