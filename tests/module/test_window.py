@@ -48,24 +48,14 @@ def write(qtbot: QtBot, page: SettingsPage, values: dict[str, str]) -> None:
     press(qtbot, button)
 
 
-@pytest.mark.parametrize(
-    ("values", "bytes_sent"),
-    [
-        (
-            {"light_threshold": "1.8", "attitude_threshold": "55", "freefall_acceleration": "0.6",
-             "freefall_time": "1.61"},
-            [0x12, 55, 6, 161],
-        ),
-        (
-            {"light_threshold": "3.3", "attitude_threshold": "80", "freefall_acceleration": "0.3",
-             "freefall_time": "2.55"},
-            [33, 80, 3, 255],
-        ),
-    ],
-)  # fmt: skip
-def test_what_is_typed_is_what_the_module_gets(
-    values: dict[str, str], bytes_sent: list[int], qtbot: QtBot, assembly: Assembly, module: Module
-) -> None:
+def test_what_is_typed_is_what_the_module_gets(qtbot: QtBot, assembly: Assembly, module: Module) -> None:
+    values = {
+        "light_threshold": "3.3",
+        "attitude_threshold": "80",
+        "freefall_acceleration": "0.3",
+        "freefall_time": "2.55",
+    }
+    bytes_sent = [33, 80, 3, 255]
     page = show_page(qtbot, assembly.window, "settings", SettingsPage)
     qtbot.waitUntil(lambda: find(page, QLineEdit, "freefall_time_wanted").text() != "")
     write(qtbot, page, values)
