@@ -292,8 +292,6 @@ class Session:
     def _send(self, job: Job[Any], ask: Ask) -> bool:
         """Send the request of `job`, if it may be sent. Whether the job went on without that."""
         now, request = self.clock(), ask.request
-        if not request.is_repeatable and self._notice_sleep(now):
-            return True  # it was decided before
         if request.hazard is Hazard.DANGEROUS and not ask.is_deliberate:
             job.throw(LinkMisused(f"{request.command.name} is dangerous and needs an explicit act"), now)
             return True
