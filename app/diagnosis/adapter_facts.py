@@ -3,7 +3,6 @@
 Only reads files, takes milliseconds and never raises.
 """
 
-import os
 import sys
 from collections.abc import Iterable
 from contextlib import suppress
@@ -14,8 +13,6 @@ ROOT = Path("/")
 # Of serial ports, on Debian and Ubuntu.
 USUAL_GROUP = "dialout"
 PORT_GRABBERS = ("ModemManager", "brltty")
-SLOW_LATENCY_MS = 4
-"""Largest harmless latency timer; the default of an FTDI adapter is 16 ms."""
 
 
 class AdapterFacts(NamedTuple):
@@ -23,22 +20,13 @@ class AdapterFacts(NamedTuple):
     """Programs that grab serial ports and are running."""
     group: str | None = USUAL_GROUP
     """The group that may open the port; None where only root may."""
-    latency_path: str | None = None
-    """sysfs file of the latency timer."""
-    latency_ms: int | None = None
 
 
 def facts_about(port: str, *, root: Path = ROOT) -> AdapterFacts:
     """The facts about a device; empty for a URL."""
     if not sys.platform.startswith("linux") or "://" in port:
         return AdapterFacts()
-    latency = _latency_file(port, root)
-    return AdapterFacts(
-        grabbers=running(PORT_GRABBERS, root),
-        group=_group_of(root / port.lstrip("/")),
-        latency_path=None if latency is None else f"/{latency.relative_to(root)}",
-        latency_ms=None if latency is None else _number_in(latency),
-    )
+    return AdapterFacts(running(PORT_GRABBERS, root), _group_of(root / port.lstrip("/")))
 
 
 def running(names: Iterable[str], root: Path) -> tuple[str, ...]:
@@ -62,15 +50,3 @@ def _group_of(device: Path) -> str | None:
         return grp.getgrgid(status.st_gid).gr_name
     except (ImportError, OSError, KeyError):  # Windows; the device is gone; a group without a name
         return USUAL_GROUP
-
-
-def _latency_file(port: str, root: Path) -> Path | None:
-    name = os.path.realpath(root / port.lstrip("/")).rsplit("/", 1)[-1]
-    path = root / "sys/bus/usb-serial/devices" / name / "latency_timer"
-    return path if path.exists() else None
-
-
-def _number_in(path: Path) -> int | None:
-    with suppress(OSError, ValueError):
-        return int(path.read_text(encoding="utf-8").strip())
-    return None

@@ -44,7 +44,6 @@ class Cause(Enum):
     DEAF = "sends and does not answer"
     FELL_SILENT = "fell silent"
     NOTHING = "no bytes at all"
-    SLOW_ADAPTER = "slow adapter"
 
 
 class NextStep(Enum):
@@ -148,14 +147,8 @@ def _permission_command(evidence: PortEvidence) -> str | None:
     return f"sudo usermod -aG {group} $USER" if group and evidence.platform.startswith("linux") else None
 
 
-def _latency_command(evidence: PortEvidence) -> str | None:
-    path = evidence.facts.latency_path
-    return None if path is None else f"echo 1 | sudo tee {path}"
-
-
 def _values(evidence: PortEvidence) -> Mapping[str, object]:
     holder = evidence.trouble.holder if evidence.trouble is not None else None
-    trip_s = evidence.round_trip_median_s
     return {
         "port": evidence.port or (evidence.trouble.port if evidence.trouble is not None else ""),
         "rate": evidence.baud_rate,
@@ -163,7 +156,6 @@ def _values(evidence: PortEvidence) -> Mapping[str, object]:
         "pid": "" if holder is None else holder.pid,
         "bytes": evidence.counters.bytes_received,
         "rejected": evidence.counters.rejected,
-        "ms": "" if trip_s is None else round(trip_s * 1000),
     }
 
 
@@ -258,10 +250,4 @@ CAUSES: tuple[CauseRow, ...] = (
              marked("No module answers on {port} at {rate} baud."),
              marked("Check power, ground and crossed TX and RX, or find the baud rate."),
              terminal_command="dps-s find", is_at_module=True, step=NextStep.FIND_RATE),
-    CauseRow(Cause.SLOW_ADAPTER, lambda seen: seen.is_slow() and _latency_command(seen) is not None,
-             marked("The adapter delays every answer by {ms} ms (latency timer)."), marked("Type: {command}"),
-             _latency_command),
-    CauseRow(Cause.SLOW_ADAPTER, PortEvidence.is_slow,
-             marked("The adapter delays every answer by {ms} ms (latency timer)."),
-             marked("Set the driver's latency timer to 1 ms.")),
 )  # fmt: skip

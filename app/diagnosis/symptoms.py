@@ -4,7 +4,7 @@ import re
 import sys
 from typing import NamedTuple
 
-from app.diagnosis.adapter_facts import SLOW_LATENCY_MS, AdapterFacts
+from app.diagnosis.adapter_facts import AdapterFacts
 from app.engine.ports import is_flight_controller
 from app.engine.session import MAX_NOISE_BYTES
 from app.engine.target import is_network_address
@@ -15,9 +15,6 @@ from protocol.catalogue import BY_NAME
 from protocol.events import Began, Counters, Role, Sent
 from protocol.frame import Reason
 
-# Round trips below this are not delayed by a latency timer; a module at 115200 baud answers within 3 ms.
-SLOW_MINIMUM_S = 0.008
-LATENCY_STEP_S = 0.016
 # Of the rejected bytes: at a wrong rate hardly any reach the checksum.
 CHECKSUM_SHARE = 0.25
 # Of all bytes while frames arrive: more is a bad line.
@@ -50,7 +47,6 @@ class PortEvidence(NamedTuple):
     """The last rejected bytes, up to `MAX_NOISE_BYTES`."""
     adapter: str = ""
     """Its USB identity, where it is known."""
-    round_trip_minimum_s: float | None = None
     round_trip_median_s: float | None = None
     facts: AdapterFacts = AdapterFacts()
     platform: str = "linux"
@@ -99,17 +95,6 @@ class PortEvidence(NamedTuple):
             return is_much and counters.rejected > MAX_NOISE_BYTES // 8
         begun = sum(counters.rejected_bytes[reason] for reason in (Reason.CHECKSUM, Reason.INCOMPLETE, Reason.VALUE))
         return self.is_silent() and begun >= CHECKSUM_SHARE * counters.rejected
-
-    def is_slow(self) -> bool:
-        """Whether the adapter's latency timer delays every answer."""
-        if not self.is_answering:
-            return False
-        if self.facts.latency_ms is not None:
-            return self.facts.latency_ms > SLOW_LATENCY_MS
-        quickest, usual = self.round_trip_minimum_s, self.round_trip_median_s
-        if quickest is None or usual is None:
-            return False
-        return quickest >= SLOW_MINIMUM_S and usual <= 2.5 * LATENCY_STEP_S
 
     def is_at_flight_controller(self) -> bool:
         """Whether no module was ever heard on the port of a flight controller, nor anything else."""
@@ -165,7 +150,6 @@ class EvidenceCollector:
         if batch.link is not None:
             self._seen = self._seen._replace(
                 counters=batch.link.counters - self._mark,
-                round_trip_minimum_s=batch.link.round_trip_minimum_s,
                 round_trip_median_s=batch.link.round_trip_median_s,
                 noise=batch.link.noise,
             )

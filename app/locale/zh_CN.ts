@@ -2576,10 +2576,6 @@
         <translation>放平飞行器，或将传感器置零。</translation>
     </message>
     <message>
-        <source>Set the driver's latency timer to 1 ms.</source>
-        <translation>请在驱动设置中将延迟计时器设为 1 ms。</translation>
-    </message>
-    <message>
         <source>Settings</source>
         <translation>参数设置</translation>
     </message>
@@ -2802,10 +2798,6 @@
     <message>
         <source>The Python package {package} is missing. Install the program again.</source>
         <translation>缺少 Python 包 {package}。请重新安装本程序。</translation>
-    </message>
-    <message>
-        <source>The adapter delays every answer by {ms} ms (latency timer).</source>
-        <translation>适配器使每次应答延迟 {ms} ms（延迟计时器）。</translation>
     </message>
     <message>
         <source>The archive server {server} cannot be used: {why}</source>

@@ -25,28 +25,22 @@ def linux(monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 @pytest.mark.usefixtures("linux")
-def test_the_latency_timer_and_programs_that_grab_ports_are_found(tmp_path: Path) -> None:
+def test_programs_that_grab_ports_are_found(tmp_path: Path) -> None:
     root = tree(tmp_path, {
-        "sys/bus/usb-serial/devices/ttyUSB0/latency_timer": "16\n",
         "proc/12/comm": "ModemManager\n",
         "proc/13/comm": "brltty\n",
         "proc/14/comm": "bash\n",
         "dev/ttyUSB0": "",
     })  # fmt: skip
     facts = facts_about("/dev/ttyUSB0", root=root)
-    assert facts.latency_ms == 16
-    assert facts.latency_path == "/sys/bus/usb-serial/devices/ttyUSB0/latency_timer"
     assert facts.grabbers == ("ModemManager", "brltty")
 
 
 @pytest.mark.usefixtures("linux")
 def test_missing_files_give_no_facts(tmp_path: Path) -> None:
     facts = facts_about("/dev/ttyUSB0", root=tmp_path)
-    assert facts.latency_ms is None
     assert facts.group == "dialout"
     assert facts.grabbers == ()
-    tree(tmp_path, {"sys/bus/usb-serial/devices/ttyUSB0/latency_timer": "many\n"})
-    assert facts_about("/dev/ttyUSB0", root=tmp_path).latency_ms is None
 
 
 def test_a_url_has_no_facts() -> None:

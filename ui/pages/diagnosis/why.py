@@ -9,7 +9,7 @@ from PySide6.QtGui import QGuiApplication
 from PySide6.QtWidgets import QFrame, QGridLayout, QLabel, QPushButton, QWidget
 
 from app.diagnosis.adapter_facts import AdapterFacts, facts_about
-from app.diagnosis.causes import STEP_WORDS, Cause, Diagnosis, NextStep, diagnose
+from app.diagnosis.causes import STEP_WORDS, Diagnosis, NextStep, diagnose
 from app.diagnosis.link_state import Phase, link_text
 from app.diagnosis.symptoms import EvidenceCollector, PortEvidence
 from app.engine.worker import Batch
@@ -152,10 +152,8 @@ class WhyPanel(QWidget):
         is_asked = state.phase not in (Phase.CLOSED, Phase.OPENING, Phase.FINDING, Phase.LATE)
         self.diagnosis = found = diagnose(evidence) if is_asked else None
         if found is not None:
-            is_calm = found.cause is Cause.SLOW_ADAPTER
-            meaning = Meaning.INFORMATION if is_calm else Meaning.ATTENTION
-            self._show(meaning, found.what, found.next_step, found.command)
-            self._offer(None if is_calm and found.command is None else found.step)
+            self._show(Meaning.ATTENTION, found.what, found.next_step, found.command)
+            self._offer(found.step)
         else:
             words = link_text(state, self._ports.clock())
             meaning, step = _WITHOUT_CAUSE.get(state.phase, (Meaning.ATTENTION, NextStep.CONNECT_AGAIN))

@@ -152,7 +152,7 @@ def test_a_command_is_shown_and_copied(
 def test_what_the_system_says_of_one_adapter_is_not_said_of_another_one_of_the_same_name(
     qtbot: QtBot, qapp: QApplication, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    found = [AdapterFacts(latency_ms=16), AdapterFacts(latency_ms=1)]
+    found = [AdapterFacts(group="uucp"), AdapterFacts(group=None)]
     monkeypatch.setattr("ui.pages.diagnosis.why.facts_about", lambda _port: found[0])
     with diagnosis(qtbot, qapp, tmp_path) as (assembly, page):
         for adapter in ("0403:6001", "0403:6015"):
