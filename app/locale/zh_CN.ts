@@ -2344,10 +2344,6 @@
         <translation>自 {time} 起记录，有缺失</translation>
     </message>
     <message>
-        <source>Recording</source>
-        <translation>数据记录</translation>
-    </message>
-    <message>
         <source>Recording of {time}</source>
         <translation>{time} 的数据记录</translation>
     </message>

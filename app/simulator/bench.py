@@ -50,7 +50,6 @@ class SimulatedBench:
         self.is_plugged_in = True
         self.plug_number = 1  # how often it was plugged in; a port that was opened before is dead
         self.holder: object | None = None  # who has the port open
-        self.last_options: Mapping[str, Any] = {}  # those of the URL that was opened last
         now_s = clock()
         self.module.power_on(now_s - setup.uptime)
         if setup.uptime:
@@ -138,17 +137,11 @@ _benches_lock = threading.Lock()
 def module(name: str = DEFAULT_NAME, options: Mapping[str, Any] | None = None) -> SimulatedBench:
     """Return the module of this name, which is made where there is none.
 
-    `options` are values by option name. One that exists takes over faults and the rate if they differ from the last
-    ones: to open the same URL again does not undo what was changed since.
+    `options` are values by option name, of a new one; what an existing one is like was chosen before.
     """
-    options = dict(options or {})
     with _benches_lock:
         if name not in _benches:
-            _benches[name] = SimulatedBench(Setup(**options))
-        elif options not in ({}, _benches[name].last_options):
-            _benches[name].change(**options)
-        if options:
-            _benches[name].last_options = options
+            _benches[name] = SimulatedBench(Setup(**(options or {})))
         return _benches[name]
 
 

@@ -9,7 +9,7 @@ import pytest
 from app.flights.flight_log import FlightLog
 from app.flights.judge import TriggerLimits
 from app.flights.judging import NEVER, RuleReading, firing_curves
-from app.flights.summary import LossOfControl, loss_of_control, moment_text, summarise
+from app.flights.summary import LossOfControl, loss_of_control, summarise
 from app.flights.thresholds import TILTS_DEG, TIMES_S, FlightGroup, fire_map, outcome_of
 from protocol.messages import Source
 from tests.support.flights.made_flights import STEP_S, made_flight, plainly_judged, random_flight
@@ -193,10 +193,3 @@ def test_damped_ignores_a_spike_in_a_fall() -> None:
     damped = firing_curves(made_flight(0.0, force), RuleReading.DAMPED)
     assert direct.longest_fall_s[5] == pytest.approx(129 * STEP_S - STEP_S)
     assert damped.longest_fall_s[5] > 3.7
-
-
-@pytest.mark.parametrize(
-    ("at_s", "text"), [(0.04, "0.0 s"), (12.34, "12.3 s"), (187.25, "3:07.2"), (3661.9, "1:01:01.9")]
-)
-def test_moments_of_a_log_are_told_to_a_tenth_of_a_second(at_s: float, text: str) -> None:
-    assert moment_text(at_s) == text

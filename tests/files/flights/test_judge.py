@@ -51,24 +51,3 @@ def test_free_fall_fires_after_its_time_below_the_threshold_without_a_pause(
     assert [(sample.at_s, source) for sample, source in found] == [
         (pytest.approx(at_s), Source.FREEFALL) for at_s in fires_s
     ]
-
-
-@pytest.mark.parametrize(("is_enabled", "fired"), [(True, Source.ATTITUDE | Source.FREEFALL), (False, Source(0))])
-def test_both_fire_together_and_what_is_disabled_does_not(is_enabled: bool, fired: Source) -> None:
-    limits = TriggerLimits(freefall_time_s=0.0, attitude_is_enabled=is_enabled, freefall_is_enabled=is_enabled)
-    assert Judge().judge(SensorSample(0.0, 80.0, 0.0), limits).fired == fired
-
-
-def test_a_locked_module_never_fires_and_forgets_a_fall() -> None:
-    judge = Judge()
-    limits = TriggerLimits(freefall_time_s=1.0)
-    fired = []
-    for step in range(400):  # it falls all the time, and is locked for less than a pause
-        sample = SensorSample(step * STEP_S, 5.0, 0.0)
-        fired.append(judge.judge(sample, limits, is_active=not 0.9 <= sample.at_s < 1.2).fired)
-    assert [(step * STEP_S, source) for step, source in enumerate(fired) if source] == [
-        (pytest.approx(2.2), Source.FREEFALL)
-    ]
-    assert judge.judge(SensorSample(4.0, 80.0, 0.0), limits, is_active=False).fired == Source(0)
-    again = judge.judge(SensorSample(4.1, 80.0, 1.0), limits).fired
-    assert again == Source.ATTITUDE  # activated while tilted, it fires at once

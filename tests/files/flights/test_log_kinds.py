@@ -14,7 +14,7 @@ from app.flights.dataflash import DataflashFile
 from app.flights.flight_log import FlightLog
 from app.flights.judge import TriggerLimits
 from app.flights.judging import Answer
-from app.flights.read_log import SUFFIXES, distinct_names, find_logs, read_flight_log
+from app.flights.read_log import distinct_names, find_logs, read_flight_log
 from app.flights.summary import summarise
 from app.flights.ulog import UlogFile
 from app.text.user_error import UserError
@@ -155,10 +155,6 @@ def test_what_is_no_log_is_refused_by_name(tmp_path: Path, name: str, data: byte
     assert said in str(caught.value)
     if "spreadsheet: " not in str(caught.value):
         assert ".ulg" in str(caught.value)  # with the list of what is read
-
-
-def test_the_endings_that_are_offered_are_those_that_are_read() -> None:
-    assert {".ulg", ".bin", ".log", ".tlog", ".csv", ".mcap", ".gz", ".zip"} <= set(SUFFIXES)
 
 
 def test_two_vehicles_in_one_telemetry_file_are_not_judged_as_one(tmp_path: Path) -> None:

@@ -102,23 +102,6 @@ def test_margins_are_in_the_vendors_steps() -> None:
     assert (must.name, must.attitude_deg) == ("crash", 85 - 62)
 
 
-def test_an_acceleration_step_alone_can_separate() -> None:
-    """Both fall for two seconds, one of them less deep."""
-    calm = [flown("calm", Event(5, 0.35, 2.2), hits_the_ground=False)]
-    crash = [flown("crash", Event(5, 0.05, 2.2), hits_the_ground=True)]
-    assert proposed(calm, []).limits is None
-    limits = proposed(calm, crash).limits
-    assert limits is not None
-    assert is_right(limits, calm, crash)
-
-
-def test_an_inverted_flight_excludes_every_attitude_threshold() -> None:
-    fell = flown("fell", Event(5, 0.1, 2.2), hits_the_ground=True)
-    proposal = proposed([flown("aerobatics", Event(178.2, 1.0, 0.5), hits_the_ground=False)], [fell])
-    assert proposal.limits is None
-    assert proposal.conflicts == {FlightGroup.MUST_NOT: ["aerobatics"], FlightGroup.MUST: []}
-
-
 @pytest.mark.parametrize("lies_on_its_side", [True, False])
 @pytest.mark.promise("g")
 def test_a_crash_that_fires_only_after_the_impact_or_never_has_no_proposal(lies_on_its_side: bool) -> None:
@@ -131,16 +114,6 @@ def test_a_crash_that_fires_only_after_the_impact_or_never_has_no_proposal(lies_
     proposal = proposed([flown("calm", Event(5, 1.0, 0.5), hits_the_ground=False)], [log])
     assert proposal.limits is None
     assert proposal.conflicts[FlightGroup.MUST] == ["crash"]
-
-
-def test_a_flight_without_an_impact_that_fires_late_has_its_true_margin() -> None:
-    log = flown("lost over the sea", Event(85, 1.0, 0.5), hits_the_ground=False)
-    proposal = proposed([flown("calm", Event(5, 1.0, 0.5), hits_the_ground=False)], [log])
-    nearest, limits = proposal.nearest[FlightGroup.MUST], proposal.limits
-    assert limits is not None
-    assert nearest.attitude_deg == 85 - limits.attitude_threshold_deg
-    assert nearest.freefall_s is not None
-    assert nearest.freefall_s < 0
 
 
 ORDINARY = Event(5, 1.0, 0.5)

@@ -221,6 +221,13 @@ def test_stamps_that_are_coarser_than_a_tilt_prove_nothing(tmp_path: Path) -> No
     assert answer(written(tmp_path / "a.csv", table(rows))) is Answer.NOT_JUDGED
 
 
+def test_a_unit_against_the_line_of_units_is_refused(tmp_path: Path) -> None:
+    path = written(tmp_path / "a.csv", table(FALL).replace("\n", "\ns,deg,g\n", 1).replace("time_s", "when"))
+    assert answer(path, "time_s=when") is Answer.FIRES
+    with pytest.raises(UserError, match="“when” is in s"):
+        answer(path, "time_ms=when")
+
+
 def test_a_column_that_is_there_twice_is_not_chosen(tmp_path: Path) -> None:
     lines = [f"{at_s},{tilt},{force},{tilt}" for at_s, tilt, force in REST]
     path = written(tmp_path / "a.csv", "\n".join(["time_s,tilt_deg,acceleration_g,tilt_deg", *lines]))

@@ -9,15 +9,14 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 from mcap.data_stream import RecordBuilder
 from mcap.records import Chunk
-from mcap.writer import Writer
 
 from app.recordings.library import entry_of
 from app.recordings.markers import MarkerKind
 from app.recordings.recording import RecordedTraffic, Recording
-from app.recordings.session_file import HEAD_BYTES, OPENING, STATUS, Opening, metadata_record
+from app.recordings.session_file import HEAD_BYTES
 from app.text.user_error import UserError
 from tests.support.processes import running
-from tests.support.records.recordings_made import HEADING, NOON, Whole, opened, recorder_in, stream, whole_of
+from tests.support.records.recordings_made import HEADING, Whole, opened, recorder_in, stream, whole_of
 
 
 @pytest.fixture(scope="module")
@@ -139,14 +138,6 @@ def test_a_state_that_is_damaged_costs_no_report(whole: Whole, tmp_path: Path) -
     assert (recording.entry.was_cut_off, recording.entry.sample_count) == (True, 0)
 
 
-@pytest.mark.parametrize("tail", [b"\x00" * 5000, b"\xff" * 5000, bytes(range(256)) * 20])
-def test_zeros_or_garbage_in_the_place_of_the_last_chunks(whole: Whole, tmp_path: Path, tail: bytes) -> None:
-    data = whole.path.read_bytes()
-    recording = changed_but_read(whole, tmp_path, data[: chunks_in(data)[8][0]] + tail)
-    assert len(recording.tilt) == 400
-    assert recording.damage is not None
-
-
 def test_a_few_bytes_that_are_packed_gigabytes_are_refused(whole: Whole, tmp_path: Path) -> None:
     packed = zstandard.compress(bytes(1 << 27))
     for size in (1 << 27, 1000):
@@ -184,18 +175,3 @@ def test_killed_while_it_records(tmp_path: Path) -> None:
     entry = entry_of(path)
     assert (entry.is_running, entry.was_cut_off, entry.sample_count) == (False, True, 200)
     assert len(whole_of(path).times) == 200
-
-
-def test_what_came_at_a_time_that_no_clock_shows_is_left_out(tmp_path: Path) -> None:
-    path = tmp_path / "late.mcap"
-    with path.open("wb") as file:
-        writer = Writer(file)
-        writer.start()
-        file.write(metadata_record(OPENING, Opening(started_at=NOON, start_s=0.0, port="", baud_rate=0)))
-        writer.register_channel(STATUS, "json", 0)
-        for at_ns in (1 << 62, 1 << 63):
-            writer.add_message(1, at_ns, b'{"tilt_deg":1,"acceleration_g":1,"triggered":false,"active":true}', at_ns)
-            writer.flush()
-        writer.finish()
-    recording = opened(path)
-    assert (len(recording.tilt), recording.damage is None) == (1, False)

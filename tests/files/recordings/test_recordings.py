@@ -5,7 +5,6 @@ import os
 import re
 import sys
 import zlib
-from functools import partial
 from itertools import pairwise
 from pathlib import Path
 from typing import Any
@@ -196,14 +195,6 @@ def test_bytes_of_equal_times_stay_in_order(tmp_path: Path) -> None:
     assert all(before.at_s < after.at_s for before, after in pairwise(traffic))
 
 
-def test_times_ascend_even_when_the_clock_steps_back(tmp_path: Path) -> None:
-    with recorder_in(tmp_path) as bench:
-        bench.record(batch(1001.0, report(1001.0), report(1000.5)), batch(1002.0, report(1000.7), report(1002.0)))
-        recording = opened(bench.path)
-        times = recording.tilt.window(0, 2000).time_s
-        assert times.tolist() == pytest.approx([1001.0, 1001.0, 1001.0, 1002.0], abs=1e-8)
-
-
 @pytest.mark.skipif(sys.platform == "win32", reason="permissions are not bits on Windows")
 def test_only_this_user_can_read_a_recording(tmp_path: Path) -> None:
     before = os.umask(0)
@@ -231,14 +222,9 @@ def head_of(opening: Opening, **change: object) -> bytes:
     ("change", "why"),
     [
         ({"version": 1}, "another version"),
-        ({"start_s": "soon"}, "damaged"),
         ({"start_s": float("nan")}, "damaged"),
-        ({"start_s": 1e300}, "damaged"),
         ({"started_at": "2026-11-21T12:00:00"}, "damaged"),
         ({"started_at": "0001-01-01T00:00:00+00:00"}, "damaged"),
-        ({"started_at": "9999-12-31T23:59:59-12:00"}, "damaged"),
-        ({"baud_rate": 10**400}, "damaged"),
-        ({"port": 7}, "damaged"),
     ],
 )
 def test_other_heads_are_refused_with_a_reason(tmp_path: Path, change: dict[str, object], why: str) -> None:
@@ -266,27 +252,6 @@ def test_a_file_of_anything_is_refused(tmp_path: Path, raw: bytes) -> None:
         opened(path)
     with pytest.raises(UserError, match="No such file"):
         opened(tmp_path / "y.mcap")
-
-
-def test_unknown_events_of_a_later_version_are_skipped(tmp_path: Path) -> None:
-    with recorder_in(tmp_path) as bench:
-        bench.recorder.begin("sim://x", 9600)
-        bench.feed(batch(1000.0, report(1000.0)))
-        writer = bench.recorder._writer
-        assert writer is not None
-        for event, values in (
-            ("unheard of", {"more": [1]}),
-            ("reading", {"cell_voltage_v": "3", "pressure_bar": 1.0}),
-            ("limits", {"light_v": "2"}),
-            ("reading", {"light_v": 10**400}),
-        ):
-            bench.recorder._put(partial(writer.note, 1000.0, event, **values))  # in the recorder's thread
-        bench.settle()
-        recording = opened(bench.path)
-        assert [marker.kind for marker in recording.markers] == [MarkerKind.CONNECTED]
-        assert (len(recording.cell), len(recording.light)) == (0, 0)
-        assert recording.entry.is_simulated
-        assert recording.entry.is_running
 
 
 def test_the_example_for_other_programs_works(tmp_path: Path) -> None:

@@ -3,11 +3,9 @@
 from pathlib import Path
 
 import numpy as np
-import pytest
 
-from app.recordings.recorder import MAX_SESSION_S, SYNC_EVERY_S
+from app.recordings.recorder import MAX_SESSION_S
 from app.recordings.recording import RecordedTraffic
-from app.recordings.session_file import SessionWriter
 from tests.support.records.recordings_made import HEADING, WAIT_S, batch, opened, recorder_in, report, stream, talk
 
 
@@ -64,17 +62,6 @@ def test_what_is_dropped_again_is_counted_once(tmp_path: Path) -> None:
             bench.feed(batch(1000.5 + number, report(1000.5 + number)))
         bench.finish()
         assert opened(bench.path).missing_count == bench.recorder.dropped == 4
-
-
-def test_data_is_synced_regularly(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    synced: list[float] = []
-    with recorder_in(tmp_path) as bench:
-        monkeypatch.setattr(SessionWriter, "sync", lambda _self: synced.append(bench.clock.now_s))
-        bench.record(batch(1000.0, report(1000.0)))
-        bench.feed(batch(1001.0, report(1001.0)))
-        assert synced == []
-        bench.feed(batch(1000.0 + SYNC_EVERY_S, report(1000.0 + SYNC_EVERY_S)))
-        assert synced == [1000.0 + SYNC_EVERY_S]
 
 
 # Beginning and ending

@@ -1,13 +1,16 @@
-"""Makes recordings for tests and benchmarks, from batches or directly with numpy; reads, explains and cuts them."""
+"""Makes recordings for tests, from batches or from bytes; reads and explains them."""
 
 from collections.abc import Iterable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
 from datetime import UTC, datetime, timedelta
+from heapq import merge
+from operator import itemgetter
 from pathlib import Path
 from types import MappingProxyType
 from typing import NamedTuple
 
+import msgspec
 import numpy as np
 
 from app.captures.traffic import CaptureEntry, Explained, Explainer, Way
@@ -15,16 +18,17 @@ from app.engine.conversation import ConversationView, How, Known, StatusSample
 from app.engine.transport import PortError, PortTrouble
 from app.engine.worker import Batch, Connection, PortState
 from app.recordings.library import RecordingLibrary, entry_of
-from app.recordings.recorder import Recorder
+from app.recordings.recorder import FLUSH_EVERY_S, Recorder
 from app.recordings.recording import RecordedTraffic, Recording, open_recording
-from app.recordings.session_file import Opening
+from app.recordings.session_file import RX, Opening, RecordedReport, SessionWriter
+from app.recordings.session_file import STATUS as STATUS_TOPIC
 from protocol.catalogue import STATUS
 from protocol.events import Event, Received, Role, Sent
 from protocol.fields import Value
 from protocol.frame import Direction, Frame
-from protocol.messages import Status
+from protocol.messages import Status, decode
+from protocol.stream import StreamParser
 from tests.support.patience import PATIENCE_S
-from tests.support.records.written_sessions import write_session
 
 NOON = datetime(2026, 11, 21, 12, 0, 0, tzinfo=UTC)
 PORT = "/dev/ttyUSB0"
@@ -164,31 +168,42 @@ def recorded(folder: Path, seconds: float = 2.0, *, rate_hz: int = LINE_HZ) -> P
         return bench.path
 
 
-def written_at_once(
-    library: Path, rows: int, *, rate_hz: float = LINE_HZ, start_s: float = 1000.0, days: float = 0.0, number: int = 0
-) -> Path:
-    """Write a session of `rows` reports in reads of 8 ms, a sine with noise, `days` before noon; return its path."""
-    library.mkdir(parents=True, exist_ok=True)
+Note = tuple[float, dict[str, object]]
+
+
+def write_session(path: Path, opening: Opening, entries: Iterable[CaptureEntry], notes: Iterable[Note] = ()) -> None:
+    """Write bytes of the module, the reports in them, and events, as a session that was closed properly."""
+    path.unlink(missing_ok=True)
+    writer, parser = SessionWriter(path, opening), StreamParser()
+    flushed_s = opening.start_s
+    streams: tuple[Iterable[CaptureEntry | Note], ...] = notes, entries
+    for recorded in merge(*streams, key=itemgetter(0)):
+        if recorded[0] > flushed_s + FLUSH_EVERY_S:
+            flushed_s = recorded[0]
+            writer.flush(flushed_s)
+        if not isinstance(recorded, CaptureEntry):
+            writer.note(recorded[0], **recorded[1])  # type: ignore[arg-type]
+            continue
+        at_ns = writer.wall_ns(recorded.at_s)
+        writer.add(RX, at_ns, recorded.raw)
+        for piece in parser.feed(recorded.raw):
+            status = decode(piece.raw)
+            assert isinstance(status, Status)
+            values = status.tilt_deg, status.acceleration_g, status.triggered, status.active
+            writer.add(STATUS_TOPIC, at_ns, msgspec.json.encode(RecordedReport(*values)))
+            writer.advance(reports=writer.state.reports + 1)
+    writer.flush(flushed_s, is_last=True)
+    writer.close()
+
+
+def written_at_once(folder: Path, rows: int, *, days: float = 0.0, number: int = 0) -> Path:
+    """Write a session of `rows` reports, `days` before noon; return its path."""
+    folder.mkdir(parents=True, exist_ok=True)
     started_at = NOON - timedelta(days=days)
-    path = library / f"{started_at:%Y%m%dT%H%M%SZ}-{number:05}.mcap"
-    random = np.random.default_rng(7)
-
-    def entries() -> Iterator[CaptureEntry]:
-        per_read = max(1, round(rate_hz * 0.008))
-        for first in range(0, rows, 1 << 16):
-            row = np.arange(first, min(rows, first + (1 << 16)))
-            at = start_s + row / rate_hz
-            frames = np.zeros((len(row), 8), np.uint8)
-            frames[:, :3] = 0x41, 0x75, 0x32
-            frames[:, 3] = np.rint(45 + 40 * np.sin(at / 300) + random.normal(0, 2, len(row))).clip(0, 180)
-            frames[:, 4] = np.rint(10 + random.normal(0, 1, len(row))).clip(0, 255)
-            frames[:, 5], frames[:, 6] = (row >> 16) & 1, (row >> 18) & 1
-            frames[:, 7] = frames[:, 2:7].sum(axis=1, dtype=np.uint8)
-            for place in range(0, len(row), per_read):
-                yield CaptureEntry(float(at[place]), Way.IN, frames[place : place + per_read].tobytes())
-
-    opening = Opening(started_at=started_at, start_s=start_s, port=PORT, baud_rate=115200)
-    write_session(path, opening, entries())
+    path = folder / f"{started_at:%Y%m%dT%H%M%SZ}-{number:05}.mcap"
+    raw = Status(7, 1.0, triggered=False, active=True).encode()
+    entries = [CaptureEntry(1000.0 + row / LINE_HZ, Way.IN, raw) for row in range(rows)]
+    write_session(path, Opening(started_at=started_at, start_s=1000.0, port=PORT, baud_rate=115200), entries)
     return path
 
 

@@ -10,8 +10,7 @@ from app.captures.explain import Asked, meaning, sentence
 from app.captures.traffic import CaptureEntry, Explainer, Way
 from app.system import gil_yield as pace
 from app.text.i18n import CHINESE, set_language
-from protocol.catalogue import BY_CODE, BY_NAME, COMMANDS, SET, STATUS, Command, Request
-from protocol.fields import Flag
+from protocol.catalogue import BY_NAME, COMMANDS, SET, STATUS, Command, Request
 from protocol.frame import Direction, Frame, Noise, encode_long, encode_reply
 from protocol.messages import Status
 from protocol.stream import StreamParser
@@ -82,14 +81,6 @@ def test_the_meaning_of_every_frame_of_the_table(vector: Vector) -> None:
     asked = BY_NAME[vector.while_asked] if vector.while_asked else None
     named = meaning(frame(vector.hex), asked)
     assert json.dumps(named) == json.dumps(vector.means)  # 1.0 is not 1, true is not 1
-
-
-@pytest.mark.parametrize("vector", [one for one in VALID if not one.is_from_host], ids=lambda vector: vector.id)
-def test_the_meaning_is_the_same_when_the_very_request_is_known(vector: Vector) -> None:
-    assert vector.means is not None
-    command = BY_NAME[str(vector.means["command"])]
-    asked = command.query() if command.query_data is not None else Request(command, SET, vector.raw[4])
-    assert meaning(frame(vector.hex), asked) == vector.means
 
 
 @pytest.mark.parametrize(
@@ -181,25 +172,6 @@ def test_an_acknowledgement_says_no_more_than_it_knows(
     command = next(one for one in COMMANDS if one.code == code)
     assert meaning(reply(code, raw), asked) == {"command": command.name} | values
     assert sentence(reply(code, raw), asked) == words
-
-
-def test_sentences_are_translated_and_meanings_are_not() -> None:
-    set_language(CHINESE)
-    assert sentence(frame("42 61 34 01 00 35")) == "查询：电芯电压"
-    assert meaning(frame("42 61 34 01 00 35")) == {"command": "cell_voltage"}
-
-
-def test_a_flag_without_words_of_its_own_reads_yes_or_no(monkeypatch: pytest.MonkeyPatch) -> None:
-    """To add a command is to add an entry: a new one is explained before anybody writes words for it."""
-    beacon = Command(
-        code=0x18, name="beacon", title="Beacon", vendor_term="", explanation="", reply=Flag(), reply_key="lit",
-        write=Flag(), write_key="set",
-    )  # fmt: skip
-    monkeypatch.setattr("app.captures.explain.decode_request", lambda raw: beacon.set(True))
-    monkeypatch.setitem(BY_CODE, 0x18, beacon)
-    assert sentence(Frame(Direction.HOST_TO_MODULE, beacon.set(True).encode())) == "set: beacon yes"
-    assert sentence(reply(0x18, 0)) == "reply: beacon no"
-    assert meaning(reply(0x18, 1)) == {"command": "beacon", "lit": True}
 
 
 @pytest.mark.parametrize("command", COMMANDS, ids=lambda command: command.name)

@@ -63,15 +63,6 @@ def test_the_same_name_is_the_same_module() -> None:
         assert opened.read(6)[4] == 70
 
 
-def test_opening_the_same_url_again_does_not_undo_what_was_changed_since() -> None:
-    port(URL + "?drop=0.5").close()
-    benches.module("test").change(drop=0.0)
-    port(URL + "?drop=0.5").close()
-    assert benches.module("test").module.setup.drop == 0.0
-    port(URL + "?drop=0.25").close()
-    assert benches.module("test").module.setup.drop == 0.25
-
-
 def test_one_user_at_a_time() -> None:
     with port(), pytest.raises(serial.SerialException, match="busy"):
         port()

@@ -8,7 +8,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from app.samples.ring_buffers import Series, SeriesSample, bucket_width_s
+from app.samples.ring_buffers import Series, SeriesSample
 from app.samples.step_function import StepFunction, StepPoint
 
 RATE_HZ = 1440
@@ -111,21 +111,6 @@ def test_the_sample_around_an_instant() -> None:
     assert series.around(19.95, within_s=0.2) == pytest.approx(SeriesSample(19.9, 199))
     assert series.around(20.5, within_s=0.2) is None
     assert series.around(-1, within_s=0.2) is None
-
-
-def test_clear_forgets_everything_and_keeps_the_memory() -> None:
-    series = filled(3)
-    before = series.window(0, 1000).time_s
-    series.clear()
-    assert series.last is None
-    series.append(1, 2)
-    assert series.last == SeriesSample(1, 2)
-    assert np.shares_memory(before, series.window(0, 1000).time_s)
-
-
-@given(st.floats(1e-4, 1e6))
-def test_bucket_widths_fit_and_are_hardly_wider_than_wanted(at_least_s: float) -> None:
-    assert at_least_s <= bucket_width_s(at_least_s) <= at_least_s * 1.2500001
 
 
 def test_steps_hold_what_stood_when() -> None:

@@ -2,10 +2,10 @@
 
 import pytest
 
-from app.simulator.memory import Memory, invent_records
+from app.simulator.memory import Memory
 from app.simulator.module import SimulatedModule
 from app.simulator.physics import Physics
-from protocol.catalogue import BY_NAME, TRIGGER_RECORDS
+from protocol.catalogue import TRIGGER_RECORDS
 from protocol.frame import Frame
 from protocol.messages import Source, Status, TriggerRecord, decode, decode_record
 from protocol.stream import StreamParser
@@ -96,34 +96,12 @@ def test_external_power_wakes_it_after_shutdown() -> None:
     assert say(module, "42 61 33 01 00 34", 2.0).endswith("41 75 33 01 01 35")
 
 
-def test_with_external_power_the_charging_voltage_is_read() -> None:
-    module = running(Physics(cell_v=3.8))
-    module.set_charger(0.0, is_plugged_in=True)
-    assert decode_voltage(module, 0.0) == pytest.approx(3.9)
-    module.set_charger(0.0, is_plugged_in=False)
-    assert decode_voltage(module, 0.0) == pytest.approx(3.8)
-
-
-def decode_voltage(module: SimulatedModule, now_s: float) -> float:
-    request = BY_NAME["cell_voltage"].query()
-    return float(receive(module, request.encode(), now_s)[4] / 50)
-
-
 def test_a_new_baud_rate_holds_behind_its_acknowledgement() -> None:
     module = running()
     module.receive(bytes.fromhex("42 61 24 02 02 28 42 61 23 01 00 24"), 0.0)
     assert [sent.baud_rate for sent in module.collect(1.0)] == [115200, 9600]
     module.restart(2.0)
     assert module.baud_rate == 9600
-
-
-def test_zeroing_takes_todays_mounting_as_level() -> None:
-    module = running(Physics(tilt_deg=-4))
-    assert say(module, "42 61 32 01 00 33")[9:11] == "04"
-    say(module, "42 61 25 01 00 26")
-    assert say(module, "42 61 32 01 00 33")[9:11] == "00"
-    module.restart(1.0)
-    assert module.measure(1.0).tilt_deg == 0
 
 
 def test_the_stream_keeps_its_rate_and_ends() -> None:
@@ -254,18 +232,6 @@ def test_the_last_nine_records_are_kept_oldest_first() -> None:
     module.restart(300.0)
     tick(module, 301.0)
     assert records(module, 301.0) == found
-
-
-def test_invented_records_are_varied_plausible_and_the_same_for_a_seed() -> None:
-    first, again = Memory(boot_count=37), Memory(boot_count=37)
-    invent_records(first, 9, seed=3)
-    invent_records(again, 9, seed=3)
-    assert first.records == again.records
-    found = records(running(memory=first), 0.0)
-    assert len(found) == 9
-    assert not any(one.implausible for one in found)
-    assert max(len(one.sources) for one in found) > 1
-    assert {source for one in found for source in one.sources} == {"serial", "attitude", "pwm", "freefall"}
 
 
 def test_what_is_no_valid_frame_is_not_answered_and_the_next_one_is() -> None:

@@ -26,14 +26,6 @@ def test_defaults_read_back_as_themselves() -> None:
         assert parse_options({option.name: as_text(option.default)}) == {option.name: option.default}
 
 
-def test_options_as_typed() -> None:
-    setup = Setup(**parse_options({"rate": "200", "drop": "0.1", "pwm-after": "20", "mute": ""}))
-    assert setup.rate == 200
-    assert setup.drop == 0.1
-    assert setup.pwm_after == 20
-    assert setup.mute
-
-
 @pytest.mark.parametrize(
     ("name", "text", "said"),
     [
@@ -66,11 +58,6 @@ def test_a_setup_reaches_the_bench(clock: FakeClock) -> None:
     assert bench.wire.read(clock()) == b"", "its heartbeats are long gone"
 
 
-def test_a_module_that_is_just_switched_on_shows_its_heartbeats(clock: FakeClock) -> None:
-    bench = SimulatedBench(Setup(uptime=0.0), clock=clock)
-    assert len(bench.wire.read(clock() + 0.1)) == 12
-
-
 def after(bench: SimulatedBench, seconds: float) -> SimulatedModule:
     """The module so long after its beginning."""
     bench.module.advance(1000.0 + seconds)
@@ -99,25 +86,3 @@ def test_it_restarts_at_the_given_time(clock: FakeClock) -> None:
     assert len(bench.wire.read(1021.0)) == 12, "two heartbeats"
     assert after(bench, 100.0).memory.boot_count == 38
     assert not bench.module.state.is_active
-
-
-def test_power_faults_and_the_plug(bench: SimulatedBench, clock: FakeClock) -> None:
-    bench.power_off()
-    assert not bench.module.is_on
-    bench.press_switch()
-    assert bench.module.is_on
-    bench.change(drop=0.2, rate=100.0)
-    assert (bench.module.setup.drop, bench.module.setup.rate) == (0.2, 100)
-    bench.unplug()
-    clock.now_s += 100
-    assert not bench.is_plugged_in
-    bench.plug()
-    assert bench.is_plugged_in
-
-
-def test_the_pwm_input_fires_only_an_active_module(bench: SimulatedBench) -> None:
-    assert not bench.pulse_pwm()
-    bench.module.activate(is_active=True)
-    assert bench.pulse_pwm()
-    assert bench.module.is_triggered
-    assert len(bench.module.memory.records) == 1

@@ -85,15 +85,6 @@ def test_pty_link_is_its_port_and_goes_with_it(tmp_path: Path) -> None:
 
 
 @posix_only
-def test_pty_that_ends_leaves_a_link_to_another_port_alone(tmp_path: Path) -> None:
-    link = tmp_path / "module"
-    with serving(SimulatedBench(), pty(link)):
-        link.unlink()
-        link.symlink_to("/elsewhere")
-    assert str(link.readlink()) == "/elsewhere"
-
-
-@posix_only
 def test_pty_never_takes_the_place_of_a_file(tmp_path: Path) -> None:
     taken = tmp_path / "precious"
     taken.write_text("data", encoding="utf-8")
@@ -134,12 +125,6 @@ def test_every_option_is_on_the_command_line_and_in_its_help(capsys: pytest.Capt
         parse("--help")
     shown = capsys.readouterr().out
     assert all("--" + option.name.replace("_", "-") in shown for option in fields(Setup))
-
-
-def test_flags_stand_alone_or_take_yes_and_no() -> None:
-    args = parse("--active", "--mute", "no", "--history", "4")
-    assert (args.active, args.mute, args.history) == ("", "no", "4")
-    assert not hasattr(args, "drop"), "what is not given is left to the defaults"
 
 
 @pytest.mark.parametrize("words", [("--tcp", "here"), ("--link", "a", "--tcp", "b:1"), ("--speed",)])

@@ -171,23 +171,17 @@ class LogColumn(IntEnum):
     NAME = 0
     WHEN = 1
     LENGTH = 2
-    MODULE = 3
-    ANSWER = 4
-    SIDE = 5
-    KIND = 6
+    ANSWER = 3
+    SIDE = 4
 
 
 def _time_text(when: datetime) -> str:
     return f"{when.astimezone():%Y-%m-%d %H:%M}"
 
 
-def _short_time(row: LogRow) -> str:
-    """Without the year where it is this one."""
+def _when_text(row: LogRow) -> str:
     when = _when(row)
-    if when is None:
-        return "—"
-    is_this_year = when.astimezone().year == datetime.now().astimezone().year
-    return _time_text(when)[5 if is_this_year else 0 :]
+    return "—" if when is None else _time_text(when)
 
 
 def _when(row: LogRow) -> datetime | None:
@@ -201,11 +195,6 @@ def _length_s(row: LogRow) -> float:
     if row.outcome is not None:
         return row.outcome.flight.duration_s
     return -1.0 if row.entry is None or row.entry.trouble is not None else row.entry.duration_s
-
-
-def _kind(row: LogRow) -> str:
-    suffix = Path(row.name).suffix.lower()
-    return tr("Recording") if row.entry is not None or suffix == ".mcap" else suffix.lstrip(".").upper() or "—"
 
 
 def _kind_icon(row: LogRow) -> QIcon | None:
@@ -259,9 +248,9 @@ COLUMNS: Final = (
     ),
     TableColumn[LogRow](
         marked("Time"),
-        _short_time,
+        _when_text,
         lambda row: 0.0 if (when := _when(row)) is None else when.timestamp(),
-        widest=lambda: "00-00 00:00",
+        widest=lambda: "0000-00-00 00:00",
     ),
     TableColumn[LogRow](
         marked("Duration"),
@@ -269,12 +258,6 @@ COLUMNS: Final = (
         _length_s,
         is_right=True,
         widest=lambda: "88:88",
-        is_spare=True,
-    ),
-    TableColumn[LogRow](
-        marked("Module"),
-        lambda row: "—" if row.entry is None else clean(row.entry.module, longest=80) or "—",
-        widest=lambda: "M-00",
         is_spare=True,
     ),
     TableColumn[LogRow](
@@ -291,5 +274,4 @@ COLUMNS: Final = (
         picture=lambda row: None if row.group is FlightGroup.UNSORTED else icon(SIDES[row.group].picture),
         widest=lambda: tr("Must not fire"),
     ),
-    TableColumn[LogRow](marked("Kind"), _kind, widest=lambda: tr("Recording"), is_spare=True),
 )

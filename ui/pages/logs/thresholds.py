@@ -15,7 +15,7 @@ from app.text.i18n import tr
 from protocol.catalogue import BY_NAME
 from protocol.translatable import marked
 from ui.plots.static_plot import StaticPlot
-from ui.style.theme import Meaning, Size, Space, Theme, current, font, scaled
+from ui.style.theme import Meaning, Space, Theme, current, scaled
 from ui.widgets.controls import named
 from ui.widgets.sliders import Dial, label_for
 
@@ -162,7 +162,6 @@ class FireMapView(StaticPlot):
         self.cross = [pg.InfiniteLine(angle=angle) for angle in (0, 90, 0, 90)]
         """Outlines and lines, so that they contrast with every cell."""
         self.handle = pg.TargetItem(size=_HANDLE_PX, symbol="o", movable=False)
-        self.numbers = pg.TextItem()
         self._legend = {word: QLabel() for word in _LEGEND}
         keys = QGridLayout()
         keys.setColumnStretch(1, 1)
@@ -175,9 +174,11 @@ class FireMapView(StaticPlot):
         self.column.addLayout(keys)
 
     def show_maps(self, shown: FireMap, other: FireMap) -> None:
-        if shown is not self._map:
-            self._map, self._cells = shown, cells_of(shown, other)
+        self._map, self._cells = shown, cells_of(shown, other)
+        if self.view is None:  # it was not seen yet
             self.redraw()
+        else:
+            self.fit_to_view()
 
     def show_limits(self, limits: TriggerLimits, text: str) -> None:
         """Moves the cross; `text` is the accessible text."""
@@ -213,10 +214,7 @@ class FireMapView(StaticPlot):
             line.setPen(pg.mkPen(colour, width=width))
         self.handle.setPen(pg.mkPen(theme.surface, width=2))
         self.handle.setBrush(QColor(theme.text))
-        self.numbers.setColor(QColor(theme.text))
-        self.numbers.setFont(font(Size.SMALL, is_bold=True))
-        self.numbers.fill = pg.mkBrush(theme.surface)
-        self.add(self.image, *self.cross, self.handle, self.numbers)
+        self.add(self.image, *self.cross, self.handle)
         self.show_ticks("left", [(tilt, f"{tilt}°") for tilt in _TILT_TICKS_DEG], tr("Attitude threshold"))
         self.show_ticks("bottom", [(time_s, f"{time_s:g} s") for time_s in _TIME_TICKS_S], tr("Free-fall time"))
         self._draw_frame()
@@ -255,11 +253,6 @@ class FireMapView(StaticPlot):
         for line in self.cross:
             line.setPos(tilt if line.angle == 0 else time_s)
         self.handle.setPos(time_s, tilt)
-        (first, last), (low, high) = self._edges()
-        self.numbers.setPos(time_s, tilt)
-        self.numbers.setText(f"{self._limits.attitude_threshold_deg:.0f}° · {self._limits.freefall_time_s:.2f} s")
-        # Beside the handle, towards the middle of the map.
-        self.numbers.setAnchor((1.1 if time_s > (first + last) / 2 else -0.1, -0.2 if tilt > (low + high) / 2 else 1.2))
 
     # Mouse and keyboard
 

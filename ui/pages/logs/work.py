@@ -146,9 +146,6 @@ class LogsWork(QObject):
         self.loading = Reading()
         self._orders: deque[Reading] = deque()
         self.task: BackgroundTask[None] = BackgroundTask("dps-s logs", self)
-        self._maps: list[FireMap] = []
-        # The acceleration of the maps.
-        self._maps_of_g = 0.0
         self._proposing: BackgroundTask[ThresholdProposal] = BackgroundTask("dps-s thresholds", self)
 
     # What there is
@@ -197,13 +194,10 @@ class LogsWork(QObject):
         return rows
 
     def maps(self) -> list[FireMap]:
-        """One for each reading of the rule, kept until something changes."""
-        if not self._maps or self._maps_of_g != self.limits.freefall_acceleration_g:
-            sides = self.sides()
-            flights = sides[FlightGroup.MUST_NOT], sides[FlightGroup.MUST]
-            self._maps = [fire_map(*flights, self.limits, reading) for reading in RuleReading]
-            self._maps_of_g = self.limits.freefall_acceleration_g
-        return self._maps
+        """One for each reading of the rule."""
+        sides = self.sides()
+        flights = sides[FlightGroup.MUST_NOT], sides[FlightGroup.MUST]
+        return [fire_map(*flights, self.limits, reading) for reading in RuleReading]
 
     def settings(self) -> Mapping[str, Value]:
         """The chosen thresholds by key of the setting."""
@@ -257,7 +251,6 @@ class LogsWork(QObject):
             known = self.logs.get(log.name, log)
             self.logs[log.name] = log._replace(group=known.group, samples=samples.get(log.name, -1))
             self.loading.read += 1
-        self._maps = []
         self.changed.emit()
 
     def cancel(self) -> None:
@@ -308,7 +301,7 @@ class LogsWork(QObject):
         self._change()
 
     def _change(self) -> None:
-        self._maps, self.proposal = [], None
+        self.proposal = None
         sides = self.sides()
         if sides[FlightGroup.MUST_NOT] or sides[FlightGroup.MUST]:
             flights = sides[FlightGroup.MUST_NOT], sides[FlightGroup.MUST]

@@ -5,7 +5,6 @@ import threading
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
-from math import inf, nan
 from pathlib import Path
 
 import numpy as np
@@ -17,17 +16,16 @@ from pytestqt.qtbot import QtBot
 from app.flights.flight_log import FlightLog
 from app.flights.judge import TriggerLimits
 from app.flights.many_logs import SummarisedLog
-from app.flights.summary import FirstFire, summarise
+from app.flights.summary import summarise
 from app.flights.thresholds import FireMap, FlightGroup
 from app.text.messages import message
-from protocol.messages import Source
 from tests.support.flights.made_flights import crash, made_flight, ordinary_flight, write_csv, write_logs
 from tests.support.window.fakes_ui import page_entries, window
 from tests.support.window.steps import await_child, choosing, drop, given, let_lay_out, notice_text, press
 from ui.main import Assembly
 from ui.pages.logs import work as work_module
 from ui.pages.logs.page import LogsPage
-from ui.pages.logs.rows import LogColumn, fire_text
+from ui.pages.logs.rows import LogColumn
 from ui.pages.logs.thresholds import cells_of
 from ui.pages.logs.work import LogFile, LogRow
 
@@ -286,25 +284,6 @@ def test_it_says_where_nothing_separates(desk: Desk) -> None:
     assert not desk.page.proposal.take.isEnabled()
 
 
-def test_of_logs_that_are_gone_nothing_is_proposed(desk: Desk, monkeypatch: pytest.MonkeyPatch) -> None:
-    may_end, has_ended = threading.Event(), threading.Event()
-
-    def slowly(*_flights: object) -> str:
-        assert may_end.wait(30)
-        has_ended.set()
-        return "a proposal"
-
-    monkeypatch.setattr(work_module, "propose", slowly)
-    work = desk.page.work
-    work.logs["a"] = LogFile("a", summary=summarise(tilted("a", 20)))
-    work.move(["a"], MUST)
-    work.remove(["a"])
-    may_end.set()
-    assert has_ended.wait(30)
-    desk.qtbot.wait(50)
-    assert work.proposal is None
-
-
 # Thresholds and map
 
 
@@ -329,7 +308,6 @@ def test_map_and_list_follow_a_threshold(desk: Desk) -> None:
     page.table.sortByColumn(LogColumn.ANSWER, Qt.SortOrder.AscendingOrder)
     assert [row.name for row in desk.rows()] == ["turn", "calm"]  # what is not as expected comes first
     page.thresholds.tilt.slider.setValue(60)
-    assert page.map.numbers.toPlainText().startswith("60° · ")
     assert [line.value() for line in page.map.cross[2:]] == [60, page.work.limits.freefall_time_s]
     rows = page.map.image.image[:, -1]  # lowest tilt first: 50° fires up to a threshold of 50°, not above it
     assert (rows[0] == rows[len(rows) // 5]).all()
@@ -391,22 +369,6 @@ def test_each_answer_has_its_word(desk: Desk) -> None:
 
 
 # One log
-
-
-@pytest.mark.parametrize(
-    ("fire", "said"),
-    [
-        (FirstFire(inf, Source(0), False, nan), "No trigger"),
-        (FirstFire(3.0, Source.ATTITUDE, True, nan), "Fires at 3.0 s: attitude"),
-        (
-            FirstFire(3.0, Source.ATTITUDE | Source.FREEFALL, True, 0.5),
-            "Fires at 3.0 s: attitude · free fall, 0.50 s after the loss of control",
-        ),
-        (FirstFire(3.0, Source.FREEFALL, False, 0.5), "Fires at 3.0 s: free fall, after the impact"),
-    ],
-)
-def test_only_the_triggers_that_fire_are_named(fire: FirstFire, said: str) -> None:
-    assert fire_text(fire) == said
 
 
 def test_a_single_file_is_shown_at_its_moment(desk: Desk, tmp_path: Path) -> None:

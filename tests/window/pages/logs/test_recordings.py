@@ -50,7 +50,6 @@ def one(qtbot: QtBot, qapp: QApplication, tmp_path: Path, template: Path) -> Ite
 def test_it_is_listed_searched_and_judged_without_being_asked(one: Desk) -> None:
     record(one.library.folder, module="", seconds=20)
     one.list_again(2)
-    assert sorted(one.texts(LogColumn.MODULE)) == ["Left wing", "—"]
     assert sorted(one.texts(LogColumn.NAME)) == ["Left wing", "ttyUSB0"]
     assert all(f"{NOON.astimezone():%m-%d %H:%M}" in text for text in one.texts(LogColumn.WHEN))
     one.page.work.read_waiting()
@@ -58,7 +57,7 @@ def test_it_is_listed_searched_and_judged_without_being_asked(one: Desk) -> None
     assert one.said() == ""  # nobody asked for it
     assert one.page.work.kept == ()
     one.page.list.search.setText("left WING")
-    assert one.texts(LogColumn.MODULE) == ["Left wing"]
+    assert one.texts(LogColumn.NAME) == ["Left wing"]
     one.page.list.search.setText("nothing like it")
     assert one.page.list.no_match.isVisible()
 
@@ -192,16 +191,6 @@ def test_a_long_export_shows_progress_and_can_be_cancelled(
     one.until(lambda: one.said() == "Cancelled.")
     assert ended.wait(WAIT_MS / 1000)
     assert list(tmp_path.glob("*.csv")) == []
-
-
-def test_a_question_is_withdrawn_where_another_one_is_chosen(one: Desk) -> None:
-    record(one.library.folder, module="Tail", seconds=5)
-    one.list_again(2)
-    one.page.table.selectRow(0)
-    one.page.removing.trigger()
-    assert one.said().startswith("Delete for good?")
-    one.page.table.selectRow(1)
-    assert one.said() == ""
 
 
 def test_it_is_pinned_and_deleted_once_that_is_confirmed(one: Desk) -> None:
