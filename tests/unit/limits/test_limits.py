@@ -7,7 +7,6 @@ import numpy as np
 import pytest
 
 from app.cli.history import page_of as records_page
-from app.cli.read import page_of
 from app.engine.conversation import ConversationView, How, Known
 from app.limits.limits import SETTING_BOUNDS, softened
 from app.limits.out_of_limits import (
@@ -154,16 +153,10 @@ def test_what_was_kept_in_four_bytes_is_judged_by_its_step() -> None:
 
 
 @pytest.mark.promise("g")
-def test_read_marks_them() -> None:
-    page = "\n".join(page_of({"cell_voltage_v": 3.52, "charging": False}, {}))
-    assert "3.52 V (!) low, limit 3.80 V" in page
-    assert "(!)" not in "\n".join(page_of({"cell_voltage_v": 3.9, "charging": False, "light_v": 2.1}, {}))
-
-
-@pytest.mark.promise("g")
 def test_a_trigger_record_marks_a_low_cell_and_not_the_chargers() -> None:
     kept = RECORD._replace(cell_voltage_v=3.52)
     assert records_page(History((kept,)))[1].endswith("3.52 V (low)")
+    assert "(low) < 3.80 V" in records_page(History((kept,)))
     assert "3.52 V, low" in sentence(kept).translated()
     assert records_page(History((kept._replace(cell_voltage_v=3.9),)))[1].endswith("3.90 V")
     assert record_outside(kept._replace(cell_voltage_v=4.7)) is None  # implausible, and marked as that
