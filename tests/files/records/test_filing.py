@@ -112,16 +112,6 @@ def test_a_damaged_key_is_never_replaced_and_what_it_would_sign_is_not_kept(tmp_
     assert (tmp_path / KEY_FILE).read_bytes() == content
 
 
-def test_a_fault_of_our_own_is_not_told_as_a_damaged_store(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    def wrong(*_: object, **__: object) -> None:
-        raise TypeError("a fault of ours")
-
-    with closing(open_store(tmp_path)) as store:
-        monkeypatch.setattr("app.records.filing.service_due", wrong)
-        with pytest.raises(TypeError, match="ours"):
-            file_one(store, "M-07")
-
-
 # Trigger records
 
 
@@ -129,26 +119,19 @@ def remember_boots(store: Store, boot_count: int) -> None:
     store.write(lambda facts: remember(facts, "M-07", boot_count=boot_count)).result()
 
 
-def test_what_a_check_read_is_remembered_under_the_name_unless_it_speaks_against_it(tmp_path: Path) -> None:
-    with closing(open_store(tmp_path)) as store:
-        remember_boots(store, 50)
-        assert file_one(store, "M-07").assessment.result("boot_count") is CheckResult.FAIL
-        known = remembered_in(store, "M-07")
-        assert known is not None
-        assert (known.boot_count, dict(known.settings)) == (50, {})
-        assert file_one(store, "M-07", is_same_module=True).assessment.result("boot_count") is CheckResult.PASS
-        known = remembered_in(store, "M-07")
-        assert known is not None
-        assert (known.boot_count, known.settings["freefall_time_s"]) == (37, 1.6)
-        assert file_one(store, "M-07").assessment.result("boot_count") is CheckResult.PASS
-
-
 def test_what_may_be_another_module_becomes_no_part_of_this_ones_history(tmp_path: Path) -> None:
     with closing(open_store(tmp_path)) as store:
-        file_one(store, "M-07")
         remember_boots(store, 50)
-        for is_same_module, visits in ((False, 1), (True, 2)):
-            file_one(store, "M-07", is_same_module=is_same_module)
+        for is_same_module, result, boot_count, visits in (
+            (False, CheckResult.FAIL, 50, 0),
+            (True, CheckResult.PASS, 37, 1),
+            (False, CheckResult.PASS, 37, 2),
+        ):
+            filed = file_one(store, "M-07", is_same_module=is_same_module)
+            assert filed.assessment.result("boot_count") is result
+            known = remembered_in(store, "M-07")
+            assert known is not None
+            assert (known.boot_count, "freefall_time_s" in known.settings) == (boot_count, visits > 0)
             assert len(store.read(lambda facts: facts.of_module(ModuleVisited, "M-07"))) == visits
 
 
