@@ -3,7 +3,7 @@ PYTHON ?= python3
 ARGS ?=
 CAMPAIGN = QT_QPA_PLATFORM=offscreen .venv/bin/python -m
 
-.PHONY: demo test check setup translations package bench soak gestures hands commands walk lines readers nightly
+.PHONY: demo test check setup translations package bench soak hands commands walk lines readers nightly
 demo test check setup translations package:
 	$(PYTHON) packaging/bootstrap.py $@ $(ARGS)
 
@@ -14,7 +14,7 @@ soak: setup
 	$(CAMPAIGN) tests.campaigns.$@ $(ARGS)
 readers: setup
 	$(CAMPAIGN) tests.files.readers $(ARGS)
-commands gestures hands lines walk: setup
+commands hands lines walk: setup
 	$(CAMPAIGN) tests.campaigns $@ $(ARGS)
 
 # All tests with all that they otherwise take a part of, then all campaigns, whatever fails before.
@@ -22,8 +22,6 @@ nightly: setup
 	failed=0; \
 	HYPOTHESIS_PROFILE=thorough $(PYTHON) packaging/bootstrap.py test || failed=1; \
 	$(CAMPAIGN) tests.campaigns.soak --seconds 1800 || failed=1; \
-	$(CAMPAIGN) tests.campaigns gestures --every 28 || failed=1; \
-	QT_SCALE_FACTOR=2 $(CAMPAIGN) tests.campaigns gestures --every 28 || failed=1; \
 	$(CAMPAIGN) tests.campaigns hands --rounds 2000 || failed=1; \
 	$(CAMPAIGN) tests.campaigns commands --rounds 1500 || failed=1; \
 	$(CAMPAIGN) tests.campaigns walk --rounds 100 || failed=1; \

@@ -13,7 +13,6 @@ from functools import partial
 from pathlib import Path
 from typing import Final
 
-from guide_svg import IMAGES
 from picture_studio import Stuck, Studio
 from PySide6.QtCore import QSize, Qt
 from PySide6.QtTest import QTest
@@ -49,8 +48,7 @@ MODULE, WHO, AIRCRAFT = "M-07", "Lin Wei", "H6"
 ADAPTER: Final = PortInfo("/dev/ttyUSB0", "CP2102 USB to UART", "Silicon Labs", "0001", 0x10C4, 0xEA60, "1-1")
 README: Final = {ENGLISH: ("live-en.png", Choice.LIGHT), CHINESE: ("live-zh_CN.png", Choice.DARK)}
 README_IMAGES: Final = Path(__file__).resolve().parents[1] / "images"
-PRESSED: Final = {"triggers": "triggers_read", "preflight": "preflight_enable"}
-"""For review: the button that fills a page with data, by page."""
+GUIDE_IMAGES: Final = Path(__file__).resolve().parents[2] / "ui" / "help" / "guide" / "images"
 MAX_CHECKS: Final = 6
 """Attempts: on a busy machine the check may rightly find a slow line."""
 
@@ -272,24 +270,6 @@ SCENES: Final[tuple[Callable[[Studio], None], ...]] = (
 )
 
 
-def review(studio: Studio, folder: Path, pages: tuple[str, ...]) -> None:
-    """Each page in each theme."""
-    live(studio)
-    studio.module.set_world(is_lifelike=False, tilt_deg=0)
-    for page in pages:
-        studio.assembly.window.go_to(page)
-        if page in PRESSED:
-            studio.press(PRESSED[page])
-        studio.run(5.0)
-        for theme in (Choice.LIGHT, Choice.DARK, Choice.SUNLIGHT):
-            studio.assembly.appearance.choose(theme)
-            studio.run(0.3)
-            scale = studio.window.devicePixelRatio()
-            path = folder / f"{page}-{theme.value}-{studio.language}-{scale:g}x.png"
-            studio.grab().save(str(path))
-            print(path, flush=True)
-
-
 @contextmanager
 def opened(language: str, home: Path) -> Iterator[Studio]:
     """A window with new preferences. `home`: an empty folder for its data."""
@@ -305,7 +285,7 @@ def opened(language: str, home: Path) -> Iterator[Studio]:
     try:
         assembly.window.resize(SIZE)
         start(assembly, options)
-        studio = Studio(assembly, module, IMAGES, README_IMAGES, language)
+        studio = Studio(assembly, module, GUIDE_IMAGES, README_IMAGES, language)
         studio.until(lambda: assembly.window.findChild(DiagnosisPage), "the pages are not made")  # it is the last
         yield studio
     finally:
@@ -313,12 +293,10 @@ def opened(language: str, home: Path) -> Iterator[Studio]:
         app.processEvents()
 
 
-def main(language: str, home: str, folder: str = "", *pages: str) -> None:
-    """All scenes, or the pages for review. Raises `Stuck` if a state is not reached."""
+def main(language: str, home: str) -> None:
+    """Raises `Stuck` if a state is not reached."""
     with opened(language, Path(home)) as studio:
-        if folder:
-            review(studio, Path(folder), pages)
-        for scene in () if folder else SCENES:
+        for scene in SCENES:
             scene(studio)
             print(language, scene.__name__, flush=True)
         studio.save_all()

@@ -3,7 +3,6 @@
     python3 docs/generate/translations.py update       rewrite the file: new texts unfinished, old ones removed
     python3 docs/generate/translations.py check        exit 1 with a list if it is out of date or unfinished
     python3 docs/generate/translations.py merge DIR    update, and fill in from DIR/*.json ({"English": "中文"})
-    python3 docs/generate/translations.py merge DIR --over corrections.json    whose entries replace existing ones
 
 A capital letter, a full stop or an ellipsis needs no message of its own: see `app.text.i18n.variants`.
 
@@ -204,13 +203,10 @@ def problems(found: Extract, messages: Mapping[str, Translation]) -> Iterator[st
         yield f"{TS.name}: gone from the source: {english!r}"
 
 
-def merge(folder: Path, messages: dict[str, Translation], *, over: str = "") -> Iterator[str]:
-    """Fill in unfinished texts from the JSON files of a folder; yields rejected entries with the reason.
-
-    The file `over` is read last and also replaces finished texts.
-    """
+def merge(folder: Path, messages: dict[str, Translation]) -> Iterator[str]:
+    """Fill in unfinished texts from the JSON files of a folder; yields rejected entries with the reason."""
     filled: dict[str, str] = {}
-    for path in sorted(folder.glob("*.json"), key=lambda one: (one.name == over, one.name)):
+    for path in sorted(folder.glob("*.json")):
         pairs = json.loads(path.read_text(encoding="utf-8"))
         for english, chinese in pairs.items():
             old = messages.get(english)
@@ -220,7 +216,7 @@ def merge(folder: Path, messages: dict[str, Translation], *, over: str = "") -> 
                 yield f"{path.name}: empty: {english!r}"
             elif placeholders(english) != placeholders(chinese):
                 yield f"{path.name}: other placeholders: {english!r}, {chinese!r}"
-            elif old.is_finished and path.name != over:
+            elif old.is_finished:
                 if old.chinese != chinese:
                     there = filled.get(english, TS.name)
                     yield f"{path.name}: {english!r} stays {old.chinese!r} ({there}), not {chinese!r}"
@@ -236,7 +232,6 @@ def main(arguments: list[str]) -> int:
     commands.add_parser("check", help="exit 1 when it is not in step or not finished")
     merging = commands.add_parser("merge", help="update, and fill in from JSON files")
     merging.add_argument("folder", type=Path)
-    merging.add_argument("--over", default="", metavar="NAME", help="the file whose texts replace finished ones too")
     chosen = parser.parse_args(arguments)
 
     found, messages = extract_all(), read_ts()
@@ -246,7 +241,7 @@ def main(arguments: list[str]) -> int:
         return 1 if listed else 0
     messages = updated(found.texts, messages)
     if chosen.command == "merge":
-        print(*merge(chosen.folder, messages, over=chosen.over), sep="\n")
+        print(*merge(chosen.folder, messages), sep="\n")
     write_ts(messages)
     unfinished = sum(not one.is_finished for one in messages.values())
     print(f"{len(messages)} texts, {unfinished} of them unfinished")

@@ -3,11 +3,10 @@
     walk --rounds 20        every job and everything that may happen at any of its frames, so often at another frame
     lines --seconds 3600    how often a conversation ends without reason on bad lines
     commands --rounds 1000  the program at random modules, eight at once, a few seconds each
-    gestures --every 293    careless gestures at every button of an act (a prime, so that all gaps occur; 1: all of it)
     hands --rounds 20000    random hands at the window, and what happens to the module meanwhile
 
-The first two are in virtual time: an hour takes a minute. The last two run in a home of their own, in which alone they
-may write, and at another scale with QT_SCALE_FACTOR=2. The same seed repeats the same. Exit code 1 for anything that
+The first two are in virtual time: an hour takes a minute. The last one runs in a home of its own, and at another
+scale with QT_SCALE_FACTOR=2. The same seed repeats the same. Exit code 1 for anything that
 must not be.
 """
 
@@ -16,7 +15,6 @@ import os
 import sys
 import tempfile
 from collections import Counter
-from itertools import product
 from pathlib import Path
 
 from PySide6.QtWidgets import QApplication
@@ -24,7 +22,6 @@ from PySide6.QtWidgets import QApplication
 from tests.campaigns import commands
 from tests.campaigns.confined import confined_home
 from tests.campaigns.gestures.clumsy import run
-from tests.campaigns.gestures.gesture_table import LANGUAGES, SIZES, run_window
 from tests.campaigns.lines import LINES, watched
 from tests.campaigns.walk import FAULTS, HAPPENINGS, cells, walk
 from tests.support.line import odd_module
@@ -65,37 +62,27 @@ def _commands(seeds: range) -> int:
     return broken
 
 
-def _window(what: str, *, rounds: int, seed: int, every: int) -> int:
+def _hands(sequences: int, seed: int) -> int:
     if not os.environ.keys() & {"DISPLAY", "WAYLAND_DISPLAY"}:
         os.environ.setdefault("QT_QPA_PLATFORM", "offscreen")
     odd_module.install()
-    application = QApplication(sys.argv[:1])
-    if what == "hands":
-        report = run(application, rounds, seed)
-        print(f"{report.sequences} sequences; left: {dict(report.frames)}", *report.faults, sep="\n")
-        return len(report.faults)
-    tries, left = 0, list[str]()
-    for size, language in product(SIZES, LANGUAGES):
-        for count, of_act in run_window(application, size, language, every=every, first_try=seed):
-            tries += count
-            left += [f"{size[0]}×{size[1]}, {language}: {one}" for one in of_act]
-    print(f"{tries:,} tries, {len(left)} completed", *left, sep="\n")
-    return len(left)
+    report = run(QApplication(sys.argv[:1]), sequences, seed)
+    print(f"{report.sequences} sequences; left: {dict(report.frames)}", *report.faults, sep="\n")
+    return len(report.faults)
 
 
 def main() -> int:
     parser = argparse.ArgumentParser(
         prog="python -m tests.campaigns", description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
     )
-    parser.add_argument("what", choices=("walk", "lines", "commands", "gestures", "hands"))
+    parser.add_argument("what", choices=("walk", "lines", "commands", "hands"))
     parser.add_argument("--rounds", type=int, default=1)
     parser.add_argument("--seed", type=int, default=1, help="of the first round")
     parser.add_argument("--seconds", type=float, default=3600.0, help="on each line (default: %(default)s)")
-    parser.add_argument("--every", type=int, default=293, help="take each n-th gesture only (default: %(default)s)")
     args = parser.parse_args()
-    if args.what in ("gestures", "hands"):
+    if args.what == "hands":
         with confined_home():
-            return int(_window(args.what, rounds=args.rounds, seed=args.seed, every=args.every) > 0)
+            return int(_hands(args.rounds, args.seed) > 0)
     seeds = range(args.seed, args.seed + args.rounds)
     if args.what == "lines":
         return int(_lines(args.seconds, args.seed) > 0)

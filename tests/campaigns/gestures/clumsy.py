@@ -80,7 +80,7 @@ class Clumsy:
             (self._accident, 1),
         )  # fmt: skip
         whole = (
-            (self._whole_gesture, 1), (self._check, 0.15), (self._guided_test, 0.5), (self._write, 3),
+            (self._whole_gesture, 1), (self._hurry, 3), (self._check, 0.15), (self._guided_test, 0.5), (self._write, 3),
             (self._act_and_then, 2),
         )  # fmt: skip
         has_free_hands = not self._is_down and self._key is None
@@ -247,6 +247,27 @@ class Clumsy:
         buttons = [button for button in self.bench.buttons() if button.isEnabled() and button.objectName() in WATCHED]
         if buttons:
             self.do_whole(self.dice.choice(buttons))
+
+    def _hurry(self) -> None:
+        """Two steps in a hurry: the second one sooner than half a second after it appeared, or without leaving it."""
+        before = {one.objectName() for one in self.bench.buttons()}
+        self._whole_gesture()
+        self._settle()
+        appeared = [one for one in self.bench.buttons() if one.objectName() not in before]
+        if not appeared:
+            return
+        step = self.dice.choice(appeared)
+        if self.dice.random() < 0.3:
+            step.setFocus()
+        self._move(self.bench.at(step))
+        self.bench.hand_s += self.dice.choice((0.0, 0.1, 0.25, 0.35, 0.45, 0.49, 0.6))
+        self._settle()
+        if self.dice.random() < 0.3:
+            self._press_key()
+            self._settle()
+            self._key_up()
+        else:
+            self.click()
 
     def _check(self) -> None:
         """Run a whole pre-flight check of a locked module, which leads to the activation if it ends READY."""

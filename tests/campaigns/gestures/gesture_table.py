@@ -1,33 +1,21 @@
-"""The table of careless gestures: every point of every first button of every act, and what is pressed there how fast.
+"""Every act that takes several steps at the window: how to come to its first step, and what its last one is."""
 
-Whatever is done at one unmoved point must never complete an act: nothing may leave, and nothing may be begun.
-"""
-
-import tempfile
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable
 from dataclasses import dataclass
-from itertools import product
-from pathlib import Path
 from typing import Final
 
-from PySide6.QtCore import QPoint, QRect
-from PySide6.QtWidgets import QApplication, QComboBox, QWidget
+from PySide6.QtCore import QPoint
+from PySide6.QtWidgets import QComboBox, QWidget
 
 from app.guided.results import GuidedKind
 from app.safety.acts import Act
-from app.text.i18n import CHINESE, ENGLISH
-from tests.campaigns.gestures.gesture_bench import TICK_S, GestureBench, gesture_bench
-from tests.support.pseudo_language import PSEUDO
+from tests.campaigns.gestures.gesture_bench import TICK_S, GestureBench
 from tests.support.window.steps import given
 from ui.acts.confirm import Confirm
 from ui.session.guided import Stage
 from ui.widgets.notice_bar import NoticeBar
 from ui.widgets.step_button import bring_into_sight
 
-SIZES: Final = ((1024, 600), (1366, 768))
-LANGUAGES: Final = (ENGLISH, CHINESE, PSEUDO)
-GRID_PX: Final = 4
-GAPS_S: Final = (0.0, 0.06, 0.15, 0.25, 0.35, 0.45, 0.499, 0.55, 0.6)
 HOLD_S: Final = 2.6
 
 
@@ -147,18 +135,6 @@ ACTS: Final = (
         is_held=True,
     ),
 )
-GESTURES: Final = ("click", "double click", "click, click", "click, click, hold")
-
-
-def points(widget: QWidget) -> Iterator[QPoint]:
-    """Yield points of a grid over the button where a press reaches it."""
-    window = widget.window()
-    place = QRect(widget.mapTo(window, QPoint(0, 0)), widget.size())
-    for x, y in product(
-        range(place.left(), place.right() + 1, GRID_PX), range(place.top(), place.bottom() + 1, GRID_PX)
-    ):
-        if window.childAt(QPoint(x, y)) is widget:
-            yield QPoint(x, y)
 
 
 def go_to(bench: GestureBench, act: DangerousAct) -> None:
@@ -185,55 +161,6 @@ def first_button(bench: GestureBench, act: DangerousAct) -> QWidget:
     return first
 
 
-def attempt(bench: GestureBench, act: DangerousAct, point: QPoint, gesture: str, gap_s: float) -> bool:
-    """Return whether a try had no effect."""
-    bench.move(QPoint(1, 1))
-    bench.move(point)
-    bench.click()
-    settle(bench, act)
-    if gesture != "click":
-        bench.hand_s += gap_s
-        if gesture == "double click":
-            bench.double_press()
-        else:
-            bench.press()
-        bench.release()
-        bench.turn()
-    if gesture.endswith("hold"):
-        bench.hand_s += gap_s
-        bench.press()
-        if bench.commands.ritual.ritual.is_armed:
-            bench.wait(HOLD_S)
-        bench.release()
-        bench.turn()
-    settle(bench, act)
-    is_armed = bench.commands.ritual.ritual.is_armed and not act.is_held
-    is_begun = bench.worker.submitted > 0 and not act.is_write
-    return not bench.sent and not is_begun and not is_armed
-
-
-def try_act(bench: GestureBench, act: DangerousAct, *, every: int = 1, first_try: int = 0) -> tuple[int, list[str]]:
-    """Make every `every`-th try at this act, starting at `first_try`; return how many there were, and those after which
-    a frame was sent or an act begun."""
-    go_to(bench, act)
-    left = []
-    grid = list(points(first_button(bench, act)))
-    tries = [(point, "click", 0.0) for point in grid]
-    tries += [(point, gesture, gap) for point in grid for gesture in GESTURES[1:] for gap in GAPS_S]
-    tries = tries[first_try::every]
-    for number, (point, gesture, gap_s) in enumerate(tries):
-        if number % 100 == 99:
-            bench.wait(0.3)  # what the module reports stays fresh
-        first_button(bench, act)
-        if not attempt(bench, act, point, gesture, gap_s):
-            left.append(f"{act.name}: {gesture} at {point.x()}, {point.y()} after {gap_s} s")
-            bench.worker.refuse_orders()
-            bench.wait(1.0)
-            go_to(bench, act)
-    bench.reset()
-    return len(tries), left
-
-
 def is_possible(bench: GestureBench, act: DangerousAct) -> bool:
     """Return whether the complete gesture succeeds, without which the table would prove nothing."""
     go_to(bench, act)
@@ -257,20 +184,3 @@ def is_possible(bench: GestureBench, act: DangerousAct) -> bool:
     bench.worker.refuse_orders()
     bench.turn()
     return is_done
-
-
-def run_window(
-    application: QApplication,
-    size: tuple[int, int],
-    language: str,
-    *,
-    every: int,
-    first_try: int = 0,
-    acts: Sequence[DangerousAct] = ACTS,
-) -> list[tuple[int, list[str]]]:
-    """Try these acts in one window, one after the other."""
-    with (
-        tempfile.TemporaryDirectory() as folder,
-        gesture_bench(application, Path(folder), language=language, size=size) as bench,
-    ):
-        return [try_act(bench, act, every=every, first_try=first_try) for act in acts]
