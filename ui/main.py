@@ -154,17 +154,7 @@ def assemble(
     help_actions = HelpActions(window, services, entries)
     LabelActions(window, services)
     load = _load_libraries if entries is PAGES else None
-    return Assembly(
-        window,
-        help_actions,
-        ports,
-        watcher,
-        appearance,
-        storage,
-        left_active,
-        services.armed,
-        load,
-    )
+    return Assembly(window, help_actions, ports, watcher, appearance, storage, left_active, services.armed, load)
 
 
 def start(assembly: Assembly, options: WindowOptions) -> None:
@@ -323,9 +313,6 @@ def _theme(preferences: Preferences) -> Choice:
 @contextmanager
 def _signals_close(window: MainWindow) -> Iterator[None]:
     """SIGINT and SIGTERM close the window. Its timer lets Python handle them within 0.1 s."""
-    if threading.current_thread() is not threading.main_thread():
-        yield
-        return
 
     def close(number: int, _frame: FrameType | None) -> None:
         _log.info("Closing because of signal %s", number)

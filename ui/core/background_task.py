@@ -4,8 +4,7 @@ import logging
 import threading
 from collections.abc import Callable
 from concurrent.futures import Future
-from functools import partial
-from typing import Generic, NamedTuple, TypeVar
+from typing import Generic, TypeVar
 
 from PySide6.QtCore import QObject, Qt, Signal
 
@@ -47,12 +46,6 @@ class Running:
         return not self.is_requested
 
 
-class _Ended(NamedTuple):
-    running: Running
-    result: object
-    error: BaseException | None
-
-
 class BackgroundTask(QObject, Generic[Result]):
     """Runs one function at a time and passes its result to `then` or `failed`, in the window's thread.
 
@@ -61,15 +54,16 @@ class BackgroundTask(QObject, Generic[Result]):
     as soon as its result is there, else it is with its parent.
     """
 
-    _ended = Signal(object)
+    # A `Running` and the `Future` of its result.
+    _ended = Signal(object, object)
 
     def __init__(
         self, name: str, parent: QObject | None = None, *, finished_at_close: bool = False, for_once: bool = False
     ) -> None:
         super().__init__(parent)
         self._name, self._finished_at_close, self._for_once = name, finished_at_close, for_once
+        # Of the last `run`.
         self._thread: threading.Thread | None = None
-        """Of the last `run`."""
         self._running: Running | None = None
         self._then: Callable[[Result], object] | None = None
         self._failed: Callable[[Exception], object] | None = None
@@ -93,8 +87,15 @@ class BackgroundTask(QObject, Generic[Result]):
     ) -> None:
         """Returns at once. `act` touches nothing that belongs to the window's thread. An error is raised in that
         thread, unless `failed` takes it."""
-        running = self._begin(then, failed)
-        work = partial(self._work, running, partial(act, running))
+        running, future = self._begin(then, failed), Future[Result]()
+
+        def work() -> None:
+            try:
+                future.set_result(act(running))
+            except Exception as error:  # noqa: BLE001  delivered to the window's thread
+                future.set_exception(error)
+            self._deliver(running, future)
+
         self._thread = threading.Thread(target=work, name=self._name, daemon=not self._finished_at_close)
         self._thread.start()
 
@@ -117,7 +118,7 @@ class BackgroundTask(QObject, Generic[Result]):
 
         def end(written: "Future[Result]") -> None:
             if not written.cancelled():
-                self._deliver(_Ended(running, None if written.exception() else written.result(), written.exception()))
+                self._deliver(running, written)
 
         store.write(act).add_done_callback(end)
 
@@ -151,31 +152,24 @@ class BackgroundTask(QObject, Generic[Result]):
     def _clear(self) -> None:
         self._running = self._then = self._failed = None
 
-    def _work(self, running: Running, act: Callable[[], Result]) -> None:
+    def _deliver(self, running: Running, future: "Future[Result]") -> None:
         try:
-            ended = _Ended(running, act(), None)
-        except Exception as error:  # noqa: BLE001  delivered to the window's thread
-            ended = _Ended(running, None, error)
-        self._deliver(ended)
-
-    def _deliver(self, ended: _Ended) -> None:
-        try:
-            self._ended.emit(ended)
+            self._ended.emit(running, future)
         except RuntimeError:  # the window was closed meanwhile, and this object deleted
             _log.debug("%s ended after the window had closed", self._name)
 
-    def _on_ended(self, ended: _Ended) -> None:
+    def _on_ended(self, running: Running, future: "Future[Result]") -> None:
         if self._for_once:
             self.deleteLater()
-        if ended.running is not self._running:
+        if running is not self._running:
             return
         then, failed = self._then, self._failed
         self._clear()
-        if ended.error is not None:
-            if failed is None:
-                raise ended.error
-            if not isinstance(ended.error, Exception):
-                raise ended.error
-            failed(ended.error)
-        elif then is not None:
-            then(ended.result)  # type: ignore[arg-type]  # what `act` of the same `run` returned
+        error = future.exception()
+        if error is None:
+            if then is not None:
+                then(future.result())
+        elif failed is not None and isinstance(error, Exception):
+            failed(error)
+        else:
+            raise error

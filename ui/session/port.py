@@ -6,7 +6,7 @@ import time
 from collections.abc import Callable
 from functools import partial
 from math import inf
-from typing import Any, Final, NamedTuple
+from typing import Any, Final
 
 from PySide6.QtCore import QObject, QTimer, Signal
 
@@ -29,14 +29,13 @@ from app.safety.permit import Origin, Permit
 from app.system.clock import steady_time
 from app.text.messages import UserMessage, message
 from protocol.events import Ended
-from protocol.fields import Value
 from protocol.translatable import marked
 from ui.core.bridge import Bridge
 from ui.core.port_watcher import PortWatcher
 from ui.services.storage import Storage
 from ui.session.interruptions import Interruptions, Remainder, RemainderKind
 from ui.session.lock import PortLock
-from ui.session.recording import RecordingState, SessionRecording
+from ui.session.recording import SessionRecording
 from ui.session.sharing import PortSharing
 from ui.session.shown_module import ShownModule
 
@@ -60,34 +59,11 @@ VIEWED: Final = (
 )
 
 
-class PortView(NamedTuple):
-    """What every page shows of a port, without what ticks. `values`: those of `VIEWED`, each with whether it is
-    stale."""
-
-    link: LinkState
-    conversation: int
-    is_going: bool
-    is_read: bool
-    name: str
-    activation: Activation
-    may_have_fired: bool
-    is_requested: bool
-    values: tuple[tuple[Value, bool] | None, ...]
-    recording: RecordingState
-
-    @property
-    def is_aging(self) -> bool:
-        """It is shown with an age that ticks."""
-        is_stale = any(value is not None and value[1] for value in self.values)
-        is_past = self.activation in (Activation.WAS_ACTIVE, Activation.WAS_LOCKED)
-        return is_stale or is_past or not self.link.is_fine
-
-
 class Port(QObject):
     """Owns a worker. Reconnects by itself after a loss, by the rules of `app.engine.reconnect`."""
 
     changed = Signal()
-    """`view` is another one."""
+    """Something that every page shows of it is otherwise, but for what ticks."""
     batch = Signal(object)
     """Each `Batch`, after everything here was updated from it."""
     module_changed = Signal()
@@ -142,7 +118,10 @@ class Port(QObject):
         make_worker = make_worker or self._make_worker
         self._worker = make_worker(self.bridge.deliver, self.lock.make_owed)
         self.sharing = PortSharing(self)
-        self.view = self._derive_view()
+        self._shown: object = None
+        self.is_aging = False
+        """It is shown with an age that ticks."""
+        self.update_view()
         self._watcher.listed.connect(self._on_ports)
         self._follow_up = QTimer(self, interval=FOLLOW_EVERY_MS)
         self._follow_up.timeout.connect(self._poll_absence)
@@ -201,11 +180,28 @@ class Port(QObject):
 
     def update_view(self) -> None:
         """Of what is known now; time alone makes values stale."""
-        view = self._derive_view()
-        if view != self.view:
-            self.view = view
+        module, state = self.module, self.state
+        values = [module.view.known(key, self.now_s) for key in VIEWED]
+        activation = module.activation.state
+        shown = (
+            state,
+            module.number,
+            module.is_going,
+            module.is_read,
+            module.name,
+            activation,
+            module.may_have_fired,
+            self.is_requested,
+            self.recording.state,
+            [None if known is None else (known.value, known.is_stale) for known in values],
+        )
+        is_past = activation in (Activation.WAS_ACTIVE, Activation.WAS_LOCKED)
+        is_stale = any(known is not None and known.is_stale for known in values)
+        self.is_aging = is_past or is_stale or not state.is_fine
+        if shown != self._shown:
+            self._shown = shown
             self.changed.emit()
-            self.module.changed.emit()
+            module.changed.emit()
 
     def note_shutdown(self) -> None:
         """The module acknowledged the shut-down: its silence is no fault until one answers again."""
@@ -354,25 +350,6 @@ class Port(QObject):
             then = self._endings.pop(job, None)
             if then is not None:
                 then(job)
-
-    def _derive_view(self) -> PortView:
-        module = self.module
-        values = []
-        for key in VIEWED:
-            known = module.view.known(key, self.now_s)
-            values.append(None if known is None else (known.value, known.is_stale))
-        return PortView(
-            link=self.state,
-            conversation=module.number,
-            is_going=module.is_going,
-            is_read=module.is_read,
-            name=module.name,
-            activation=module.activation.state,
-            may_have_fired=module.may_have_fired,
-            is_requested=self.is_requested,
-            values=tuple(values),
-            recording=self.recording.state,
-        )
 
     # Coming back
 

@@ -160,7 +160,7 @@ class Ports(QObject):
     def _tick(self) -> None:
         for port in self._ports:
             port.update_view()  # without a batch, too
-        if self.current.view.is_aging:
+        if self.current.is_aging:
             self.ticked.emit()
 
     def _on_changed(self, port: Port) -> None:

@@ -87,9 +87,8 @@ class ShownModule(QObject):
         self.check: ModuleCheck | None = None
         """The last one, whoever began it."""
         self._running: dict[str, RunningJob] = {}
-        self._jobs: set[Job[Any]] = set()
-        self._lasting_jobs: set[Job[Any]] = set()
-        """They go on while another module is shown."""
+        # Each with whether it goes on while another module is shown.
+        self._jobs: dict[Job[Any], bool] = {}
 
     # What is known
 
@@ -165,11 +164,10 @@ class ShownModule(QObject):
         the conversation did. `on_progress` is called in the worker's thread: it may only remember what it is given.
         `goes_on`: also while another module is shown."""
         job: Job[Result] = Job(procedure, on_progress, conversation=self.number, expects=expects)
-        jobs = self._lasting_jobs if goes_on else self._jobs
-        jobs.add(job)
+        self._jobs[job] = goes_on
 
         def end(ended: Job[Result]) -> None:
-            jobs.discard(ended)
+            self._jobs.pop(ended, None)
             then(ended)
             self.changed.emit()
 
@@ -232,12 +230,13 @@ class ShownModule(QObject):
     @property
     def is_busy(self) -> bool:
         """A procedure that a person started is running on it."""
-        return bool(self._jobs or self._lasting_jobs)
+        return bool(self._jobs)
 
     def cancel_jobs(self) -> None:
         """Another module is shown now."""
-        for job in self._jobs:
-            job.cancel()
+        for job, goes_on in self._jobs.items():
+            if not goes_on:
+                job.cancel()
 
     def note_records_read(self) -> None:
         """Its trigger records were read in this conversation."""

@@ -1,14 +1,13 @@
-"""The menu: an action of the window is one record; those of the page shown are the page's own."""
+"""The menu: an action of the window is one record."""
 
 from collections.abc import Callable
 from typing import NamedTuple
 
 from PySide6.QtGui import QAction, QKeySequence
-from PySide6.QtWidgets import QAbstractButton, QMainWindow, QMenu, QStackedWidget
+from PySide6.QtWidgets import QMainWindow, QMenu
 
 from app.text.i18n import tr
 from protocol.translatable import marked
-from ui.services.page import Page
 from ui.style.icons import Icon, icon
 from ui.widgets.controls import named
 
@@ -36,8 +35,8 @@ class MenuEntry(NamedTuple):
 class Actions:
     """The window's menus, and its actions by the name of their entries."""
 
-    def __init__(self, window: QMainWindow, pages: QStackedWidget) -> None:
-        self._window, self._pages = window, pages
+    def __init__(self, window: QMainWindow) -> None:
+        self._window = window
         self._actions: dict[str, QAction] = {}
         self._conditions: dict[QAction, Callable[[], bool]] = {}
         self.main = named(QMenu(window), "main_menu")
@@ -64,7 +63,8 @@ class Actions:
                 self._menus[menu].addSeparator()
                 continue
             action = self._actions[entry.name] = named(QAction(self._window), f"act_{entry.name}")
-            action.setShortcut(QKeySequence(entry.key))
+            if entry.key:
+                action.setShortcuts(QKeySequence.listFromString(entry.key))
             action.setAutoRepeat(False)  # a key that is held answers no question that it has raised
             action.setCheckable(entry.is_checkable)
             if entry.picture is not None:
@@ -80,18 +80,3 @@ class Actions:
         """Enables what can be done now."""
         for action, when in self._conditions.items():
             action.setEnabled(when())
-
-    def of_page(self, name: str, text: str, find: Callable[[Page], QAbstractButton | None]) -> MenuEntry:
-        """An entry for a button of the page shown, while it is in sight."""
-
-        def offered() -> QAbstractButton | None:
-            page = self._pages.currentWidget()
-            button = find(page) if isinstance(page, Page) else None
-            return button if button is not None and button.isVisible() else None
-
-        def act() -> None:
-            button = offered()
-            if button is not None:
-                button.click()
-
-        return MenuEntry(name, text, act, when=lambda: (button := offered()) is not None and button.isEnabled())

@@ -3,9 +3,9 @@
 import logging
 from functools import partial
 
-from PySide6.QtCore import QEvent, QSize, Qt, Signal
+from PySide6.QtCore import QEvent, QSize, Qt
 from PySide6.QtGui import QCloseEvent, QFocusEvent, QKeyEvent, QKeySequence, QShortcut, QShowEvent
-from PySide6.QtWidgets import QApplication, QLineEdit, QMainWindow, QWidget
+from PySide6.QtWidgets import QAbstractButton, QApplication, QLineEdit, QMainWindow, QWidget
 
 from app.diagnosis.causes import NextStep
 from app.engine.target import Target
@@ -43,9 +43,6 @@ FIRST_SIZE = QSize(1180, 720)
 class MainWindow(QMainWindow):
     """See the module docstring. The pages are made after the first paint."""
 
-    pages_made = Signal()
-    closing = Signal()
-
     def __init__(
         self,
         services: Services,
@@ -61,7 +58,8 @@ class MainWindow(QMainWindow):
         self._entries = {entry.key: entry for entry in entries}
         self._maker = PageMaker(services, entries, self)
         self._maker.made.connect(self._place)
-        self._maker.done.connect(self._end_making)
+        self._maker.done.connect(self._connect_waiting)
+        self.pages_made = self._maker.done
         self._pages = self._maker.pages
         self._waiting_target: Target | None = None
         self._is_leaving = self._is_over = False
@@ -78,7 +76,7 @@ class MainWindow(QMainWindow):
         self._lay_out()
         self.simulator = SimulatorDock(self._ports, self)
         self.simulator.hide()
-        self.menus = Actions(self, self.stack)
+        self.menus = Actions(self)
         self.top_bar.menu.setMenu(self.menus.main)
         self._preferences: PreferencesDialog | None = None
         self.attention = Attention(self, self._ports, left_active)
@@ -111,8 +109,7 @@ class MainWindow(QMainWindow):
         self.panel.shown.connect(lambda: self.area.setVisible(self.panel.isHidden()))
         self.panel.logs.clicked.connect(lambda: self.go_to("logs"))
         self.navigation.page_wanted.connect(self._show_page)
-        lock_filter = LockFilter(ports.lock, self)
-        self.closing.connect(lock_filter.stop)
+        self._lock_filter = LockFilter(ports.lock, self)
         self._services.exchange.limits_used.connect(self.top_bar.refresh)
         for changed in (self.panel.shown, self.stack.currentChanged, self._maker.done):
             changed.connect(self.attention.refresh)
@@ -123,64 +120,54 @@ class MainWindow(QMainWindow):
 
     def _fill_menus(self) -> None:
         menus, ports, lock = self.menus, self._ports, self._services.lock
+
+        def is_wanted() -> bool:
+            return ports.current.is_requested
+
         menus.add("file", MenuEntry("open", marked("Open…"), self.files.ask, "Ctrl+Alt+O"))
         recent = menus.add_menu("recent", marked("Recent files"))
         recent.aboutToShow.connect(partial(self.files.fill, recent))
         menus.add(
             "file",
-            menus.of_page("save", marked("Save…"), lambda page: page.saving),
-            menus.of_page("export", marked("Export…"), lambda page: page.exporting),
+            self._of_page("save", marked("Save…"), "saving"),
+            self._of_page("export", marked("Export…"), "exporting"),
             None,
             MenuEntry("connect", marked("Connect…"), self.toggle_panel, "Ctrl+K"),
-            MenuEntry(
-                "disconnect",
-                marked("Disconnect"),
-                self.disconnect_port,
-                "Ctrl+D",
-                when=lambda: ports.current.is_requested,
-            ),
+            MenuEntry("disconnect", marked("Disconnect"), self.disconnect_port, "Ctrl+D", is_wanted),
             None,
             MenuEntry("archive", marked("Archive of all stations…"), partial(self.go_to, "archive")),
             MenuEntry("preferences", marked("Preferences…"), self.show_preferences, "Ctrl+,"),
             MenuEntry("quit", marked("Quit"), self.close, "Ctrl+Q"),
         )
+        find_rate, is_several = partial(self.take_step, NextStep.FIND_RATE), lambda: len(ports.all) > 1
         menus.add(
             "module",
-            MenuEntry(
-                "lock",
-                marked("LOCK"),
-                lock.press,
-                LOCK_KEYS[0],
-                when=lambda: ports.current.is_requested,
-                picture=Icon.LOCK,
-            ),
-            MenuEntry(
-                "lock_all",
-                marked("LOCK ALL"),
-                lock.press_all,
-                LOCK_ALL_KEY,
-                when=lambda: len(ports.all) > 1,
-                picture=Icon.LOCK,
-            ),
-            MenuEntry(
-                "find_rate",
-                marked("Find the baud rate"),
-                partial(self.take_step, NextStep.FIND_RATE),
-                when=lambda: ports.current.is_open,
-            ),
+            # `LockFilter` handles their keys in every window.
+            MenuEntry("lock", marked("LOCK"), lock.press, "; ".join(LOCK_KEYS), is_wanted, picture=Icon.LOCK),
+            MenuEntry("lock_all", marked("LOCK ALL"), lock.press_all, LOCK_ALL_KEY, is_several, picture=Icon.LOCK),
+            MenuEntry("find_rate", marked("Find the baud rate"), find_rate, when=lambda: ports.current.is_open),
             MenuEntry("simulator", marked("Simulated module"), self.simulator.setVisible, "F4", is_checkable=True),
         )
-        menus["lock"].setShortcuts(
-            [QKeySequence(key) for key in LOCK_KEYS]
-        )  # `LockFilter` handles them in every window
         for number, entry in enumerate(self._entries.values(), start=1):
             enter = partial(self._enter_page, entry.key)
             menus.add("view", MenuEntry(f"page_{entry.key}", entry.title, enter, f"Ctrl+{number % 10}"))
-        menus.add(
-            "view",
-            None,
-            MenuEntry("full_screen", marked("Full screen"), self._show_full_screen, "F11", is_checkable=True),
-        )
+        full = MenuEntry("full_screen", marked("Full screen"), self._show_full_screen, "F11", is_checkable=True)
+        menus.add("view", None, full)
+
+    def _of_page(self, name: str, text: str, kind: str) -> MenuEntry:
+        """An entry for the button of the page shown that is its `kind`, while that can be pressed."""
+
+        def find() -> QAbstractButton | None:
+            button = getattr(self.stack.currentWidget(), kind, None)
+            is_ready = isinstance(button, QAbstractButton) and button.isVisible() and button.isEnabled()
+            return button if is_ready else None
+
+        def act() -> None:
+            button = find()
+            if button is not None:
+                button.click()
+
+        return MenuEntry(name, text, act, when=lambda: find() is not None)
 
     def _restore(self) -> None:
         preferences = self._remembered
@@ -202,8 +189,7 @@ class MainWindow(QMainWindow):
     def has_pages(self) -> bool:
         return self._maker.is_done
 
-    def _end_making(self) -> None:
-        self.pages_made.emit()
+    def _connect_waiting(self) -> None:
         target, self._waiting_target = self._waiting_target, None
         if target is not None:
             self.connect_to(target)
@@ -370,7 +356,7 @@ class MainWindow(QMainWindow):
         self._maker.end()
         for work in self.findChildren(BackgroundTask):
             work.close()  # its thread must not outlive the window
-        self.closing.emit()
+        self._lock_filter.stop()
         self.panel.hide()
         preferences = self._remembered
         preferences.geometry = self.saveGeometry()

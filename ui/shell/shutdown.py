@@ -17,53 +17,45 @@ from typing import Final
 from PySide6.QtWidgets import QWidget
 
 from app.engine.conversation import STATUS_KEYS
+from app.engine.worker import CLOSING_LIMIT_S
 from ui.core.preferences import Preferences
 from ui.services.storage import Storage
 from ui.session.ports import Ports
 
-CLOSE_LIMIT_S: Final = 0.4
-"""Closing may take half a second; the rest is left for Qt."""
+# A port may take `CLOSING_LIMIT_S`; the rest is for its thread to end, and for the store, which closes after it:
+# procedures still write their outcomes.
+CLOSE_LIMIT_S: Final = CLOSING_LIMIT_S + 0.15
 STORE_SHARE_S: Final = 0.06
-"""Reserved for the store, which closes after the port: its procedures still write their outcomes."""
+PICTURE: Final = "live.png"
+VALUES: Final = "values.json"
 _log = logging.getLogger(__name__)
-
-
-class BoundedThread:
-    """Runs `act` in a daemon thread; logs its errors."""
-
-    def __init__(self, name: str, act: Callable[[], object]) -> None:
-        self.name = name
-        self._act = act
-        self._thread = threading.Thread(target=self._work, name=f"dps-s {name}", daemon=True)
-        self._thread.start()
-
-    def wait(self, limit_s: float) -> bool:
-        self._thread.join(limit_s)
-        if self._thread.is_alive():
-            _log.warning("Still running at closing: %s", self.name)
-            return False
-        return True
-
-    def _work(self) -> None:
-        try:
-            self._act()
-        except Exception:  # noqa: BLE001  the window is going; nobody is left to tell
-            _log.exception("At closing: %s failed", self.name)
 
 
 def close_down(ports: Ports, storage: Storage, preferences: Preferences) -> None:
     """Ends everything that is not a widget within `CLOSE_LIMIT_S`; the rest is left to the system."""
     ends_at = time.monotonic() + CLOSE_LIMIT_S
-
-    def left_s() -> float:
-        return max(0.0, ends_at - time.monotonic())
-
-    saving = BoundedThread("preferences", preferences.save)
+    saving = _begin("preferences", preferences.save)
     ports.watcher.stop(0.0)
-    if not ports.stop(left_s() - STORE_SHARE_S):
+    if not ports.stop(CLOSE_LIMIT_S - STORE_SHARE_S):
         _log.warning("The port did not close in time; it is left to the system")
-    BoundedThread("store", storage.close).wait(left_s())
-    saving.wait(left_s())
+    for thread in (_begin("store", storage.close), saving):
+        thread.join(max(0.0, ends_at - time.monotonic()))
+        if thread.is_alive():
+            _log.warning("Still running at closing: %s", thread.name)
+
+
+def _begin(name: str, act: Callable[[], object]) -> threading.Thread:
+    """Does it in a daemon thread; logs its errors, as nobody is left to tell."""
+
+    def work() -> None:
+        try:
+            act()
+        except Exception:  # noqa: BLE001
+            _log.exception("At closing: %s failed", name)
+
+    thread = threading.Thread(target=work, name=f"dps-s {name}", daemon=True)
+    thread.start()
+    return thread
 
 
 def end_process(code: int) -> None:
@@ -83,10 +75,6 @@ def end_process(code: int) -> None:
             with suppress(AttributeError, OSError, ValueError):  # none, a full disk, a closed one
                 stream.flush()
         os._exit(code)
-
-
-PICTURE = "live.png"
-VALUES = "values.json"
 
 
 def has_seen_status(ports: Ports) -> bool:

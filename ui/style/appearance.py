@@ -11,20 +11,7 @@ from PySide6.QtGui import QColor, QFont, QFontDatabase, QFontInfo, QPalette
 from PySide6.QtWidgets import QApplication, QWidget
 
 from ui.style.icons import FILES
-from ui.style.theme import (
-    DARK,
-    LIGHT,
-    SUNLIGHT,
-    Choice,
-    Meaning,
-    Size,
-    Theme,
-    current,
-    kept_font,
-    scale_in_use,
-    scaled,
-    use,
-)
+from ui.style.theme import DARK, LIGHT, SUNLIGHT, Choice, Size, Theme, current, kept_font, scale_in_use, scaled, use
 
 _BY_CHOICE: Final = {Choice.LIGHT: LIGHT, Choice.DARK: DARK, Choice.SUNLIGHT: SUNLIGHT}
 # Simplified Chinese shapes, best first; the system's own font stays the first of all.
@@ -44,29 +31,18 @@ _PX: Final = re.compile(r"(\d+)px")
 
 
 def style_sheet(theme: Theme) -> str:
-    grown_px = 2 - theme.border_px
+    grown_px = 2 - theme.border_px  # by which a border grows with the focus
+    tints = {
+        f"{meaning.value}_{part}": colour
+        for meaning, tint in theme.meanings.items()
+        for part, colour in tint._asdict().items()
+    }
     sheet = _template().substitute(
-        theme._asdict(),
+        theme._asdict() | tints,
         disabled_edge=theme.divider if theme.border_px == 1 else theme.disabled,
         primary_hover=theme.muted if not theme.is_dark else theme.text,
         focus=theme.information.ink,
         chosen=theme.sunken if theme.border_px == 1 else theme.selection,  # a light grey is invisible in sunlight
-        danger_ink=theme.danger.ink,
-        danger_fill=theme.danger.fill,
-        on_danger=theme.danger.on_fill,
-        danger_wash=theme.danger.wash,
-        good_ink=theme.tint(Meaning.GOOD).ink,
-        good_wash=theme.tint(Meaning.GOOD).wash,
-        good_fill=theme.tint(Meaning.GOOD).fill,
-        on_good=theme.tint(Meaning.GOOD).on_fill,
-        information_ink=theme.information.ink,
-        information_wash=theme.information.wash,
-        information_fill=theme.information.fill,
-        on_information=theme.information.on_fill,
-        attention_ink=theme.attention.ink,
-        attention_fill=theme.attention.fill,
-        attention_wash=theme.attention.wash,
-        on_attention=theme.attention.on_fill,
         calm="normal" if theme.line_px == 1 else 700,
         edge=theme.border_px,
         # A style sheet takes pictures from files only, so the arrows and check marks of each theme are files.
