@@ -13,7 +13,7 @@ from PySide6.QtCore import QObject, QTimer, Signal
 from app.diagnosis.link_state import LinkState, link_state
 from app.engine.conversation import ConversationView
 from app.engine.ports import PortInfo
-from app.engine.procedure import Job
+from app.engine.procedure import Job, LinkView
 from app.engine.reconnect import Address, Reconnection
 from app.engine.target import Target
 from app.engine.transport import PortError
@@ -95,6 +95,7 @@ class Port(QObject):
         self.key = ""
         """Of the adapter or the port, as it was connected; the same when it comes back under another name."""
         self.connection = Connection()
+        self.link: LinkView | None = None
         self.module = ShownModule(self, storage, ConversationView(), parent=self)
         self.last_name = ""
         """The name of the last conversation that had one: the window asks for it again."""
@@ -296,7 +297,7 @@ class Port(QObject):
 
     def _take_in(self, batch: Batch) -> None:
         is_news = batch.connection != self.connection
-        self.connection = batch.connection
+        self.connection, self.link = batch.connection, batch.link
         view = batch.conversation
         if view.number > max(self._former_number, self.module.number):
             self._show(view)

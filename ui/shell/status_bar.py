@@ -8,7 +8,6 @@ from PySide6.QtCore import QTimer
 from PySide6.QtGui import QFontMetrics
 from PySide6.QtWidgets import QLabel, QSizePolicy, QStatusBar, QWidget
 
-from app.engine.worker import Batch
 from app.limits.out_of_limits import DAMAGED_SHOWN_S, LimitsInUse, line_outside
 from app.text.durations import duration
 from app.text.i18n import tr
@@ -35,9 +34,6 @@ class StatusBar(QStatusBar):
         named(self, "status_line", "bar")
         self.setSizeGripEnabled(False)
         self._ports, self._in_use = ports, in_use
-        self._module: ShownModule | None = None
-        self._heard_at: float | None = None
-        self._late_s: float | None = None
         self._beside: list[QWidget] = []
         self._message_end = QTimer(self, singleShot=True)
         self._message_end.timeout.connect(lambda: self.show_message(""))
@@ -62,10 +58,9 @@ class StatusBar(QStatusBar):
         self.age.setMinimumWidth(QFontMetrics(font(Size.SMALL)).horizontalAdvance(longest) + Space.M)
         notice_bar.changed.connect(self._share)
         self._share()
-        self._show_fault("", "")
         ports.shown.connect(self._show_module)
-        self._show_module(ports.module)
-        VisibilityTimer(self, self._show_age, every_ms=TICK_MS)
+        self.refresh()
+        VisibilityTimer(self, self.refresh, every_ms=TICK_MS)
 
     def add(self, widget: QWidget) -> None:
         """Adds `widget` at the right."""
@@ -83,49 +78,31 @@ class StatusBar(QStatusBar):
         if text:
             self._message_end.start(round(seconds * 1000))
 
-    def _show_module(self, module: ShownModule) -> None:
-        if self._module is not None:
-            self._module.batch.disconnect(self.on_batch)
-        self._module = module
-        module.batch.connect(self.on_batch)
+    def _show_module(self, _module: ShownModule) -> None:
         self.show_message("")
-        self._heard_at, self._late_s = module.statistics.last_frame_at, None
-        self._show_age()
-        self._show_fault("", "")
+        self.refresh()
 
-    def on_batch(self, batch: Batch) -> None:
-        link, line, view = batch.link, self._ports.module.statistics, batch.conversation
-        if link is None:
-            self._heard_at = self._late_s = None
-            self._show_fault("", "")
-        else:
-            lag_s = view.lag_s if view.is_going else None
-            self._heard_at, self._late_s = line.last_frame_at, lag_s if view.is_slow else None
+    def refresh(self) -> None:
+        """The line of the port that is shown: when its last frame came, and what is wrong with it."""
+        port = self._ports.current
+        view, line, now = port.module.view, port.module.statistics, port.now_s
+        lag_s = view.lag_s if view.is_going else None
+        age, outside = "", None
+        if port.is_open and port.link is not None:
+            if lag_s is not None and view.is_slow:
+                age = tr("{time} late", time=duration(lag_s))
+            elif line.last_frame_at is not None:
+                age = tr("{time} ago", time=duration(now - line.last_frame_at))
             invalid_at = line.last_invalid_at
-            has_damaged = invalid_at is not None and batch.at - invalid_at < DAMAGED_SHOWN_S
+            has_damaged = invalid_at is not None and now - invalid_at < DAMAGED_SHOWN_S
             outside = line_outside(
-                lag_s=lag_s, round_trip_s=link.round_trip_median_s, has_damaged=has_damaged, in_use=self._in_use
+                lag_s=lag_s, round_trip_s=port.link.round_trip_median_s, has_damaged=has_damaged, in_use=self._in_use
             )
-            if outside is None:
-                self._show_fault("", "")
-            else:
-                self._show_fault(tr(outside.fault.value), tr("limit {value}", value=outside.limit))
-        if not self.age.text() or self._heard_at is None:
-            self._show_age()
-
-    def _show_age(self) -> None:
-        if self._late_s is not None:
-            self.age.setText(tr("{time} late", time=duration(self._late_s)))
-        elif self._heard_at is not None:
-            self.age.setText(tr("{time} ago", time=duration(self._ports.clock() - self._heard_at)))
-        else:
-            self.age.clear()
-
-    def _show_fault(self, text: str, limit: str) -> None:
-        self.fault.setText(text)
-        self.fault.setToolTip(limit)
+        self.age.setText(age)
+        self.fault.setText("" if outside is None else tr(outside.fault.value))
+        self.fault.setToolTip("" if outside is None else tr("limit {value}", value=outside.limit))
         for label in (self.sign, self.fault):
-            label.setVisible(bool(text))
+            label.setVisible(outside is not None)
 
 
 class RecordingSign(QWidget):

@@ -29,7 +29,6 @@ from PySide6.QtWidgets import (
 )
 
 from tests.support.window.controls import visible_in
-from tests.support.window.painted_text import Drawn
 from tests.support.window.steps import let_lay_out
 from ui.style.painted_widget import PaintedWidget
 from ui.widgets.labels import ElidedLabel
@@ -66,19 +65,6 @@ def cut_off(root: QWidget, texts: list[str] | None = None) -> list[str]:
             found += [f"{_named(widget)}: {fault}" for fault in (*faults, *_faults(widget))]
             if texts is not None:
                 texts += [one.text for one in measured]
-    return found
-
-
-def cut_off_in_paint(drawn: list[Drawn]) -> list[str]:
-    """Return a line for every painted text that is wider than its room, or elided and nowhere given in full."""
-    found = []
-    for one in drawn:
-        whole = one.text.rstrip("…").rstrip()
-        is_whole = isinstance(one.widget, QLabel) and one.text == one.widget.text()  # "Checking…"
-        if one.room_px is not None and one.needs_px > one.room_px + _SLACK_PX:
-            found.append(f"{_named(one.widget)}: {one.text!r} needs {one.needs_px:.0f} px, has {one.room_px:.0f}")
-        elif one.text.endswith("…") and not (is_whole or _is_told(one.widget, whole)):
-            found.append(f"{_named(one.widget)}: {one.text!r} is elided, and given nowhere in full")
     return found
 
 

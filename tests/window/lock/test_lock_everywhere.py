@@ -136,7 +136,6 @@ DIALOGS: dict[str, Callable[[Bench], QWidget]] = {
 source."""
 MENUS: Final = frozenset({
     "ui/services/page.py: QMenu", "ui/shell/actions.py: QMenu", "ui/pages/preflight/form.py: QMenu",
-    "ui/pages/settings/page.py: QMenu",
     "ui/pages/fleet/members.py: QMenu", "ui/widgets/notice_bar.py: QMenu",
 })  # fmt: skip
 """All of them are children of the window, where `test_over_every_menu` finds them."""

@@ -42,24 +42,6 @@ def test_without_a_port_everything_is_unknown_and_says_so(qtbot: QtBot, qapp: QA
         qtbot.waitUntil(assembly.window.panel.isVisible)  # the ports are at hand
 
 
-def test_a_module_shows_its_state(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
-    with simulated("state") as bench, window(qapp, tmp_path) as assembly:
-        top = assembly.window.top_bar
-        connect(qtbot, assembly, "sim://state")
-        qtbot.waitUntil(lambda: top.activation.word == "LOCKED")
-        qtbot.waitUntil(lambda: top.trigger.word == "NOT TRIGGERED")
-        assert top.port.word.text() == "Connected"
-        qtbot.waitUntil(lambda: top.cell.word.endswith(" V"))
-        bench.module.activate(is_active=True)
-        qtbot.waitUntil(lambda: top.activation.word == "ACTIVE")
-        assert top.activation.meaning is Meaning.ATTENTION
-        bench.pulse_pwm()
-        qtbot.waitUntil(lambda: top.trigger.word == "TRIGGERED")
-        assert top.trigger.meaning is Meaning.DANGER
-        bench.set_charger(is_plugged_in=True)
-        qtbot.waitUntil(lambda: "charging" in top.cell.accessibleName())
-
-
 def test_closing_an_active_module_asks_and_locks(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
     with simulated("leave", active=True) as bench, window(qapp, tmp_path) as assembly:
         connect(qtbot, assembly, "sim://leave")
