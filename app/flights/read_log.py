@@ -55,6 +55,7 @@ _BLACKBOX: Final = marked(
 )
 _SPREADSHEET: Final = marked("This is a spreadsheet: save it as CSV.")
 _UNKNOWN: Final = marked("Unknown kind of file.")
+_EMPTY: Final = marked("This file is empty.")
 _LFS: Final = marked("This is a Git LFS pointer, not the log: fetch the log with “git lfs pull”.")
 # By what files begin with.
 _REFUSED: Final = {
@@ -103,7 +104,7 @@ def _read(path: Path, columns: CsvColumns | None) -> RawLog:
         return read_telemetry(data, name)
     why = next((text for begin, text in _REFUSED.items() if begin.match(start)), None)
     if why is None and not _is_text(start):
-        why = _REFUSED_ENDINGS.get(path.suffix.lower(), _UNKNOWN)
+        why = _REFUSED_ENDINGS.get(path.suffix.lower(), _UNKNOWN) if start else _EMPTY
     if why is not None:
         raise UserError(joined((message(why), message(_READ)), " "))
     if dataflash.TEXT_FORMAT.search(start):

@@ -146,7 +146,7 @@ def test_a_damaged_archive_is_refused(tmp_path: Path, broken: str) -> None:
         ("a.ulg", b"version https://git-lfs.github.com/spec/v1\noid sha256:4d7a\nsize 12345\n", "Git LFS"),
         ("a.csv", packed({"[Content_Types].xml": b"<x/>", "xl/workbook.xml": b"<x/>"}), "spreadsheet"),
         ("a.xyz", bytes(range(256)) * 4, "nknown kind of file"),
-        ("empty.ulg", b"", "nknown kind of file"),
+        ("empty.csv", b"", "This file is empty."),
     ],
 )  # fmt: skip
 def test_what_is_no_log_is_refused_by_name(tmp_path: Path, name: str, data: bytes, said: str) -> None:
