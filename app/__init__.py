@@ -1,8 +1,16 @@
 """Between the bytes and the window: the port, the clock, the files and the procedures.  Free of Qt."""
 
+import sys
+from pathlib import Path
+
 
 def version() -> str:
-    """The version of the installed distribution; ``pyproject.toml`` is the one place that states it."""
-    from importlib import metadata  # takes as long to load as all of the protocol, and few runs ask for the version
+    """The version of the installed distribution; ``pyproject.toml`` is the one place that states it.
 
-    return metadata.version("dps-s-configurator")
+    The name of the distribution's folder has it. To load `importlib.metadata` takes longer than all else of
+    ``dps-s --version``.
+    """
+    for place in sys.path:
+        for folder in Path(place).glob("dps_s_configurator-*.dist-info"):
+            return folder.name.split("-")[1].removesuffix(".dist")
+    raise LookupError("DPS-S Configurator is not installed")
