@@ -40,7 +40,7 @@ from app.terminal.records import Records, name_given, opened_store, records_on, 
 from app.terminal.results import Result, Value
 from app.text.i18n import tr
 from app.text.messages import UserMessage, clean
-from app.text.sentences import in_brackets, join_names, join_sentences, not_written
+from app.text.sentences import in_brackets, join_names, not_written
 from app.text.user_error import ErrorCode, UserError
 
 _log = logging.getLogger(__name__)
@@ -142,7 +142,8 @@ class _Check:
         is_written = args.report is None or _write_report(args, filed)
         console.emit(args, msgspec.convert(contract_of(filed.assessment), PreflightJson), page_of(filed))
         if filed.trouble is not None:
-            console.notify(join_sentences((filed.trouble.sentence, tr("Not kept."))))
+            console.notify_once(filed.trouble.sentence)
+            console.notify(tr("Not kept."))
         if filed.assessment.verdict is Verdict.NO_GO or is_refused:
             return console.ANSWER_NO
         return console.SUCCESS if is_written else console.PARTIAL

@@ -43,7 +43,7 @@ from app.terminal.results import Result
 from app.terminal.setting_words import typed
 from app.text.i18n import tr
 from app.text.messages import UserMessage
-from app.text.sentences import join_sentences, not_written
+from app.text.sentences import not_written
 from app.text.user_error import UserError
 
 LOOK_EVERY_S: Final = 0.5  # between two attempts to find a module
@@ -125,7 +125,8 @@ def run(args: argparse.Namespace) -> int:
             cells.append((row.name, tr(row.result), row.code, why.translated()))
         console.emit(args, ProvisionJson(modules, is_done), ["", *console.columns(cells)])
     if isinstance(trouble, StoreTrouble):
-        console.notify(join_sentences((trouble.sentence, tr("Not kept."))))
+        console.notify_once(trouble.sentence)
+        console.notify(tr("Not kept."))
         return console.PARTIAL
     if trouble is not None:
         raise trouble

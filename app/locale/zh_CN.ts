@@ -3116,6 +3116,10 @@
         <translation>此处没有 {file}。</translation>
     </message>
     <message>
+        <source>This file is empty.</source>
+        <translation>该文件为空。</translation>
+    </message>
+    <message>
         <source>This is a Betaflight or INAV blackbox log: convert it to CSV with “blackbox_decode --simulate-imu”.</source>
         <translation>这是 Betaflight 或 INAV 黑匣子日志：请用“blackbox_decode --simulate-imu”转换成 CSV。</translation>
     </message>

@@ -97,3 +97,10 @@ def test_of_two_modules_none_becomes_active() -> None:
     assert "Two modules on this line?" in json.loads(read.stdout)["errors"]["attitude_threshold_deg"]
     assert json.loads(written.stdout)["results"]["freefall_time_s"]["verified"] is not True
     assert written.returncode in refused_or_interrupted
+
+
+def test_of_two_equal_modules_a_set_is_not_done_without_a_word() -> None:
+    with Line(Module(now=now()), Module(Options(delay_s=0.002), now=now())) as line:
+        written = ran(*PROGRAM, "set", "freefall_time_s=1.2", "--port", line.port)
+    assert written.returncode != 0
+    assert "Two modules on this line?" in written.stderr
