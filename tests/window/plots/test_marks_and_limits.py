@@ -38,7 +38,7 @@ def test_marks_are_where_their_time_is(bench: Bench) -> None:
         assert any(line == pytest.approx(x, abs=1.5) for line in bench.lines)
 
 
-@pytest.mark.parametrize("ago_s", [59.5, 59.0, 58.0, 57.0, 30.0])
+@pytest.mark.parametrize("ago_s", [59.0, 57.0])
 def test_no_word_covers_another(bench: Bench, ago_s: float) -> None:
     """The icon and the word of a mark are in the row of the first title; gaps and stale limits are in the lane."""
     bench.plot.add_marks([Mark(NOW_S - ago_s, "triggered", Icon.PARACHUTE, Meaning.DANGER)])

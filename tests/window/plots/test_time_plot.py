@@ -52,19 +52,6 @@ def test_the_length_of_the_time_line_is_chosen(bench: Bench, qtbot: QtBot, windo
     assert bench.plot.time_range.is_live
 
 
-def test_a_button_is_pressed_only_while_its_length_is_in_sight(bench: Bench) -> None:
-    def pressed() -> list[int]:
-        return [seconds for seconds in (10, 60, 600) if bench.button(f"time-plot-window-{seconds}").isChecked()]
-
-    assert pressed() == [60]
-    bench.wheel(0.5, 1, CONTROL)
-    assert pressed() == []
-    bench.plot.time_range.choose_length(10)
-    assert (pressed(), bench.plot.time_range.is_live) == ([10], False)
-    bench.plot.time_range.back_to_live()
-    assert pressed() == [10]
-
-
 def test_zooming_keeps_the_place_and_its_bounds(bench: Bench) -> None:
     plot = bench.plot
     bench.wheel(0.25, 1, CONTROL)
@@ -77,14 +64,6 @@ def test_zooming_keeps_the_place_and_its_bounds(bench: Bench) -> None:
         bench.wheel(0.25, -1, CONTROL)
     assert plot.time_range.span.end_s <= NOW_S + PIXEL_S
     assert plot.time_range.span.length_s == pytest.approx(36000)
-
-
-def test_panning_never_goes_beyond_now(bench: Bench, qtbot: QtBot) -> None:
-    bench.plot.time_range.pan(-0.5)
-    assert bench.plot.time_range.span == pytest.approx((NOW_S - 90, NOW_S - 30), abs=PIXEL_S)
-    bench.plot.time_range.pan(9)
-    assert bench.plot.time_range.span == pytest.approx((NOW_S - 60, NOW_S), abs=PIXEL_S)
-    assert not bench.plot.time_range.is_live
 
 
 def test_a_recording_is_shown_whole_and_bounds_the_view(recorded: Bench) -> None:

@@ -203,7 +203,6 @@ class TrafficView(QWidget):
         self.setObjectName("traffic_page")
         # While the last row is in sight the table follows it.
         self._follows = True
-        self._dropped = 0
         self.model = TrafficModel(self)
         self.shown = TrafficFilter(self.model)
         self.table = self._make_table()
@@ -228,18 +227,10 @@ class TrafficView(QWidget):
         self.copy = control(
             QToolButton(), "traffic_copy", says=tr("Copy"), keys="Ctrl+C", picture=Icon.COPY, slot=self.copy_rows
         )
-        self.clear = control(
-            QToolButton(),
-            "traffic_clear",
-            says=tr("Clear"),
-            keys="Ctrl+Shift+X",
-            picture=Icon.ERASE,
-            slot=self.model.clear,
-        )
         self.filter.currentIndexChanged.connect(self._use_filter)
         self.search.textChanged.connect(self._use_filter)
         self.pause.toggled.connect(self._pause)
-        bar = in_row(self.filter, (self.search, 1), self.pause, self.copy, self.clear, spacing=Space.S)
+        bar = in_row(self.filter, (self.search, 1), self.pause, self.copy, spacing=Space.S)
         foot = in_row((self.detail, 1), (self.count, Qt.AlignmentFlag.AlignTop), spacing=Space.M)
         in_column(bar, (self.table, 1), foot, of=self, spacing=Space.S, margins=(Space.M, Space.S))
         VisibilityTimer(self, self.draw, every_ms=DRAW_EVERY_MS, restyle=self._apply_theme)
@@ -257,7 +248,6 @@ class TrafficView(QWidget):
         bar.valueChanged.connect(self._note_scrolling)
         bar.rangeChanged.connect(self._stay_at_end)
         table.selectionModel().selectionChanged.connect(self._show_detail)
-        self.shown.rowsRemoved.connect(self._note_removed)
         self.model.modelReset.connect(self._show_detail)  # a reset clears the selection without a signal
         return table
 
@@ -271,24 +261,22 @@ class TrafficView(QWidget):
         self.search.clear()
 
     def draw(self) -> None:
-        """Shows the new rows unless paused. The rows in sight stay where they are."""
-        if not self.pause.isChecked():
-            bar, follows = self.table.verticalScrollBar(), self._follows
-            position = bar.value()
-            self._dropped = 0
+        """Shows the new rows, unless it is held."""
+        if not self._is_held:
             self.model.show_new()
-            if self._dropped and not follows:
-                bar.setValue(position - self._dropped * self.table.verticalHeader().defaultSectionSize())
         self._show_count()
 
-    def _note_removed(self, _parent: QModelIndex, first: int, last: int) -> None:
-        self._dropped += last - first + 1
+    @property
+    def _is_held(self) -> bool:
+        """Paused, or scrolled to earlier rows, which stay where they are."""
+        return self.pause.isChecked() or not self._follows
 
     def _note_scrolling(self, position: int) -> None:
         self._follows = position >= self.table.verticalScrollBar().maximum()
 
     def _stay_at_end(self, _lowest: int, highest: int) -> None:
-        """When rows are added, or the table shrinks."""
+        """When rows come or go, or the table changes its height."""
+        self._follows |= self.table.verticalScrollBar().value() >= highest
         if self._follows:
             self.table.verticalScrollBar().setValue(highest)
 
@@ -315,7 +303,7 @@ class TrafficView(QWidget):
 
     def _show_count(self) -> None:
         rows = self.shown.rowCount()
-        if self.pause.isChecked():
+        if self._is_held:
             self.count.setText(tr("{count} new", count=f"{self.model.unseen:,}"))
         elif self.search.text() and not rows:
             self.count.setText(tr("No matches"))

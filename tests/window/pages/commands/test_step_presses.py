@@ -4,8 +4,6 @@ from itertools import product
 
 import pytest
 from PySide6.QtCore import QPoint, Qt
-from PySide6.QtWidgets import QWidget
-from pytestqt.qtbot import QtBot
 
 from app.safety.acts import Act
 from tests.campaigns.gestures.gesture_bench import GestureBench
@@ -163,18 +161,3 @@ def test_a_held_key_and_a_held_mouse_complete_nothing(bench: GestureBench, monke
         assert not is_nothing_sent(bench), is_marked
         bench.wait(5.0)
         bench.reset()
-
-
-@pytest.mark.promise("d")
-def test_what_is_dead_does_not_look_like_what_is_live(qtbot: QtBot) -> None:
-    gestures().reset()
-    around, step = QWidget(), StepButton("Activate…")
-    qtbot.addWidget(around)
-    step.setParent(around)
-    step.move(200, 200)  # away from the pointer
-    around.resize(400, 300)
-    around.show()
-    dead = step.grab().toImage()
-    assert not step.is_live
-    qtbot.waitUntil(lambda: step.takes_pointer)
-    assert step.grab().toImage() != dead

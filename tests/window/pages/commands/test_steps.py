@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 from PySide6.QtCore import QPoint, QRect, Qt
-from PySide6.QtWidgets import QApplication, QLabel, QPushButton, QScrollArea, QWidget
+from PySide6.QtWidgets import QApplication, QPushButton, QScrollArea, QWidget
 
 from app.safety.acts import Act
 from app.safety.ritual import Stage
@@ -109,30 +109,6 @@ def test_nothing_moves_while_an_act_goes_on(bench: GestureBench) -> None:
     bench.go_and_click(forbid.confirm.go)
     bench.until(lambda: forbid.notice_bar.notice is not None)
     assert places() == before
-
-
-@pytest.mark.promise("d")
-def test_red_stands_only_around_deploying_until_something_is_about_to_be_sent(bench: GestureBench) -> None:
-    """The state is said as ready to fire, a rehearsal looks like one, and what deploying does follows the language."""
-    page = bench.commands
-    for row in page.acts.values():
-        assert (row.confirm.ask.property("role"), row.confirm.go.property("role")) == (None, "danger")
-    assert page.ritual.property("role") == "danger-corner"
-    go_to(bench, ACTS[-2])
-    assert "ready to fire" in page.meaning.text().lower()
-    effect = find(bench.window, QLabel, "ritual_effect")
-    assert (effect.text(), effect.isVisible()) == ("Fires the parachute.", True)
-    bench.go_and_click(page.ritual.choose)
-    assert page.ritual.property("role") == "danger-corner"
-    bench.reset()
-    bench.go_and_click(page.ritual.rehearse)
-    assert page.ritual.property("role") == "rehearsal"
-    assert page.ritual._title.text().startswith("REHEARSAL:")
-    assert [mark.accessibleName() for mark in page.ritual.marks] == [
-        "Step 1: Choose, done", "Step 2: Arm, now", "Step 3: Hold for 2 s",
-    ]  # fmt: skip
-    go_to(bench, ACTS[0])
-    assert page.meaning.text() == "The module is LOCKED."
 
 
 @pytest.mark.promise("d")

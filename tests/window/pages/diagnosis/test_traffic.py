@@ -189,9 +189,14 @@ def test_the_visible_rows_stay_in_place_when_old_rows_are_dropped(qtbot: QtBot, 
     feed(traffic, *streamed(100, first=MAX_ROWS))
     QApplication.processEvents()
     assert traffic.model.rows[traffic.table.rowAt(0)] is top
+    bar.setValue(0)
+    traffic.begin_again()
+    QApplication.processEvents()
+    feed(traffic, *streamed(2))
+    assert traffic.shown.rowCount() == 2, "an empty list is at its end"
 
 
-def test_copy_detail_and_clear(qtbot: QtBot, traffic: TrafficView) -> None:
+def test_copy_and_detail(qtbot: QtBot, traffic: TrafficView) -> None:
     feed(traffic, *streamed(3), sent(), sent("boot_count"), sent("light"))
     traffic.filter.setCurrentIndex(traffic.filter.findData(Filter.WITHOUT_STREAM))
     traffic.table.selectRow(1)
@@ -205,19 +210,3 @@ def test_copy_detail_and_clear(qtbot: QtBot, traffic: TrafficView) -> None:
     traffic.table.selectRow(1)
     traffic.filter.setCurrentIndex(traffic.filter.findData(Filter.REJECTED))
     assert "42 61 23 01 00 24" not in traffic.detail.text()
-    qtbot.mouseClick(traffic.clear, Qt.MouseButton.LeftButton)
-    assert traffic.model.rowCount() == 0
-
-
-def test_another_module_ends_a_pause_and_a_search(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
-    with window(qapp, tmp_path, entries=page_entries("diagnosis")) as assembly:
-        page = show_page(qtbot, assembly.window, "diagnosis", DiagnosisPage)
-        page.go_to("traffic")
-        qtbot.keyClick(assembly.window, Qt.Key.Key_F, Qt.KeyboardModifier.ControlModifier)
-        assert page.traffic.search.hasFocus()
-        feed(page.traffic, *streamed(5))
-        page.traffic.pause.click()
-        page.traffic.search.setText("nowhere")
-        assembly.ports.choose(assembly.ports.add())
-        assert (page.traffic.count.text(), page.traffic.pause.isChecked()) == ("rows: 0", False)
-        assert page.traffic.search.text() == ""

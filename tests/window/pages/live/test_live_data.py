@@ -72,17 +72,6 @@ def test_another_module_starts_over() -> None:
 # Limits
 
 
-def test_limits_follow_the_settings_until_they_are_stale() -> None:
-    data = LiveData()
-    sixty = talk(0.0, attitude_threshold_deg=60, freefall_acceleration_g=0.5)
-    take(data, batch(1.0, view=sixty), batch(2.0, view=talk(0.0, attitude_threshold_deg=70)), batch(3.0, view=sixty))
-    assert [change.value for change in data.fires.between(0, 9)] == [60, 70, 60]
-    assert [change.value for change in data.rearms.between(0, 9)] == [50, 60, 50]
-    assert [change.value for change in data.falls.between(0, 9)] == [0.5, None, 0.5]
-    take(data, batch(4.0, view=over(sixty)))
-    assert (data.fires.value, data.falls.value) == (None, None)
-
-
 ON: dict[str, Any] = {"attitude_trigger": True, "freefall_trigger": True}
 VALUES: dict[str, Any] = {"attitude_threshold_deg": 60, "freefall_acceleration_g": 0.5}
 
@@ -105,14 +94,6 @@ def test_a_limit_acts_only_where_its_trigger_is_known_to_be_on(
     drawn = live_lanes(data, LimitsInUse())
     assert tuple(lane.limits[0].steps.value for lane in drawn[:2]) == acting
     assert tuple(given(lane.limits[0].stale).value for lane in drawn[:2]) == unproven
-
-
-def test_when_the_conversation_is_over_no_limit_acts() -> None:
-    data = LiveData()
-    view = talk(0.0, **VALUES, **ON)
-    take(data, batch(1.0, view=view), batch(2.0, view=over(view)))
-    tilt = live_lanes(data, LimitsInUse())[0].limits[0]
-    assert (tilt.steps.value, given(tilt.stale).value) == (None, 60)
 
 
 # Marks

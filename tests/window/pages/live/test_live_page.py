@@ -14,9 +14,9 @@ from protocol.events import EndReason
 from tests.support.window.fakes_ui import page_entries, window
 from tests.support.window.live_bench import Bench, live_bench
 from tests.support.window.rig import Rig, on_fake_time
-from tests.support.window.steps import await_child, given, let_lay_out
+from tests.support.window.steps import await_child, given
 from ui.pages.live.page import LivePage
-from ui.style.painted_widget import Freshness, PaintedWidget
+from ui.style.painted_widget import Freshness
 from ui.style.theme import Meaning
 from ui.widgets.readout import Readout
 
@@ -188,17 +188,6 @@ def test_values_marks_and_pause_go_with_their_module(live: Bench) -> None:
 
 
 # Looks
-
-
-def test_nothing_moves_when_values_change(live: Bench) -> None:
-    live.say()
-    let_lay_out(live.page)
-    widgets = [one for one in live.page.findChildren(PaintedWidget) if one.isVisible()]
-    before = {widget.objectName(): widget.geometry() for widget in widgets}
-    live.say(tilt_deg=180, acceleration_g=16.0, cell_voltage_v=4.2, charging=True, boot_count=255, active=True)
-    let_lay_out(live.page)
-    moved = [widget.objectName() for widget in widgets if widget.geometry() != before[widget.objectName()]]
-    assert moved == []
 
 
 # In the window

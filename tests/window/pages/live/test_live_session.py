@@ -14,11 +14,10 @@ from app.system.clock import steady_time
 from protocol.events import Began
 from tests.support.records.recordings_made import CLOSED, LOST, OPEN, WAIT_S, batch, received, report
 from tests.support.window.fakes_ui import connect, page_entries, simulated, window
-from tests.support.window.steps import given, notice_text
+from tests.support.window.steps import notice_text
 from ui.main import PAGES
 from ui.services.recording_jobs import RecordingJobs
 from ui.session.recording import SessionRecording
-from ui.shell.status_bar import RecordingSign
 
 NEXT = OPEN._replace(opening=7)
 
@@ -99,17 +98,6 @@ def test_an_error_in_the_recorder_does_not_reach_the_worker(
     bench.say(some(1.0))
     assert len(bench.handed_on) == 1
     assert "could not be recorded" in caplog.text
-
-
-def test_the_sign_shows_since_when(bench: Bench, qtbot: QtBot) -> None:
-    sign = RecordingSign(lambda: bench.sessions.state)
-    qtbot.addWidget(sign)
-    assert sign.label.text() == ""
-    bench.say(some(1.0))
-    bench.listed()
-    sign.refresh()
-    since = given(bench.sessions.state.since)
-    assert sign.label.text() == f"Recorded since {since.astimezone():%H:%M}"
 
 
 # In the window

@@ -239,16 +239,6 @@ def test_an_emptied_field_waits_for_another_number(qtbot: QtBot, one: Desk) -> N
     assert one.settings.work.form.edited == {TILT: 75}
 
 
-def test_a_row_says_what_its_value_means_and_its_tooltip_what_it_is_for(one: Desk) -> None:
-    one.settings.refresh()
-    tilt = one.settings.rows[TILT]
-    assert tilt.command.explanation in tilt.name.toolTip()
-    assert "Default 60° · Vendor advises: " in tilt.state.toolTip()
-    assert "12.6\u00a0m" in reason(one, TIME)
-    type_into(one, "freefall_time", "0.8")
-    assert "3.14\u00a0m" in reason(one, TIME)
-
-
 # The light and the baud rate
 
 
