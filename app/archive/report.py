@@ -26,7 +26,6 @@ from protocol.catalogue import BOOTS
 from protocol.translatable import marked
 
 CHECK_DAYS = 30
-TEST_DAYS = 180
 # The clocks of two stations may differ by this much.
 CLOCKS = timedelta(minutes=15)
 # A contradiction that is older is history: nobody can answer for it any more.
@@ -41,7 +40,6 @@ class DueKind(StrEnum):
     OLD_CHECK = "old_check"
     TRIGGER_RECORDS = "trigger_records"
     TEST = "test"
-    OLD_TEST = "old_test"
     SERVICE = "service"
     TWO_MODULES = "two_modules"
 
@@ -109,7 +107,9 @@ def _today(facts: Facts, name: str, last_at: str, now: datetime) -> ModuleToday:
         text = marked("Unjudged trigger records: {count}.")
         state.due.append(Due(DueKind.TRIGGER_RECORDS, message(text, count=state.unjudged)))
     for test in state.tests:
-        state.due += _test_due(test, now)
+        if test.verdict is not GuidedVerdict.PASSED:
+            text, word = marked("Guided test {test}: {verdict}."), message(VERDICT_WORDS[test.verdict])
+            state.due.append(Due(DueKind.TEST, message(text, test=message(TITLES[test.kind]), verdict=word)))
     state.due += [Due(DueKind.SERVICE, due.text) for due in service_due(facts, name, now.astimezone())]
     state.due += [Due(DueKind.TWO_MODULES, text) for text in state.two_modules[-1:]]
     return state
@@ -133,18 +133,6 @@ def _check_due(check: CheckLine | None, now: datetime) -> list[Due]:
     age = age_days(check.at, now)
     if age is None or age > CHECK_DAYS:
         return [Due(DueKind.OLD_CHECK, message(marked("No check within the last {days} days."), days=CHECK_DAYS))]
-    return []
-
-
-def _test_due(test: StoredTest, now: datetime) -> list[Due]:
-    title = message(TITLES[test.kind])
-    if test.verdict is not GuidedVerdict.PASSED:
-        text = marked("Guided test {test}: {verdict}.")
-        return [Due(DueKind.TEST, message(text, test=title, verdict=message(VERDICT_WORDS[test.verdict])))]
-    age = age_days(test.at, now)
-    if age is None or age > TEST_DAYS:
-        text = marked("Guided test not within the last {days} days: {test}.")
-        return [Due(DueKind.OLD_TEST, message(text, days=TEST_DAYS, test=title))]
     return []
 
 
