@@ -1024,10 +1024,6 @@
         <translation>可以飞行</translation>
     </message>
     <message>
-        <source>Guided test not within the last {days} days: {test}.</source>
-        <translation>最近 {days} 天内未做引导测试：{test}。</translation>
-    </message>
-    <message>
         <source>Guided test {test}: {verdict}.</source>
         <translation>引导测试“{test}”：{verdict}。</translation>
     </message>

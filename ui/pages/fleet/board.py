@@ -4,7 +4,7 @@ from collections.abc import Mapping
 from typing import Final, NamedTuple
 
 from PySide6.QtCore import QSize, Qt, Signal
-from PySide6.QtGui import QFontMetrics, QIcon, QKeyEvent
+from PySide6.QtGui import QFontMetrics, QIcon, QKeyEvent, QResizeEvent
 from PySide6.QtWidgets import (
     QAbstractItemView,
     QHeaderView,
@@ -33,7 +33,7 @@ from ui.pages.fleet.members import FleetMembers
 from ui.session.check import VERDICT_STYLES
 from ui.session.port import Port
 from ui.style.icons import MEANING_ICONS, Icon, icon
-from ui.style.theme import Meaning, Space, current, font, is_text_large, scaled
+from ui.style.theme import Meaning, Space, current, font, scaled
 from ui.widgets.controls import control, set_role
 
 _TITLES: Final = (
@@ -45,15 +45,18 @@ _TITLES: Final = (
     marked("Next step"),
 )
 MODULE, LOCK, STATE, TRIGGERS_CELL, VERDICT, NEXT = range(len(_TITLES))
-# Left out in large text, and while a profile is open. The tooltip of the row has them.
+# Left out where there is no room, and while a profile is open. The tooltip of the row has them.
 _WHERE_ROOM: Final = (TRIGGERS_CELL, VERDICT)
+# Characters for which there must be room: for all columns, and without those.
+_ALL: Final = 112
+_WITHOUT: Final = 80
 # Every row has room for this many, so that no row moves when its texts change.
 _LINES: Final = 3
 # In a small window the page scrolls instead.
 _LEAST_ROWS: Final = 3
 # Characters of a column but the last: texts wrap, and a name that is longer is whole in the tooltip.
 _WIDEST: Final = 26
-# Of the first one in large text.
+# Of the first one where there is room for fewer yet.
 _NARROW: Final = 11
 NEED_MEANINGS: Final[Mapping[Need, Meaning]] = {
     Need.TRIGGERED: Meaning.DANGER,
@@ -116,15 +119,10 @@ class Board(QTableWidget):
         self.setWordWrap(True)
         self.setContextMenuPolicy(Qt.ContextMenuPolicy.ActionsContextMenu)
         self.setMinimumHeight(_LEAST_ROWS * self._row_px)
-        header, modes = self.horizontalHeader(), QHeaderView.ResizeMode
-        letter_px = QFontMetrics(font()).averageCharWidth()
-        header.setMaximumSectionSize(_WIDEST * letter_px)
-        header.setSectionResizeMode(modes.ResizeToContents)
-        header.setSectionResizeMode(NEXT, modes.Stretch)
-        if is_text_large():
-            header.setSectionResizeMode(MODULE, modes.Fixed)
-            header.resizeSection(MODULE, _NARROW * letter_px)
-        self._hide_columns()
+        header = self.horizontalHeader()
+        header.setMaximumSectionSize(_WIDEST * _letter_px())
+        header.setSectionResizeMode(QHeaderView.ResizeMode.ResizeToContents)
+        header.setSectionResizeMode(NEXT, QHeaderView.ResizeMode.Stretch)
         self.itemChanged.connect(self._on_ticked)
         self.cellDoubleClicked.connect(lambda row, _column: self.chosen.emit(list(self._items)[row]))
         profile.changed.connect(self._fit_profile)
@@ -147,9 +145,17 @@ class Board(QTableWidget):
             self._show(port, card, now)
         self.blockSignals(False)
 
-    def _hide_columns(self) -> None:
+    def _fit_columns(self) -> None:
+        """By the number of characters for which there is room."""
+        room = self.viewport().width() // _letter_px()
         for column in _WHERE_ROOM:
-            self.setColumnHidden(column, is_text_large() or self._profile.profile is not None)
+            self.setColumnHidden(column, room < _ALL or self._profile.profile is not None)
+        modes = QHeaderView.ResizeMode
+        self.horizontalHeader().setSectionResizeMode(
+            MODULE, modes.ResizeToContents if room >= _WITHOUT else modes.Fixed
+        )
+        if room < _WITHOUT:
+            self.setColumnWidth(MODULE, _NARROW * _letter_px())
 
     def _add(self, port: Port) -> None:
         row = self.rowCount()
@@ -216,7 +222,7 @@ class Board(QTableWidget):
         self._fitted = profile
         title = tr(_TITLES[NEXT]) if profile is None else labelled(tr("Profile"), profile.name)
         self.setHorizontalHeaderLabels([*map(tr, _TITLES[:NEXT]), title])
-        self._hide_columns()
+        self._fit_columns()
         self.show_cards({port: self._members.card(port) for port in self._items}, self._members.now())
         for row in range(self.rowCount()):
             self.setRowHeight(row, self._row_px if profile is None else max(self._row_px, self.sizeHintForRow(row)))
@@ -228,11 +234,19 @@ class Board(QTableWidget):
             self._members.unticked.add(port)
         self.ticked.emit()
 
+    def resizeEvent(self, event: QResizeEvent) -> None:
+        super().resizeEvent(event)
+        self._fit_columns()
+
     def keyPressEvent(self, event: QKeyEvent) -> None:
         if event.key() in (Qt.Key.Key_Return, Qt.Key.Key_Enter) and self.marked is not None:
             self.chosen.emit(self.marked)
         else:
             super().keyPressEvent(event)
+
+
+def _letter_px() -> int:
+    return QFontMetrics(font()).averageCharWidth()
 
 
 def _difference(row: ProfileRow) -> str:
