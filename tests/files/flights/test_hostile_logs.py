@@ -79,16 +79,6 @@ def test_an_mcap_file_of_another_program(tmp_path: Path) -> None:
         read_flight_log(path)
 
 
-def deep_formats() -> bytes:
-    """Each level contains the next thousands of times."""
-    records = b"".join(
-        made.ulog_record("F", f"t{level}:{''.join(f't{level + 1} f{n};' for n in range(4000))}".encode())
-        for level in range(20)
-    )
-    records += made.ulog_record("F", b"t20:") + made.ulog_record("F", b"vehicle_attitude:uint64_t timestamp;t0 a;")
-    return ULOG + records + made.ulog_record("A", struct.pack("<BH", 0, 1) + b"vehicle_attitude") * 1000
-
-
 def many_subscriptions() -> bytes:
     records = made.ulog_record("F", b"vehicle_attitude:uint64_t timestamp;float[4] q;")
     return ULOG + records + made.ulog_record("A", struct.pack("<BH", 0, 1) + b"vehicle_attitude") * 20_000
@@ -112,7 +102,7 @@ def a_line_without_end() -> bytes:
 
 
 @pytest.mark.parametrize(("make", "megabytes"), [
-    (deep_formats, 16), (many_subscriptions, 8), (times_years_apart, 8), (rubbish_like_samples, 48),
+    (many_subscriptions, 8), (times_years_apart, 8), (rubbish_like_samples, 48),
     (rubbish_like_records, 24), (a_line_without_end, 60),
 ])  # fmt: skip
 @pytest.mark.promise("g")

@@ -13,7 +13,7 @@ from app.flights.columns import parse_choice
 from app.flights.flight_log import FlightLog
 from app.flights.judge import TriggerLimits
 from app.flights.judging import RuleReading, coverage_of
-from app.flights.raw_log import Channel, RawLog, kept_apart, tilt_of_quaternion
+from app.flights.raw_log import Channel, RawLog, tilt_of_quaternion
 from app.flights.read_log import find_logs, read_flight_log
 from app.recordings.excerpt import HEAD
 from app.recordings.library import entry_of
@@ -85,16 +85,6 @@ def write_csv(path: Path, head: str, *columns: np.ndarray[tuple[int, ...], np.dt
     lines = [head, *(",".join(f"{cell:.6f}" for cell in row) for row in np.column_stack(columns).tolist())]
     path.write_text("\n".join(lines), encoding="utf-8")
     return path
-
-
-def test_a_csv_file_with_chosen_columns(tmp_path: Path) -> None:
-    axis = FORCE * 9.80665
-    path = write_csv(tmp_path / "a.csv", "when;ATT.Roll;p;ax;ay;az".replace(";", ","),
-                     FAST * 1000, np.radians(TILT), 0 * FAST, 0 * FAST, 0.6 * axis, 0.8 * axis)  # fmt: skip
-    with pytest.raises(UserError):
-        read_flight_log(path)
-    chosen = parse_choice(["time_ms=when", "roll_rad=ATT.Roll", "pitch_rad=p", "x_m_s2=ax", "y_m_s2=ay", "z_m_s2=az"])
-    assert fires(read_flight_log(path, chosen)) == EXPECTED
 
 
 def test_a_column_that_is_not_there_is_named(tmp_path: Path) -> None:
@@ -269,16 +259,6 @@ def test_values_that_are_not_numbers_are_left_out() -> None:
     assert problems(log) == ["Invalid samples left out: 5."]
     assert np.isfinite(log.tilt_deg).sum() == len(log.time_s)
     assert first_fires(log) == []
-
-
-def test_reports_of_a_module_are_used_as_they_are() -> None:
-    """Also several of one time, in which one that fires must not be lost."""
-    times, tilts = np.array([1.0, 1.0, 1.0, 1.1, 1.3]), np.array([5.0, 70.0, 5.0, 5.0, np.nan])
-    raw = RawLog(name="x", is_of_module=True)
-    raw.tilts_deg, raw.forces_g = [Channel(kept_apart(times), tilts)], [Channel(kept_apart(times), np.ones(5))]
-    log = assembled(raw)
-    assert log.tilt_deg.tolist()[:4] == tilts.tolist()[:4]
-    assert [at_s for at_s, _ in fires(log)] == [0.0]
 
 
 def test_only_the_time_from_arming_to_landing_is_judged() -> None:

@@ -283,15 +283,6 @@ def test_a_damaged_size_in_a_ulog_costs_its_own_record() -> None:
         assert samples_of(made.ulog_bytes([*rows, (4.001, damaged)])) == whole
 
 
-def test_rubbish_in_a_ulog_is_not_taken_for_records() -> None:
-    rows = made.ulog_attitude(TIMES, TIPPED) + made.ulog_force(TIMES, REST)
-    whole = samples_of(made.ulog_bytes(rows))
-    # What looks like the flags of a newer version is damage where no flags stand.
-    flags = made.ulog_record("B", bytes(8) + b"\xff" * 8 + bytes(24))
-    for rubbish in (b"\x40\x1fI" * 20, b"\x00\x02L" * 7 + b"\xff", bytes(range(256)), flags):
-        assert samples_of(made.ulog_bytes([*rows, (4.001, rubbish)])) == whole
-
-
 def test_a_damaged_message_of_telemetry_is_no_measurement(tmp_path: Path) -> None:
     rows = made.telemetry_attitude(TIMES, LEVEL) + made.telemetry_force(TIMES, REST)
     data = bytearray(made.telemetry_bytes(rows))

@@ -239,23 +239,3 @@ def test_csv_holds_every_value(recording: Recording, tmp_path: Path) -> None:
         f"connected: {PORT}", "activated", "triggered", f"port lost: {PORT}"
     ]  # fmt: skip
     assert [row["cell_voltage_v"] for row in rows if row["cell_voltage_v"]] == ["3.00", "3.01", "3.02"]
-
-
-@pytest.mark.parametrize(("is_table", "looks"), [(True, 1), (False, 0)])
-def test_a_cancelled_export_leaves_the_file_unchanged(
-    recording: Recording, tmp_path: Path, is_table: bool, looks: int
-) -> None:
-    path = tmp_path / "out" / "x"
-    path.parent.mkdir()
-    path.write_text("before", encoding="utf-8")
-    shares: list[float] = []
-
-    def go_on(share: float) -> None:
-        if len(shares) == looks:
-            raise TimeoutError
-        shares.append(share)
-
-    with pytest.raises(TimeoutError):
-        export(recording.entry, path, is_table=is_table, on_progress=go_on)
-    assert path.read_text(encoding="utf-8") == "before"
-    assert [one.name for one in path.parent.iterdir()] == ["x"]

@@ -1,14 +1,11 @@
 """Frames of a capture in words and values."""
 
 import json
-import threading
-import time
 
 import pytest
 
 from app.captures.explain import Asked, meaning, sentence
 from app.captures.traffic import CaptureEntry, Explainer, Way
-from app.system import gil_yield as pace
 from app.text.i18n import CHINESE, set_language
 from protocol.catalogue import BY_NAME, COMMANDS, SET, STATUS, Command, Request
 from protocol.frame import Direction, Frame, Noise, encode_long, encode_reply
@@ -37,31 +34,6 @@ def test_what_was_asked_is_known_of_each_answer_and_no_echo_changes_it() -> None
     assert row.asked == asked, "six bytes are enough where a voltage was asked for"
     explainer.feed(CaptureEntry(1.0, Way.OUT, other.encode()))
     assert explainer.feed(CaptureEntry(1.1, Way.IN, bytes.fromhex("41 75 35 01 BE F4"))) == []
-
-
-@pytest.mark.parametrize("is_beside", [False, True])
-def test_only_work_beside_the_main_thread_rests_when_it_has_worked_for_a_while(
-    monkeypatch: pytest.MonkeyPatch, is_beside: bool
-) -> None:
-    now_s = [0.0]
-    rests: list[float] = []
-    monkeypatch.setattr(time, "sleep", rests.append)
-    monkeypatch.setattr(time, "perf_counter", lambda: now_s[0])
-
-    def work() -> None:
-        keeper = pace.GilYield()
-        for _ in range(30):
-            now_s[0] += pace.WORK_S / 10
-            keeper.checkpoint()
-
-    if is_beside:
-        thread = threading.Thread(target=work)
-        thread.start()
-        thread.join()
-        assert len(rests) in (2, 3)
-    else:
-        work()
-        assert rests == []
 
 
 # Frames in words and values

@@ -44,20 +44,6 @@ def test_a_wrong_value_is_refused_with_what_is_possible(name: str, text: str, sa
     assert said in str(refused.value)
 
 
-def test_a_setup_reaches_the_bench(clock: FakeClock) -> None:
-    texts = {"active": "", "boots": "0", "history": "4", "tilt": "5", "bay_open": "yes", "cell": "3.6", "charger": "on"}
-    bench = SimulatedBench(Setup(**parse_options(texts | {"baud": "9600"})), clock=clock)
-    assert bench.module.state.is_active
-    assert bench.module.memory.boot_count == 0
-    assert len(bench.module.memory.records) == 4
-    assert bench.world.tilt_deg == 5
-    assert bench.world.bay_is_open
-    assert bench.world.cell_v == 3.6
-    assert bench.world.has_external_power
-    assert bench.module.baud_rate == 9600
-    assert bench.wire.read(clock()) == b"", "its heartbeats are long gone"
-
-
 def after(bench: SimulatedBench, seconds: float) -> SimulatedModule:
     """The module so long after its beginning."""
     bench.module.advance(1000.0 + seconds)

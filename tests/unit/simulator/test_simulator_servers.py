@@ -4,11 +4,8 @@ import argparse
 import signal
 import sys
 import threading
-import time
-import uuid
 from collections.abc import Iterator
-from contextlib import ExitStack, contextmanager
-from dataclasses import fields
+from contextlib import contextmanager
 from pathlib import Path
 
 import pytest
@@ -16,10 +13,8 @@ import serial
 
 from app.cli import simulate
 from app.cli.commands import BY_NAME
-from app.simulator import bench as benches
 from app.simulator.bench import SimulatedBench
 from app.simulator.endpoints import Endpoint, Loop, TcpEndpoint
-from app.simulator.setup import Setup
 from app.terminal.console import Refused
 from app.text.user_error import ErrorCode
 from protocol.catalogue import STATUS
@@ -93,38 +88,8 @@ def test_pty_never_takes_the_place_of_a_file(tmp_path: Path) -> None:
     assert taken.read_text(encoding="utf-8") == "data"
 
 
-@pytest.mark.parametrize("way", ["tcp", pytest.param("pty", marks=posix_only), "sim"])
-def test_each_way_to_the_module_has_the_lag(way: str, monkeypatch: pytest.MonkeyPatch) -> None:
-    name = f"line-{uuid.uuid4()}"
-    bench = benches.module(name)
-    bench.change(lag_ms=60.0)
-    with ExitStack() as stack:
-        if way == "sim":
-            monkeypatch.setattr(serial, "protocol_handler_packages", ["app.port_urls"])
-            address = f"sim://{name}"
-            stack.callback(benches.remove_bench, name)
-        else:
-            endpoint = TcpEndpoint("127.0.0.1", 0) if way == "tcp" else pty()
-            address = stack.enter_context(serving(bench, endpoint))
-        port = stack.enter_context(serial.serial_for_url(address, baudrate=115200, timeout=PATIENCE_S))
-        began_s = time.monotonic()
-        port.write(2 * ASK)
-        assert port.read(1) == ANSWER[:1]
-        assert time.monotonic() - began_s >= 0.06
-        assert port.read(2 * len(ANSWER) - 1) == (2 * ANSWER)[1:]
-        port.timeout = 0.2
-        assert port.read(1) == b""
-
-
 def parse(*words: str) -> argparse.Namespace:
     return BY_NAME["simulate"].parse_words([*words])
-
-
-def test_every_option_is_on_the_command_line_and_in_its_help(capsys: pytest.CaptureFixture[str]) -> None:
-    with pytest.raises(SystemExit):
-        parse("--help")
-    shown = capsys.readouterr().out
-    assert all("--" + option.name.replace("_", "-") in shown for option in fields(Setup))
 
 
 @pytest.mark.parametrize("words", [("--tcp", "here"), ("--link", "a", "--tcp", "b:1"), ("--speed",)])

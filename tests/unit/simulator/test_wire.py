@@ -45,20 +45,6 @@ def test_frames_take_their_time() -> None:
     assert line.next_due(1.0) is None
 
 
-@pytest.mark.parametrize(
-    "faults",
-    [
-        {"drop": 0.3},
-        {"corrupt": 0.05},
-        {"drop": 0.1, "corrupt": 0.1},
-    ],
-)
-def test_the_same_seed_gives_the_same_faults(faults: dict[str, Any]) -> None:
-    first = conversation(wire(seed=5, **faults))
-    assert first == conversation(wire(seed=5, **faults))
-    assert first != conversation(wire(seed=6, **faults))
-
-
 def test_drop_takes_whole_answers() -> None:
     answers = conversation(wire(drop=0.3))
     assert set(answers) == {b"", ANSWER}
@@ -70,10 +56,6 @@ def test_corrupt_turns_single_bits() -> None:
     assert wrong
     for answer in wrong:
         assert {(a ^ b).bit_count() for a, b in zip(answer, ANSWER, strict=True)} <= {0, 1}
-
-
-def test_mute() -> None:
-    assert set(conversation(wire(mute=True), 5)) == {b""}
 
 
 @pytest.mark.parametrize("rate", [9600, 0], ids=["another", "none that a module has"])

@@ -1,9 +1,8 @@
 """One log in place of the list: its verdict, its plots with the thresholds and marks; or why it could not be read."""
 
-import math
 import shlex
 import time
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Final, NamedTuple
 
@@ -19,26 +18,24 @@ from app.flights.read_log import flight_of_recording, read_flight_log
 from app.flights.summary import summarise
 from app.flights.thresholds import FlightGroup, FlightOutcome, outcome_of
 from app.limits.out_of_limits import LimitsInUse
-from app.recordings.excerpt import LimitSteps, csv_parts, part_count
+from app.recordings.excerpt import LimitSteps
 from app.recordings.library import entry_of, entry_text
 from app.recordings.markers import ModuleLimits
 from app.recordings.recording import Recording, open_recording
 from app.samples.ring_buffers import Readable
-from app.text.csv_cells import BYTE_ORDER_MARK, csv_text
 from app.text.i18n import tr
 from app.text.messages import clean
 from app.text.sentences import error_text
 from app.text.user_error import UserError
 from protocol.translatable import marked
 from ui.core.background_task import BackgroundTask
-from ui.files.save_bar import SaveNote, picture_with_footer
 from ui.pages.logs.rows import button, outcome_lines, row_text, short_name, verdict_of
 from ui.pages.logs.work import LogFile, LogRow
 from ui.plots.lanes import Lane, Mark, Scale, Span, acceleration_lane, mark_of, measured_lanes, tilt_lane
 from ui.plots.time_plot import TimePlot
 from ui.style.icons import Icon
 from ui.style.theme import IconSize, Meaning, Space
-from ui.widgets.controls import Shortcut, named
+from ui.widgets.controls import named
 from ui.widgets.labels import ElidedLabel, IconLabel, text_label
 from ui.widgets.layouts import in_column, in_row
 
@@ -87,26 +84,21 @@ class LogView(QWidget):
         self.picture = IconLabel("log_icon", IconSize.NOTICE)
         self.verdict = text_label("log_verdict", "strong", is_selectable=True)
         self.details = text_label("log_details", "small", is_selectable=True)
-        self.saved = SaveNote("log_saved", is_of_module=False)
         self.columns = QWidget()
         self.line = named(QLineEdit(), "log_columns")
         self.line.setAccessibleName(tr("Columns"))
         self.line.returnPressed.connect(self._choose_columns)
         self.read = button("log_read", tr("Read"), Icon.CHECK, self._choose_columns, "primary")
         self.fault = text_label("log_fault", "danger")
-        self.values = button("log_save_values", tr("Save values…"), Icon.TABLE, self._save_values)
-        self.image = button("log_save_picture", tr("Save picture…"), Icon.CAMERA, self._save_picture)
-        Shortcut(self.values, "Ctrl+S")
-        Shortcut(self.image, "Ctrl+Shift+S")
         self._lay_out()
 
     def _lay_out(self) -> None:
-        head = in_row((self.name, 1), self.values, self.image, self.back)
+        head = in_row((self.name, 1), self.back)
         verdict = in_row((self.picture, Qt.AlignmentFlag.AlignTop), (self.verdict, 1))
         in_row((self.line, 1), self.read, of=self.columns, margins=0)
         self._card = named(QFrame(), "log_card", "card")
         self._room = in_column(of=self._card, margins=Space.S)
-        parts = head, verdict, self.details, self.columns, self.fault, self.saved, (self._card, 1)
+        parts = head, verdict, self.details, self.columns, self.fault, (self._card, 1)
         in_column(*parts, of=self, margins=(0, Space.S, 0, 0)).addStretch()
 
     def show_log(self, row: LogRow, limits: TriggerLimits) -> None:
@@ -128,10 +120,9 @@ class LogView(QWidget):
 
     def clear(self) -> None:
         self._reading.cancel()
-        self.saved.job.end(is_page_left=True)
         self._row = None
         self.fault.clear()
-        for widget in (self.columns, self.fault, self._card, self.values, self.image):
+        for widget in (self.columns, self.fault, self._card):
             widget.hide()
         if self.plot is not None:
             self._room.removeWidget(self.plot)
@@ -191,10 +182,8 @@ class LogView(QWidget):
             plot.add_marks([mark_of(reset) for reset in log.resets])
         if outcome is not None:
             plot.add_marks([mark._replace(time_s=mark.time_s + start_s) for mark in marks_of(outcome)])
-        self._opened = opened
         self._room.addWidget(plot)
-        for widget in (self._card, self.values, self.image):
-            widget.show()
+        self._card.show()
         fires = () if outcome is None else (outcome.direct, outcome.damped)
         moment_s = min((fire.at_s for fire in fires if fire.sources), default=None)
         if moment_s is None and outcome is not None:
@@ -203,29 +192,6 @@ class LogView(QWidget):
             plot.time_range.choose_length(_WINDOW_S)
             plot.time_range.show_instant(moment_s + start_s)
         plot.draw(bounds.end_s)
-
-    # Saving
-
-    def _save_values(self) -> None:
-        if self.plot is None or self._row is None:
-            return
-        span, (recording, log) = self.plot.time_range.span, self._opened
-        if recording is not None:
-            excerpt = recording.excerpt(*span)
-            parts = csv_parts(excerpt, wall_offset_s=recording.wall_offset_s)
-            self.saved.save_values(self._place(".csv"), parts, part_count(excerpt))
-        elif log is not None:
-            self.saved.save_values(self._place(".csv"), values_csv(log, span))
-
-    def _save_picture(self) -> None:
-        if self.plot is not None and self._row is not None:
-            row, canvas = self._row, self.plot.canvas
-            foot = short_name(row.name) if row.entry is None else entry_text(row.entry)
-            self.saved.save_picture(self._place(".png"), picture_with_footer(canvas.grab(), foot))
-
-    def _place(self, suffix: str) -> Path:
-        path = Path("" if self._row is None else self._row.name)
-        return path.with_name(f"{path.stem}-plot{suffix}")
 
     # Columns of a table
 
@@ -265,17 +231,6 @@ def marks_of(outcome: FlightOutcome) -> list[Mark]:
     if flight.impact_s is not None:
         marks.append(Mark(flight.impact_s, marked("impact"), Icon.DROP, None))
     return marks
-
-
-def values_csv(log: FlightLog, span: Span) -> Iterator[bytes]:
-    """All samples of a span as a table; empty cells are unknown."""
-    in_sight = (log.time_s >= span.start_s) & (log.time_s <= span.end_s)
-    columns = [("time_s", log.time_s), ("tilt_deg", log.tilt_deg), ("acceleration_g", log.specific_force_g)]
-    if log.altitude_m is not None:
-        columns.append(("altitude_m", log.altitude_m))
-    rows = zip(*(values[in_sight].tolist() for _, values in columns), strict=True)
-    cells = ([round(value, 6) if math.isfinite(value) else None for value in row] for row in rows)
-    yield BYTE_ORDER_MARK + csv_text([name for name, _ in columns], cells).encode()
 
 
 def _chosen(limits: TriggerLimits, start_s: float) -> LimitSteps:

@@ -1,6 +1,5 @@
 """The Logs page: reading, sides, map, proposal, use of thresholds, one log."""
 
-import csv
 import threading
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -21,7 +20,7 @@ from app.flights.thresholds import FireMap, FlightGroup
 from app.text.messages import message
 from tests.support.flights.made_flights import crash, made_flight, ordinary_flight, write_csv, write_logs
 from tests.support.window.fakes_ui import page_entries, window
-from tests.support.window.steps import await_child, choosing, drop, given, let_lay_out, notice_text, press
+from tests.support.window.steps import await_child, drop, given, let_lay_out, notice_text, press
 from ui.main import Assembly
 from ui.pages.logs import work as work_module
 from ui.pages.logs.page import LogsPage
@@ -381,20 +380,6 @@ def test_a_single_file_is_shown_at_its_moment(desk: Desk, tmp_path: Path) -> Non
     assert plot.time_range.cursor_s == pytest.approx(outcome.direct.at_s, abs=0.05)
     assert plot.time_range.span.start_s < outcome.direct.at_s < plot.time_range.span.end_s
     assert {mark.word for mark in plot.canvas.marks} >= {"control lost (estimate)", "impact"}
-    asked: list[tuple[str, Path, str]] = []
-    for name, button in (("v.csv", view.values), ("p.png", view.image)):
-        view.saved.ask_path = choosing(tmp_path / name, asked)
-        button.click()
-        desk.qtbot.waitUntil(view.saved.isVisible)
-        desk.qtbot.waitUntil(lambda: not view.saved.job.is_writing)
-        view.saved.hide()
-    assert path not in [place for _, place, _ in asked]  # the log itself
-    rows = list(csv.DictReader((tmp_path / "v.csv").read_text("utf-8-sig").splitlines()))
-    times = [float(row["time_s"]) for row in rows]
-    assert plot.time_range.span.start_s <= times[0] < plot.time_range.span.start_s + 0.1
-    assert plot.time_range.span.end_s - 0.1 < times[-1] <= plot.time_range.span.end_s + 1e-6
-    assert max(float(row["tilt_deg"]) for row in rows if row["tilt_deg"]) > 60
-    assert (tmp_path / "p.png").read_bytes().startswith(b"\x89PNG")
     assert page.on_escape()
     assert view.plot is None
     assert page.map.isVisible()

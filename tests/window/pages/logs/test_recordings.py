@@ -1,7 +1,6 @@
 """Recordings on the Logs page: listed, judged, shown, exported, pinned, deleted; damage is said."""
 
-import threading
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
@@ -84,7 +83,7 @@ def test_on_a_side_it_counts_and_is_there_at_the_next_start(one: Desk) -> None:
 # One recording
 
 
-def test_it_is_shown_whole_with_what_the_module_had(one: Desk, tmp_path: Path) -> None:
+def test_it_is_shown_whole_with_what_the_module_had(one: Desk) -> None:
     page, view = one.page, one.page.view
     page.open_row(page.work.rows()[0])
     one.until(lambda: view.plot is not None)
@@ -102,22 +101,6 @@ def test_it_is_shown_whole_with_what_the_module_had(one: Desk, tmp_path: Path) -
         assert value in plot.reading
     plot.time_range.back_to_live()
     assert plot.time_range.span == pytest.approx(Span(1000.0, 1120.0), abs=1.0)
-    view.saved.ask_path = choosing(tmp_path / "seen.csv")
-    plot.time_range.choose_length(10.0)
-    view.values.click()
-    one.until(lambda: "Saved" in view.saved.label.text())
-    assert 100 <= len((tmp_path / "seen.csv").read_text("utf-8-sig").splitlines()) <= 130
-
-
-@pytest.mark.promise("g")
-def test_a_value_outside_its_limit_is_marked_under_the_cursor(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
-    low = record(tmp_path / "template", seconds=10, cell_voltage_v=3.52)
-    with made(qtbot, qapp, tmp_path, low) as desk:
-        desk.page.open_row(desk.page.work.rows()[0])
-        desk.until(lambda: desk.page.view.plot is not None)
-        plot = given(desk.page.view.plot)
-        plot.time_range.show_instant(1005.0)
-        assert " (!) low, limit 3.80" in plot.reading
 
 
 def test_opened_with_the_program_it_is_shown_while_a_module_goes_on(
@@ -165,32 +148,6 @@ def test_it_is_exported(one: Desk, tmp_path: Path, suffix: str) -> None:
     one.page.ask_path = choosing(tmp_path / "missing" / "all.csv")
     given(one.page.exporting).click()
     one.until(lambda: "cannot be written" in one.said())
-
-
-def test_a_long_export_shows_progress_and_can_be_cancelled(
-    one: Desk, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    ended, never = threading.Event(), threading.Event()
-
-    def endless(_entry: object, _path: Path, *, is_table: bool, on_progress: Callable[[float], object]) -> None:
-        assert is_table
-        try:
-            while True:
-                on_progress(0.4)
-                never.wait(0.01)
-        finally:
-            ended.set()
-
-    monkeypatch.setattr("app.recordings.recording.export", endless)
-    one.page.table.selectRow(0)
-    one.page.ask_path = choosing(tmp_path / "all.csv")
-    one.page.exporting_action.trigger()
-    one.until(lambda: one.said() == "Exporting all.csv: 40 %")
-    assert not one.page.removing.isEnabled()
-    one.answer("cancel")
-    one.until(lambda: one.said() == "Cancelled.")
-    assert ended.wait(WAIT_MS / 1000)
-    assert list(tmp_path.glob("*.csv")) == []
 
 
 def test_it_is_pinned_and_deleted_once_that_is_confirmed(one: Desk) -> None:
