@@ -81,14 +81,16 @@ class ModuleCheck(QObject):
         self.progress: Report | None = None
         self._filing: BackgroundTask[Filed] = BackgroundTask("dps-s check", self)
         self._rereading: Job[StateReading] | None = None
-        self._is_stated_anew = False
-        """What a person entered differs from what is being filed."""
         self._timer = QTimer(self, interval=round(1000 * REREAD_EVERY_S))
         self._timer.timeout.connect(self.read_again)
-        module.changed.connect(self.poll)
-        module.batch.connect(self._on_batch)
-        module.named.connect(self._on_name)
-        module.ended.connect(self._on_ended)
+        self._slots = (
+            (module.changed, self.poll),
+            (module.batch, self._on_batch),
+            (module.named, self._on_name),
+            (module.ended, self._on_ended),
+        )
+        for signal, slot in self._slots:
+            signal.connect(slot)
         procedure = run_preflight(self.evidence, is_enabling=is_enabling, journal=module.journal)
         self._job: Job[Any] | None = module.run(procedure, self._end, on_progress=self._remember_progress, goes_on=True)
 
@@ -152,13 +154,10 @@ class ModuleCheck(QObject):
             return
         is_named_now = person.module != self.person.module
         self.person = person
-        if self._filing.is_running:
-            self._is_stated_anew = True
-            return
-        if self.filed is None:
-            return  # it is filed with this when it ends
-        self._file(self.evidence, None if is_named_now else self.filed.assessment.case.past)
-        self.changed.emit()
+        if self._job is None:  # else it is filed with this when it ends
+            past = None if is_named_now or self.filed is None else self.filed.assessment.case.past
+            self._file(self.evidence, past)
+            self.changed.emit()
 
     def set_void(self, void: Void) -> None:
         if self.void is None:
@@ -172,10 +171,8 @@ class ModuleCheck(QObject):
         self._job = self._rereading = None
         self._filing.cancel()
         self._timer.stop()
-        self._module.changed.disconnect(self.poll)
-        self._module.batch.disconnect(self._on_batch)
-        self._module.named.disconnect(self._on_name)
-        self._module.ended.disconnect(self._on_ended)
+        for signal, slot in self._slots:
+            signal.disconnect(slot)
         self.deleteLater()
 
     def poll(self) -> None:
@@ -283,34 +280,23 @@ class ModuleCheck(QObject):
         self.changed.emit()
 
     def _file(self, evidence: Evidence, past: Past | None = None) -> None:
-        """Judge the check; keep it, in the store's thread, unless it is void."""
-        store, target = self._storage.begun, self.target
-        used = store if evidence.is_complete else None
-        trouble = self._storage.store if store is None else None
-        work = partial(
-            file_check,
-            evidence,
-            self.profile,
-            self.person,
-            store=used,
-            adapter="" if target is None else target.identity,
-            past=past,
-        )
-        if used is None:
-            self._end_filing(work(), trouble if isinstance(trouble, StoreTrouble) else None)
-        else:
+        """Judge the check; keep it, in the store's thread, unless it is void. It takes the place of one being kept."""
+        self.evidence = evidence
+        store = self._storage.begun if evidence.is_complete else None
+        adapter = "" if self.target is None else self.target.identity
+        work = partial(file_check, evidence, self.profile, self.person, store=store, adapter=adapter, past=past)
+        if store is not None:
             self._filing.run(lambda _running: work(), self._end_filing)
+            return
+        trouble = self._storage.store if self._storage.begun is None else None
+        self._end_filing(work(), trouble if isinstance(trouble, StoreTrouble) else None)
 
     def _end_filing(self, filed: Filed, trouble: StoreTrouble | None = None) -> None:
         self.trouble = trouble or filed.trouble
-        if self._is_stated_anew:
-            self._is_stated_anew = False
-            self._file(filed.assessment.case.evidence)
-            return
         is_kept = filed.assessment.case.evidence.is_complete and self.trouble is None
         if is_kept and filed.assessment.result("boot_count") is not CheckResult.FAIL:
             self._module.keep()
-        self.filed, self.evidence = filed, filed.assessment.case.evidence
+        self.filed = filed
         if self.standing in PASSED and not self._timer.isActive():
             self._timer.start()
         if filed.assessment.verdict is Verdict.GO:
