@@ -80,7 +80,7 @@ class TriggersPage(Page):
             shown.setEnabled(self.module.is_going or self.module.end is None)
         has_rows = bool(work.rows)
         self.detail.setVisible(has_rows)
-        if has_rows and self._is_review_wanted and work.reading is not None:
+        if has_rows and self._is_review_wanted and work.reading is not None and not work.is_busy:
             self._is_review_wanted = False
             self.table.choose(lambda row: row.is_on_module and row.seen.judgement is None)
         if has_rows and not self.table.selectionModel().hasSelection():
