@@ -70,7 +70,7 @@ def _result(closed: Band, opened: Band, threshold: float) -> GuidedResult:
 
 def _margin_row(name: str, band: Band, margin: float, tolerance: UserMessage) -> MeasuredValue:
     shown = message(f"{band.median_v:.1f} V ({margin:+.1f} V)")
-    return MeasuredValue(message(name), shown, tolerance, passed_if(margin >= MIN_MARGIN_V - ROUNDING_V), margin)
+    return MeasuredValue(message(name), shown, tolerance, passed_if(margin >= MIN_MARGIN_V - ROUNDING_V))
 
 
 def light_direction(result: GuidedResult) -> LightDirection | None:

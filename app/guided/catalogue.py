@@ -38,12 +38,12 @@ class GuidedTest(NamedTuple):
     safety: str
     steps: tuple[UserMessage, ...]
     prepare: Callable[[], Procedure[Measure]]
+    # It needs an active module, which must be locked afterwards in any case.
     is_active: bool = False
-    """It needs an active module, which must be locked afterwards in any case."""
     statement: str = ""
     confirms: tuple[str, ...] = ()
+    # Of the job that measures.
     expects: frozenset[EndReason] = frozenset()
-    """Of the job that measures."""
 
     @property
     def precautions(self) -> str:

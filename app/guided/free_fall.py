@@ -61,7 +61,7 @@ def prepare_free_fall() -> Procedure[Measure]:
 
 def _measure(threshold_g: float, time_s: float, _steps: PersonSteps) -> Procedure[GuidedResult]:
     """Against the module's thresholds."""
-    watch = StatusWatch(is_active=False, may_trigger=True)
+    watch = StatusWatch(is_active=False)
     yield from watch.begin(Report(0, STEPS, HOLD))
     still_at = yield from _until_still(watch)
     yield from watch.begin(Report(1, STEPS, DROP))
@@ -116,14 +116,12 @@ def _result(fall: MeasuredFall, time_s: float, *, has_fired: bool) -> GuidedResu
             message(f"{shortest:.2f}–{longest:.2f} s"),
             message(f"{SHORTEST_S:.2f}–{LONGEST_FALL_S:.2f} s"),
             verdict,
-            (shortest + longest) / 2,
         ),
         MeasuredValue(
             message(marked("Trigger")),
             message(marked("triggered")) if has_fired else not_triggered,
             not_triggered,
             passed_if(not has_fired),
-            float(has_fired),
         ),
     )
     advice = None

@@ -7,7 +7,7 @@ from collections.abc import Mapping
 
 from msgspec import convert, to_builtins
 
-from app.guided.results import GuidedKind, GuidedResult, StoredTest, stored_test
+from app.guided.results import GuidedKind, GuidedResult, MeasuredValue, StoredTest, stored_test
 from app.store.fact_store import Facts, Kept
 from app.store.kinds import GuidedTestDone, TestValue
 from app.text.messages import clean
@@ -24,9 +24,14 @@ def keep_test(
         adapter=clean(adapter),
         is_simulated=is_simulated,
         program=program,
-        measured=[convert(value.plain(), TestValue) for value in result.measured],
+        measured=[_kept(value) for value in result.measured],
     )
     facts.add(test, module)
+
+
+def _kept(value: MeasuredValue) -> TestValue:
+    texts = {"name": value.name, "shown": value.shown, "tolerance": value.tolerance}
+    return convert({key: text.to_json() for key, text in texts.items()} | {"verdict": value.verdict.value}, TestValue)
 
 
 def last_tests(facts: Facts, module: str, *, counts_simulated: bool) -> Mapping[GuidedKind, StoredTest]:

@@ -70,14 +70,11 @@ def _result(rest: _Counts, shaken: _Counts, interrupted: Interrupted | None = No
     none = message(marked("none"))
     rejected = rest.rejected + shaken.rejected
     shown = none if interrupted is None else interrupted.message
-    is_interrupted = interrupted is not None
     measured = (
         _lost(message(marked("Lost at rest")), rest),
         _lost(message(marked("Lost while shaken")), shaken),
-        MeasuredValue(
-            message(marked("Invalid bytes")), message(str(rejected)), none, passed_if(rejected == 0), rejected
-        ),
-        MeasuredValue(message(marked("Interruption")), shown, none, passed_if(not is_interrupted), int(is_interrupted)),
+        MeasuredValue(message(marked("Invalid bytes")), message(str(rejected)), none, passed_if(rejected == 0)),
+        MeasuredValue(message(marked("Interruption")), shown, none, passed_if(interrupted is None)),
     )
     is_fine = all(value.verdict is GuidedVerdict.PASSED for value in measured)
     advice = None if is_fine else message(marked("Check plugs, ground and cable length."))
@@ -87,4 +84,4 @@ def _result(rest: _Counts, shaken: _Counts, interrupted: Interrupted | None = No
 def _lost(name: UserMessage, counts: _Counts) -> MeasuredValue:
     shown = message(f"{counts.lost} / {counts.asked}")
     verdict = passed_if(counts.lost == 0) if counts.asked else GuidedVerdict.UNCLEAR
-    return MeasuredValue(name, shown, message(marked("none")), verdict, counts.lost)
+    return MeasuredValue(name, shown, message(marked("none")), verdict)

@@ -48,23 +48,10 @@ def passed_if(is_fine: bool) -> GuidedVerdict:
 
 
 class MeasuredValue(NamedTuple):
-    """`value`: for programs, in the unit of `shown`; None if unknown."""
-
     name: UserMessage
     shown: UserMessage
     tolerance: UserMessage
     verdict: GuidedVerdict
-    value: float | None = None
-
-    def plain(self) -> dict[str, object]:
-        """For the store and for records."""
-        return {
-            "name": self.name.to_json(),
-            "shown": self.shown.to_json(),
-            "tolerance": self.tolerance.to_json(),
-            "verdict": self.verdict.value,
-            "value": self.value,
-        }
 
 
 class GuidedResult(NamedTuple):
@@ -83,7 +70,7 @@ class GuidedResult(NamedTuple):
 
 
 class StoredTest(Struct, frozen=True, kw_only=True, rename={"kind": "test"}):
-    """A result that was kept. `at`: ISO 8601; `measured`: as `MeasuredValue.plain` gives it."""
+    """A result that was kept. `at`: ISO 8601; `measured`: as the store keeps a `MeasuredValue`."""
 
     kind: GuidedKind
     verdict: GuidedVerdict

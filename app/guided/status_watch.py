@@ -66,10 +66,10 @@ def _out_of_time() -> UserError:
 
 class StatusWatch:
     """Hands out the reports one by one. Raises `UserError` when the module is not in the state that the test needs, or
-    when a step, or all of it (`longest_s`), takes too long. `may_trigger`: a reported trigger is part of the test."""
+    when a step, or all of it (`longest_s`), takes too long."""
 
-    def __init__(self, *, is_active: bool, may_trigger: bool, longest_s: float = inf) -> None:
-        self._is_active, self._may_trigger, self._longest_s = is_active, may_trigger, longest_s
+    def __init__(self, *, is_active: bool, longest_s: float = inf) -> None:
+        self._is_active, self._longest_s = is_active, longest_s
         self._waiting: deque[StatusSample] = deque()
         self._began_at: float | None = None
         self._step_began_at = 0.0
@@ -106,18 +106,9 @@ class StatusWatch:
                 self._waiting.append(report)
 
     def _check(self, report: StatusSample) -> None:
-        is_other = report.active is not self._is_active
-        if not is_other and (self._may_trigger or not report.triggered):
-            self._against = 0
-            return
-        self._against += 1
-        if self._against < AGREEING:
-            return
-        if not is_other:
-            raise UserError(marked("The module reports that it has fired."))
-        if self._is_active:
-            raise UserError(marked("The module was locked."))
-        raise UserError(marked("ACTIVE during the test."))
+        self._against = 0 if report.active is self._is_active else self._against + 1
+        if self._against >= AGREEING:
+            raise UserError(marked("The module was locked.") if self._is_active else marked("ACTIVE during the test."))
 
 
 def require_locked() -> Procedure[None]:

@@ -91,7 +91,7 @@ def prepare_tilt() -> Procedure[Measure]:
 
 def _measure(threshold: float, _steps: PersonSteps) -> Procedure[GuidedResult]:
     """Needs an active module. The caller locks it afterwards in any case."""
-    watch = StatusWatch(is_active=True, may_trigger=True, longest_s=MAX_S)
+    watch = StatusWatch(is_active=True, longest_s=MAX_S)
     turns: list[Turn] = []
     for number, direction in enumerate(TiltDirection, 1):
         turns.append((yield from _turn(watch, threshold, number, direction)))
@@ -183,7 +183,7 @@ def _fired_row(side: UserMessage, turn: Turn | None, threshold: float) -> Measur
     if turn.fired is None:
         shown = message(marked("not up to {angle:.0f}°"), angle=turn.reached_deg)
         return MeasuredValue(name, shown, _tolerance(threshold), GuidedVerdict.FAILED)
-    return _judged(name, turn.fired, threshold, turn.fired.high_deg)
+    return _judged(name, turn.fired, threshold)
 
 
 def _rearmed_row(side: UserMessage, turn: Turn | None, reset: float) -> MeasuredValue:
@@ -192,14 +192,13 @@ def _rearmed_row(side: UserMessage, turn: Turn | None, reset: float) -> Measured
         return _not_tested(name, reset)
     if turn.rearmed is None:
         return MeasuredValue(name, message(marked("no")), _tolerance(reset), GuidedVerdict.FAILED)
-    return _judged(name, turn.rearmed, reset, turn.rearmed.low_deg)
+    return _judged(name, turn.rearmed, reset)
 
 
-def _judged(name: UserMessage, span: Span, target_deg: float, first_deg: float) -> MeasuredValue:
-    """`first_deg`: angle of the first report after the change."""
+def _judged(name: UserMessage, span: Span, target_deg: float) -> MeasuredValue:
     # Moved too fast, the angle tells of the hand, not of the module.
     verdict = passed_if(span.is_near(target_deg)) if span.is_sharp else GuidedVerdict.UNCLEAR
-    return MeasuredValue(name, span.message(), _tolerance(target_deg), verdict, first_deg)
+    return MeasuredValue(name, span.message(), _tolerance(target_deg), verdict)
 
 
 def _not_tested(name: UserMessage, target_deg: float) -> MeasuredValue:

@@ -123,7 +123,6 @@ class TestValue(Struct, frozen=True, kw_only=True):
     shown: MessageText
     tolerance: MessageText
     verdict: Word
-    value: float | None = None
 
 
 class GuidedTestDone(Content, frozen=True, kw_only=True):
