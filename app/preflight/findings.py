@@ -19,10 +19,10 @@ class CheckResult(Enum):
 
     PASS = "pass"  # noqa: S105  no password
     FAIL = "fail"
+    # Does not stand against GO.
     WARN = "warn"
-    """Does not stand against GO."""
+    # Counts as failed.
     UNKNOWN = "unknown"
-    """Counts as failed."""
 
 
 RESULT_WORDS = {
@@ -40,14 +40,14 @@ class Person:
     who: str = ""
     module: str | None = None
     aircraft: str = ""
+    # The trigger records on the module have been reviewed or, where it is silent to the query, it is new.
     are_records_reviewed: bool = False
-    """The trigger records on the module have been reviewed or, where it is silent to the query, it is new."""
+    # Said by the person although boot count or records speak against it.
     is_same_module: bool = False
-    """Said by the person although boot count or records speak against it."""
+    # Approved by the person although they are not those of the last check that passed, or none did.
     are_settings_approved: bool = False
-    """Approved by the person although they are not those of the last check that passed, or none did."""
+    # `module` is that of --module; else a person said it in this conversation.
     is_named_by_option: bool = False
-    """`module` is that of --module; else a person said it in this conversation."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

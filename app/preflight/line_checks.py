@@ -14,10 +14,10 @@ from protocol.fields import Value
 from protocol.translatable import marked
 
 CHECK_LINE = message(marked("Make sure that one module only is on this line; else do not fly."))
+# Of about forty in two seconds.
 REPORTS_NEEDED = 15
-"""Of about forty in two seconds."""
+# Answers, of three, for cell voltage, charging and light to be known.
 _RAW_NEEDED = 2
-"""Answers, of three, for cell voltage, charging and light to be known."""
 
 
 def connection(case: Case) -> Finding:

@@ -24,18 +24,18 @@ from protocol.events import Event
 from protocol.fields import Value
 from protocol.translatable import marked
 
+# 15 minutes, then the check has to be repeated.
 VALID_FOR_S = 900.0
-"""15 minutes, then the check has to be repeated."""
+# All pre-flight checks, in the order of the page.
 CHECKS: tuple[Check, ...] = (*LINE_CHECKS, *MODULE_CHECKS)
-"""All pre-flight checks, in the order of the page."""
 TITLES: Mapping[str, str] = {
     **{command.key: command.title for command in SETTINGS},
     "charging": marked("Charging"),
     "cell_voltage_v": marked("Cell voltage"),
     "light_v": marked("Light"),
 }
+# While GO or READY stands, everything is read again this often.
 REREAD_EVERY_S = 10.0
-"""While GO or READY stands, everything is read again this often."""
 
 
 class Verdict(Enum):

@@ -39,6 +39,7 @@ class CheckLimit(NamedTuple):
     shown: str
 
 
+# All are our choice; the vendor gives voltage steps only.
 LIMITS: Mapping[str, CheckLimit] = MappingProxyType({
     # Of 20. A cable of a metre loses none.
     "heartbeats_lost_max": CheckLimit(
@@ -63,7 +64,6 @@ LIMITS: Mapping[str, CheckLimit] = MappingProxyType({
     "cell_voltage_min_v": CheckLimit(
         "cell_voltage", 3.8, 3.5, 4.2, marked("a lithium cell has 3.5 V to 4.2 V"), is_maximum=False, shown="{:.2f} V"),
 })  # fmt: skip
-"""All are our choice; the vendor gives voltage steps only."""
 
 
 class ManualLine(NamedTuple):

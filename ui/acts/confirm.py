@@ -13,8 +13,8 @@ from ui.widgets.gestures import gestures
 from ui.widgets.layouts import in_column, in_row
 from ui.widgets.step_button import StepButton, bring_into_sight, is_in_sight, leave_focus
 
+# An unanswered question is withdrawn after this time.
 ASKS_FOR_S: Final = 10.0
-"""An unanswered question is withdrawn after this time."""
 CHECK_EVERY_MS: Final = 100
 
 

@@ -21,8 +21,8 @@ from ui.style.theme import Meaning
 from ui.widgets.notice_bar import Notice
 
 ASKING: Final = marked("Asking the module…")
+# What the person is about to do: not shown as an open condition.
 _ASKED_ANYWAY: Final = (Interlock.CONFIRMED, Interlock.RITUAL_DONE)
-"""What the person is about to do: not shown as an open condition."""
 
 
 def open_conditions(services: Services, act: Act) -> tuple[Refusal, ...]:

@@ -64,8 +64,8 @@ class RitualWidget(QFrame):
         self._services, self._ports = services, services.ports
         # Why it was disarmed: it stays when the next conversation begins, since the person held the button.
         self._disarmed: Notice | None = None
+        # The number of the one in which it was chosen.
         self._conversation = 0
-        """The number of the one in which it was chosen."""
         self._title = named(ElidedLabel(), "ritual_title", "strong")
         self._effect = text_label("ritual_effect", "small")
         self.conditions = text_label("ritual_conditions", "attention")

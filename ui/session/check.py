@@ -74,10 +74,10 @@ class ModuleCheck(QObject):
         device = "" if self.target is None else self.target.device
         self.evidence = Evidence(port=device, may_have_fired=module.may_have_fired)
         self.filed: Filed | None = None
+        # Set during the check, it voids it when it ends.
         self.void: Void | None = None
-        """Set during the check, it voids it when it ends."""
+        # Why it was not kept.
         self.trouble: UserError | None = None
-        """Why it was not kept."""
         self.progress: Report | None = None
         self._filing: BackgroundTask[Filed] = BackgroundTask("dps-s check", self)
         self._rereading: Job[StateReading] | None = None

@@ -62,21 +62,21 @@ class Guided(QObject):
         self._module, self._storage, self._lock = module, storage, lock
         self.kind = GuidedKind.TILT
         self.stage = Stage.READY
+        # The person's statement, for the next test.
         self.is_stated_safe = False
-        """The person's statement, for the next test."""
+        # Who tests.
         self.who = ""
-        """Who tests."""
         self.steps = PersonSteps()
         self.outcome: GuidedResult | UserError | None = None
+        # The name under which the last result was measured.
         self.tested_as = ""
-        """The name under which the last result was measured."""
+        # Says why a result was not kept.
         self.trouble: str | None = None
-        """Says why a result was not kept."""
         self.owes_lock = False
+        # The last result of each test, as it is kept under the module's name.
         self.last: Mapping[GuidedKind, StoredTest] = {}
-        """The last result of each test, as it is kept under the module's name."""
+        # What is measured once it is prepared.
         self._measuring: Measure | None = None
-        """What is measured once it is prepared."""
         self._shown: Report | None = None
         self._job = module.job("guided")
         self._job.changed.connect(self.changed)

@@ -175,17 +175,6 @@ def test_whatever_ends_the_conversation_makes_it_void_with_that_sentence(reason:
     assert not any(flag.is_enabled for flag in evidence.flags.values())
 
 
-def test_a_check_that_a_person_cancels_says_so() -> None:
-    rig, evidence = settled_rig(), Evidence(port="sim")
-    job = rig.job(run_preflight(evidence))
-    rig.step_for(1.0)
-    job.cancel()
-    rig.step_until(lambda: job.has_ended)
-    assert isinstance(job.error, Cancelled)
-    assert evidence.void is not None
-    assert evidence.void.message.in_english() == "It was cancelled."
-
-
 def test_the_first_reason_stays() -> None:
     evidence = Evidence(port="sim")
     evidence.note_error(Interrupted(EndReason.SLEPT))

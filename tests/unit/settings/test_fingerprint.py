@@ -66,13 +66,6 @@ def test_the_check_finds_every_single_error() -> None:
         assert not is_fingerprint(text)
 
 
-@pytest.mark.promise("f")
-def test_the_serial_output_which_the_program_switches_is_in_no_profile_and_no_snapshot() -> None:
-    known = {command.key: Known(True, How.ACKNOWLEDGED, 1.0) for command in SETTINGS}
-    others = {command.key for command in SETTINGS} - {"serial_output"}
-    assert ConversationView(number=1, values=MappingProxyType(known)).settings(2.0).keys() == others
-
-
 @pytest.mark.parametrize(
     ("known", "ended", "match", "is_ticked"),
     [

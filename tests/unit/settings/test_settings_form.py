@@ -6,9 +6,7 @@ from typing import Any
 import pytest
 
 from app.engine.conversation import ConversationView, How, Known
-from app.procedures.read import read_everything
-from app.procedures.stream import StreamSwitch
-from app.procedures.write import SetReply, SettingChange, WriteContext, WriteFault, Written, write_all
+from app.procedures.write import SetReply, WriteFault, Written
 from app.settings.form import FormRow, RowState, SettingsForm
 from app.settings.profiles import SETTINGS_BY_KEY
 from app.settings.values import DEFAULTS, MAX_NUMBER_LENGTH, field_of, parse_value
@@ -16,8 +14,6 @@ from app.text.user_error import UserError
 from protocol.catalogue import BAUD_RATE, SETTINGS
 from protocol.events import Ended, EndReason
 from protocol.fields import Value
-from tests.support.journals import FakeJournal
-from tests.support.line.sim_line import watched_rig
 
 NOW = 1000.0
 TILT, TIME, LIGHT, FLAG = "attitude_threshold_deg", "freefall_time_s", "light_threshold_v", "attitude_trigger"
@@ -93,29 +89,6 @@ def test_verified_is_what_was_read_back_and_stands_until_it_is_set_again() -> No
     assert not form.has_drafts
     assert row(form, TILT, known(How.ACKNOWLEDGED, changes={TILT: 75})).state is RowState.ACKNOWLEDGED
     assert row(form, TILT, known(changes={TILT: 75})).state is RowState.READ
-
-
-@pytest.mark.promise("f")
-def test_what_reads_otherwise_later_ends_the_conversation_and_with_it_the_form() -> None:
-    rig, form = watched_rig(StreamSwitch()), SettingsForm()
-    rig.run(read_everything())
-    change = SettingChange(BY_KEY[TIME], 1.2)
-    form.begin_write([change])
-    report = rig.run(write_all([change], WriteContext(journal=FakeJournal())))
-    form.on_written(report.results, rig.conversation, rig.clock())
-    for _ in range(3):
-        rig.step_for(10.0)
-        found = next(one for one in form.rows(rig.conversation, rig.clock()) if one.command.key == TIME)
-        assert found.state is RowState.VERIFIED
-    rig.bench.module.memory.freefall_time = 20
-    number = rig.conversation.number
-    rig.step_until(lambda: rig.conversation.number != number or not rig.conversation.is_going, limit_s=12.0)
-    ended = rig.conversation.ended
-    assert ended is not None
-    assert ended.contradiction is not None
-    assert ended.contradiction.after.value == 0.2
-    stale = next(one for one in form.rows(rig.conversation, rig.clock()) if one.command.key == TIME)
-    assert stale.state is RowState.STALE
 
 
 def test_a_setting_that_cannot_be_read_back_is_never_verified() -> None:

@@ -39,8 +39,8 @@ class PreflightForm(QWidget):
         self._services, self._result = services, result
         self.ask_open: AskOpen = ask_profile
         self.profile: Profile | None = None
+        # Of the profile.
         self.path: Path | None = None
-        """Of the profile."""
         self.who = named(QLineEdit(services.preferences.who), "preflight_who")
         self.who.setAccessibleName(tr("Checked by"))
         self.who.setMaxLength(MAX_NAME_LENGTH)
@@ -57,8 +57,8 @@ class PreflightForm(QWidget):
         self.menu = named(QMenu(self.choose), "preflight_profile_menu")
         self.menu.aboutToShow.connect(self._fill_menu)
         self.choose.setMenu(self.menu)
+        # Person and aircraft.
         self.committed = self._entered()
-        """Person and aircraft."""
         self.enter_aircraft()
         self.who.editingFinished.connect(self.commit)
         self.aircraft.editingFinished.connect(self.commit)

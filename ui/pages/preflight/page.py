@@ -46,8 +46,8 @@ from ui.widgets.step_button import StepButton
 from ui.widgets.visibility_timer import VisibilityTimer
 
 REFRESH_EVERY_MS: Final = 250
+# The last one has no tab: it is opened from the form.
 VIEWS: Final = ("checks", "guided", "past", "profile")
-"""The last one has no tab: it is opened from the form."""
 
 
 class PreflightPage(Page):
@@ -80,12 +80,12 @@ class PreflightPage(Page):
         self.exporting = self.export
         self._main: QPushButton = self.run
         self.view = "checks"
+        # For which module ticks and aircraft were entered, by its name.
         self._named = ""
-        """For which module ticks and aircraft were entered, by its name."""
+        # Once the record with the last entries is kept.
         self._is_export_wanted = False
-        """Once the record with the last entries is kept."""
+        # What was announced last.
         self._announced = Standing.NOT_CHECKED
-        """What was announced last."""
         VisibilityTimer(self, self.refresh, every_ms=REFRESH_EVERY_MS, tick=self.tick)
         self._lay_out()
         self._wire()

@@ -37,8 +37,8 @@ from ui.widgets.number_line import NumberKind, NumberLine
 from ui.widgets.sliders import WheelGuard
 from ui.widgets.visibility_timer import VisibilityTimer
 
+# The finest that a profile's number may be.
 _STEP: Final = 0.0001
-"""The finest that a profile's number may be."""
 _ACTIVATED: Final = {ActivatedBy.PERSON: marked("a person"), ActivatedBy.AIRCRAFT: marked("the aircraft")}
 
 
@@ -78,8 +78,8 @@ class ProfileEditor(QWidget):
         self.ask_save: AskPath = ask_path
         self._preferences = services.preferences
         self._path: Path | None = None
+        # As it is in its file, and as the fields show it: without spaces around its texts.
         self._original = self._unedited = Profile(name="")
-        """As it is in its file, and as the fields show it: without spaces around its texts."""
         self.name, self.airframe = named(QLineEdit(), "profile_name"), named(QLineEdit(), "profile_airframe")
         for line in (self.name, self.airframe):
             line.setMaxLength(MAX_NAME_LENGTH)
@@ -97,8 +97,8 @@ class ProfileEditor(QWidget):
             test.kind: _field(f"profile_test_{test.kind.value}", tr(TITLES[test.kind]), tr("Not older than"), days)
             for test in GUIDED_TESTS
         }
+        # The last one is empty: a new check is typed there.
         self.manual: list[ManualEditor] = []
-        """The last one is empty: a new check is typed there."""
         self.strip = named(NoticeBar(), "profile_editor_notice")
         self.cancel = named(QPushButton(tr("Cancel")), "profile_cancel")
         self.save_as = named(QPushButton(tr("Save as…")), "profile_save_as")
@@ -154,32 +154,32 @@ class ProfileEditor(QWidget):
 
     @property
     def is_edited(self) -> bool:
-        return self.profile != self._unedited or bool(self._wrong_numbers())
+        return self.profile != self._unedited or self._wrong_number() is not None
 
-    def faults(self) -> tuple[str, ...]:
-        """Why a file with this content would be refused, or would not hold what is typed."""
-        wrong = self._wrong_numbers()
-        if wrong:
-            return tuple(labelled(field.accessibleName(), field.kind.range_text) for field in wrong)
+    def fault(self) -> str:
+        """Why a file with this content would be refused, or would not hold what is typed; empty where it would not."""
+        wrong = self._wrong_number()
+        if wrong is not None:
+            return labelled(wrong.accessibleName(), wrong.kind.range_text)
         try:
             parse_profile(profile_text(self.profile).encode("utf-8", "surrogatepass"))
         except ProfileRefused as refusal:
-            return (refusal.sentence,)
-        return ()
+            return refusal.sentence
+        return ""
 
-    def _wrong_numbers(self) -> list[NumberLine]:
-        return [field for field in (*self.limits.values(), *self.tests.values()) if field.is_wrong]
+    def _wrong_number(self) -> NumberLine | None:
+        return next((field for field in (*self.limits.values(), *self.tests.values()) if field.is_wrong), None)
 
     def refresh(self) -> None:
         if len(self.manual) < MAX_ITEMS and (not self.manual or self.manual[-1].line.text):
             self._add_manual(ManualLine(""))
-        faults = self.faults()
-        if faults:
-            self.strip.show_notice(Notice(Meaning.ATTENTION, "\n".join(faults[:3])))
+        fault = self.fault()
+        if fault:
+            self.strip.show_notice(Notice(Meaning.ATTENTION, fault))
         elif self.strip.notice is not None and not self.strip.notice.choices:
             self.strip.show_notice(None)
-        self.save.setEnabled(not faults and (self.is_edited or self._path is None))
-        self.save_as.setEnabled(not faults)
+        self.save.setEnabled(not fault and (self.is_edited or self._path is None))
+        self.save_as.setEnabled(not fault)
 
     # What a person does
 

@@ -27,12 +27,12 @@ from ui.widgets.controls import named, set_role
 from ui.widgets.labels import text_label
 from ui.widgets.layouts import in_column, in_row
 
+# Capitals 12 mm high on a usual laptop are read at three metres, and leave room for the rows below.
 WORD_PX, QUIET_PX = 68, 32
-"""Capitals 12 mm high on a usual laptop are read at three metres, and leave room for the rows below."""
+# Announced as soon as they come.
 SPOKEN: Final = (*LOUD, Standing.VOID)
-"""Announced as soon as they come."""
+# Checks named beside the verdict; the rows name all.
 MAX_NAMED: Final = 5
-"""Checks named beside the verdict; the rows name all."""
 _SHAPES: Final = Path(__file__).parent / "verdict.svg"
 
 

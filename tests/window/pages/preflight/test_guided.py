@@ -258,20 +258,6 @@ def test_an_error_anywhere_in_the_window_locks(bench: GestureBench, qtbot: QtBot
     assert "program error" in bench.guided.verdict.text()
 
 
-@pytest.mark.promise("c")
-def test_a_lost_link_is_said_and_not_taken_for_locked(bench: GestureBench) -> None:
-    activated(bench)
-    bench.bench.change(drop=1.0, direction="both")
-    bench.wait(8.0)
-    assert isinstance(bench.guided.work.outcome, UserError)
-    assert bench.bench.module.state.is_active
-    bench.wait(10.0)
-    failed = given(bench.assembly.ports.current.lock.failed)
-    assert "treat the module as ACTIVE" in failed.sentence
-    notice = given(bench.guided.notice_bar.notice)
-    assert failed.sentence in notice.text
-
-
 @pytest.mark.promise("l")
 def test_that_the_module_reports_locked_is_not_said_while_it_is_silent(bench: GestureBench) -> None:
     activated(bench)

@@ -1,7 +1,6 @@
 """From READY to GO and back on the Pre-flight page, and what ends either while it stands."""
 
 import re
-from collections.abc import Callable
 from pathlib import Path
 
 import pytest
@@ -113,15 +112,6 @@ def test_where_the_module_may_have_fired_before_a_restart_there_is_no_ready(rig:
     assert rig.check() is Standing.READY
 
 
-def test_an_acknowledgement_alone_is_no_go(rig: OnBench) -> None:
-    page = rig.preflight
-    assert rig.check() is Standing.READY
-    rig.bench.module.activate = lambda *, is_active: None  # type: ignore[method-assign]
-    activate(rig)
-    rig.wait(1.5)
-    assert page.work.standing is not Standing.GO
-
-
 def test_where_the_aircraft_activates_ready_is_the_end(tmp_path: Path, rig: OnBench) -> None:
     profile = tmp_path / "h6.toml"
     profile.write_text('[expectations]\nactivated_by = "aircraft"\n', encoding="utf-8")
@@ -181,28 +171,6 @@ def test_where_the_lock_of_this_module_is_not_reported_nothing_is_enabled(
 def rereads(monkeypatch: pytest.MonkeyPatch) -> None:
     """What a verdict depends on, every 0.2 s."""
     monkeypatch.setattr("ui.session.check.REREAD_EVERY_S", 0.2)
-
-
-def _set(name: str, raw: int) -> Callable[[OnBench], None]:
-    return lambda bench: setattr(bench.bench.module.memory, name, raw)
-
-
-@pytest.mark.parametrize(("change", "what", "is_active"), [
-    (_set("attitude_threshold", 200), "Attitude threshold: 60° → 200°", True),
-    (_set("freefall_time", 10), "Free-fall time", False),
-])  # fmt: skip
-@pytest.mark.promise("f")
-def test_other_settings_end_a_verdict_that_stands(
-    rereads: None, is_active: bool, change: Callable[[OnBench], None], what: str, rig: OnBench
-) -> None:
-    assert rig.check() is Standing.READY
-    if is_active:
-        activate(rig)
-        rig.wait_standing(Standing.GO)
-    change(rig)
-    rig.wait_standing(Standing.VOID, Standing.NOT_CHECKED)
-    bar = rig.assembly.window.notice_bar
-    rig.until(lambda: what.split(":")[0] in notice_text(bar))
 
 
 @pytest.mark.promise("f")

@@ -12,7 +12,6 @@ from PySide6.QtWidgets import QLineEdit
 from app.engine.worker import Batch
 from app.preflight.findings import CheckResult, Person
 from app.safety.acts import REQUESTS, Act
-from app.simulator import bench as benches
 from app.store.fired import note_triggered
 from protocol.events import Sent
 from tests.support.window.fakes_ui import store_of
@@ -152,21 +151,3 @@ def test_a_new_check_shows_nothing_of_the_old_one(rig: OnBench) -> None:
     assert all(not row.measured.text() for row in page.list.rows.values())
     assert not page.export.isEnabled()
     rig.wait_standing(Standing.NO_GO)
-
-
-@pytest.mark.promise("f")
-def test_a_twin_behind_the_same_port_is_never_ready_or_go(rig: OnBench) -> None:
-    connector = rig.assembly.ports
-    name_module(rig, "M-07")
-    assert rig.check() is Standing.READY
-    connector.current.disconnect_port()
-    rig.until(lambda: not connector.current.is_open)
-    benches.remove_bench(rig.name)
-    rig.bench = benches.module(rig.name)
-    rig.bench.module.activate(is_active=True)
-    rig.connect()
-    rig.until(lambda: rig.preflight.work.can_check and rig.preflight.work.reported_active)
-    name_module(rig, "M-07")
-    assert rig.check(is_enabling=False) in (Standing.NO_GO, Standing.VOID)
-    assessment = given(rig.preflight.work.assessment)
-    assert {"attitude_trigger", "freefall_trigger"} <= set(assessment.open_checks)
