@@ -15,7 +15,7 @@ from app.procedures.write import SettingChange, WriteContext, write_all
 from app.safety.acts import REQUESTS, Act
 from app.safety.interlocks import Interlock
 from app.safety.journal import Outcome
-from app.safety.permit import Origin, Permit
+from app.safety.permit import Permit
 from app.text.i18n import CHINESE, set_language
 from protocol.catalogue import BY_NAME, STATUS, Hazard
 from tests.support.journals import FakeJournal
@@ -62,10 +62,6 @@ def test_an_act_that_is_allowed_is_done_once_and_confirmed(act: Act) -> None:
 
 PERMITS: dict[str, Callable[[Rig, Act], Permit | None]] = {
     "no permit": lambda _rig, _act: None,
-    "old": lambda rig, act: replace(rig.permit(act), granted_at=rig.clock() - 7),
-    "spent": lambda rig, act: replace(rig.permit(act), is_spent=True),
-    "ahead": lambda rig, act: replace(rig.permit(act), granted_at=rig.clock() + 60),
-    "another act": lambda rig, _act: replace(rig.permit(Act.LOCK), origin=Origin.RITUAL),
     "another conversation": lambda rig, act: replace(rig.permit(act), conversation=rig.conversation.number + 1),
 }
 
