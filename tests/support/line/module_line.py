@@ -9,7 +9,7 @@ BYTE_S = 10 / 115200
 
 
 class ModuleLine:
-    """A `Line`; every module hears everything, and all of them speak."""
+    """A `Line`; every module at its rate hears everything, and all of them speak."""
 
     def __init__(self, clock: FakeClock, *modules: Module) -> None:
         self.clock, self.modules = clock, modules
@@ -20,7 +20,8 @@ class ModuleLine:
     def read(self, longest_s: float, gather_s: float) -> bytes:
         end_s = self.clock.now_s + longest_s
         while True:
-            if data := b"".join(module.speak(self.clock.now_s) for module in self.modules):
+            said = [(module.speak(self.clock.now_s), module.rate) for module in self.modules]
+            if data := b"".join(part for part, rate in said if rate == self.baud_rate):
                 self.clock.now_s += len(data) * BYTE_S
                 return data
             if self.clock.now_s >= end_s:
@@ -31,7 +32,8 @@ class ModuleLine:
     def write(self, data: bytes) -> None:
         self.clock.now_s += len(data) * BYTE_S
         for module in self.modules:
-            module.hear(data, self.clock.now_s)
+            if module.rate == self.baud_rate:
+                module.hear(data, self.clock.now_s)
 
     def use_rate(self, baud_rate: int) -> None:
         self.baud_rate = baud_rate

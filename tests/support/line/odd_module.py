@@ -33,7 +33,6 @@ Mark = int | tuple[int, int]
 Acknowledge = StrEnum("Acknowledge", ["ECHO", "ONE"])
 Delivery = StrEnum("Delivery", ["TOGETHER", "SPACED", "PIECES"])
 EmptySlots = StrEnum("EmptySlots", ["NONE", "ZEROS", "ONES"])
-BaudChange = StrEnum("BaudChange", ["OLD", "NEW", "RESTART"])
 Streaming = StrEnum("Streaming", ["YES", "ACKNOWLEDGED", "SILENT"])
 
 
@@ -103,13 +102,10 @@ class OddSetup(Setup):
     """(E6)"""
     empty_slots: EmptySlots = _word(EmptySlots.ZEROS)
     """(E7)"""
-    baud_ack: BaudChange = _word(BaudChange.OLD)
-    """(E9)"""
     light_inverted: bool = _quirk()
     """(E11)"""
     stream: Streaming = _word(Streaming.YES)
     stream_at_boot: bool = _quirk()
-    keeps: bool = switch("a dialect", default=True)
     refuses: bool = _quirk()
     locks: bool = switch("a lie", default=True)
     shuts_down: bool = switch("a lie", default=True)
@@ -222,8 +218,6 @@ class OddModule(SimulatedModule):
         setup = odd(self)
         code = request.command.code
         self._answering = code
-        rate = self.baud_rate
-        zero_tilt_deg = self.memory.zero_tilt_deg
         if code == RECORD_CODE:
             self._send_records(now_s)
         elif code != 0x13 or setup.stream is not Streaming.SILENT:
@@ -232,10 +226,6 @@ class OddModule(SimulatedModule):
         self._answering = 0
         if code == 0x13 and setup.stream is Streaming.ACKNOWLEDGED:
             self.stop_stream()
-        if code == 0x24 and setup.baud_ack is BaudChange.RESTART:
-            self.baud_rate = rate
-        if code == 0x25 and not setup.keeps:
-            self.memory.zero_tilt_deg = zero_tilt_deg
 
     def _kept(self, request: Request) -> Request:
         """The set that is really carried out."""
@@ -248,8 +238,7 @@ class OddModule(SimulatedModule):
             self._acknowledgement = FAILED if by_one else old
             return request._replace(data=old)
         self._acknowledgement = ACCEPTED if by_one else request.data
-        is_kept = setup.locks or request != LOCK if code == 0x10 else setup.keeps
-        return request if is_kept else request._replace(data=old)
+        return request if setup.locks or request != LOCK else request._replace(data=old)
 
     def send(self, data: bytes, now_s: float) -> None:
         setup = odd(self)
@@ -263,8 +252,6 @@ class OddModule(SimulatedModule):
                 code = setup.voltage_code
             if code != 0x01:
                 data = encode_reply(code, value)
-        if self._answering == 0x24 and setup.baud_ack is BaudChange.NEW:
-            self.baud_rate = self.memory.baud_rate
         super().send(data, now_s)
 
     def _send_records(self, now_s: float) -> None:
