@@ -28,6 +28,15 @@ def ran(*command: object, **own: str) -> "subprocess.CompletedProcess[str]":
     )  # fmt: skip
 
 
+def dps_s(*words: object) -> "subprocess.CompletedProcess[str]":
+    """Run the program on a real port; again where the machine stood still for a moment, which ends a conversation."""
+    for _ in range(5):
+        done = ran(*PROGRAM, *words)
+        if "silent for a moment" not in done.stdout + done.stderr:
+            break
+    return done
+
+
 def ran_code(code: str, *words: object, **own: str) -> "subprocess.CompletedProcess[str]":
     return ran(sys.executable, "-c", code, *words, **own)
 

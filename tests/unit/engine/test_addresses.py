@@ -10,7 +10,7 @@ import pytest
 
 from tests.module.line import Line, now
 from tests.module.module import Module
-from tests.support.processes import PROGRAM, ran
+from tests.support.processes import dps_s
 from tests.unit.engine import tcp_peers
 
 pytestmark = [
@@ -30,11 +30,11 @@ def test_a_module_behind_a_serial_server_is_read_set_and_locked(scheme: str, ser
     module.settings[0x10] = 1
     with Line(module) as line, server(line.port) as address:
         port = f"{scheme}://{address}"
-        locked = ran(*PROGRAM, "lock", "--port", port)
+        locked = dps_s("lock", "--port", port)
         assert locked.returncode == 0, locked.stderr
-        written = ran(*PROGRAM, "set", "freefall_time_s=0.90", "--port", port)
+        written = dps_s("set", "freefall_time_s=0.90", "--port", port)
         assert written.returncode == 0, written.stderr
-        read = ran(*PROGRAM, "read", "--json", "--port", port)
+        read = dps_s("read", "--json", "--port", port)
     assert read.returncode == 0, read.stderr
     assert json.loads(read.stdout)["settings"]["freefall_time_s"] == 0.9
     assert module.settings[0x10] == 0
@@ -45,9 +45,9 @@ def test_behind_a_plain_socket_the_rate_is_neither_found_nor_changed() -> None:
     module = Module(now=now())
     with Line(module) as line, tcp_peers.raw_bridge(line.port) as address:
         port = f"socket://{address}"
-        found = ran(*PROGRAM, "find", "--json", "--port", port)
-        read = ran(*PROGRAM, "read", "--json", "--port", port)
-        changed = ran(*PROGRAM, "set", "baud_rate=9600", "--accept-risk", "--port", port)
+        found = dps_s("find", "--json", "--port", port)
+        read = dps_s("read", "--json", "--port", port)
+        changed = dps_s("set", "baud_rate=9600", "--accept-risk", "--port", port)
     assert found.returncode == 2
     assert read.returncode == 0
     assert json.loads(read.stdout)["settings"]["baud_rate"] is None
@@ -68,7 +68,7 @@ PEERS: dict[str, Callable[[], AbstractContextManager[str]]] = {
 def test_what_is_no_serial_server_is_said_of_the_address(scheme: str, peer: str) -> None:
     with PEERS[peer]() as address:
         port = f"{scheme}://{address}"
-        ended = ran(*PROGRAM, "read", "--port", port)
+        ended = dps_s("read", "--port", port)
     assert ended.returncode == 3, ended.stderr
     assert ended.stderr.count("\n") == 1, ended.stderr
     assert port in ended.stderr
