@@ -150,12 +150,12 @@ class Board(QTableWidget):
         room = self.viewport().width() // _letter_px()
         for column in _WHERE_ROOM:
             self.setColumnHidden(column, room < _ALL or self._profile.profile is not None)
-        modes = QHeaderView.ResizeMode
-        self.horizontalHeader().setSectionResizeMode(
-            MODULE, modes.ResizeToContents if room >= _WITHOUT else modes.Fixed
-        )
-        if room < _WITHOUT:
-            self.setColumnWidth(MODULE, _NARROW * _letter_px())
+        header, modes = self.horizontalHeader(), QHeaderView.ResizeMode
+        if room >= _WITHOUT:
+            header.setSectionResizeMode(MODULE, modes.ResizeToContents)
+        else:
+            header.setSectionResizeMode(MODULE, modes.Fixed)
+            header.resizeSection(MODULE, _NARROW * _letter_px())
 
     def _add(self, port: Port) -> None:
         row = self.rowCount()
