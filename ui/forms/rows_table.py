@@ -1,4 +1,4 @@
-"""A table of whole rows, which are opened by double click or Enter and removed by Del; its search."""
+"""A table of whole rows, which are opened by double click or Enter; its search."""
 
 from collections.abc import Callable, Sequence
 from typing import Any, Final, Generic
@@ -23,12 +23,10 @@ _SEARCH_PX: Final = 140
 
 
 class RowsTable(QTableView, Generic[Row]):
-    """Makes a table of its columns; `says` is its accessible name, the rest as in `RowsModel`; without
-    `tell` a row is read as its cells. Sorted by a
-    column, newest or largest first, or not at all."""
+    """Makes a table of its columns; `says` is its accessible name, the rest as in `RowsModel`; without `tell` a row is
+    read as its cells. Sorted by a column, newest or largest first, or not at all."""
 
     opened = Signal()
-    remove_wanted = Signal()
 
     def __init__(
         self,
@@ -40,35 +38,29 @@ class RowsTable(QTableView, Generic[Row]):
         *,
         row_px: int,
         sorted_by: int | None = None,
-        order: Qt.SortOrder = Qt.SortOrder.DescendingOrder,
         is_single: bool = False,
-        searches_sentence: bool = False,
     ) -> None:
         super().__init__()
         control(self, name, says=says)
         self._widths: dict[int, int] = {}
-        self.source: RowsModel[Row] = RowsModel((), identify, tell or self._as_shown, self)
-        self.filter: RowsFilter[Row] = RowsFilter(self.source, self, searches_sentence=searches_sentence)
+        self.source: RowsModel[Row] = RowsModel(columns, identify, tell or self._as_shown, self)
+        self.filter: RowsFilter[Row] = RowsFilter(self.source, self)
         self.setModel(self.filter)
         list_rows(self, row_px=row_px)
         if is_single:
             self.setSelectionMode(QTableView.SelectionMode.SingleSelection)
         self.doubleClicked.connect(lambda _index: self.opened.emit())
-        self.show_columns(columns)
+        modes = QHeaderView.ResizeMode
+        for place, column in enumerate(columns):
+            mode = modes.ResizeToContents if column.widest is None else modes.Interactive
+            self.horizontalHeader().setSectionResizeMode(place, modes.Stretch if column.stretches else mode)
+        self.measure()
         if sorted_by is not None:
             self.setSortingEnabled(True)
-            self.sortByColumn(sorted_by, order)
+            self.sortByColumn(sorted_by, Qt.SortOrder.DescendingOrder)
 
     def _as_shown(self, row: Row) -> str:
         return ", ".join(column.text(row) for column in self.source.columns)
-
-    def show_columns(self, columns: Sequence[TableColumn[Row]]) -> None:
-        self.source.show_columns(columns)
-        modes = QHeaderView.ResizeMode
-        for place, column in enumerate(columns):
-            mode = modes.ResizeToContents if column.widest is None and not column.fixed_px else modes.Interactive
-            self.horizontalHeader().setSectionResizeMode(place, modes.Stretch if column.stretches else mode)
-        self.measure()
 
     def show_rows(self, rows: Sequence[Row]) -> None:
         self.source.show_rows(tuple(rows))
@@ -90,9 +82,7 @@ class RowsTable(QTableView, Generic[Row]):
         body, heads = QFontMetrics(font(Size.BODY)), QFontMetrics(font(Size.SMALL, is_bold=True))
         for place, column in enumerate(self.source.columns):
             width = heads.horizontalAdvance(tr(column.title)) + scaled(Space.XL) + 2
-            if column.fixed_px:
-                width = column.fixed_px
-            elif column.widest is not None:
+            if column.widest is not None:
                 icon_px = 0 if column.picture is None else scaled(IconSize.BUTTON)
                 text_px = body.horizontalAdvance(column.widest())
                 width = max(width, text_px + icon_px + 2 * scaled(_PAD_PX) + _FRAME_PX)
@@ -118,13 +108,10 @@ class RowsTable(QTableView, Generic[Row]):
         self._hide_spare()
 
     def keyPressEvent(self, event: QKeyEvent) -> None:
-        match event.key():
-            case Qt.Key.Key_Return | Qt.Key.Key_Enter:
-                self.opened.emit()
-            case Qt.Key.Key_Delete:
-                self.remove_wanted.emit()
-            case _:
-                super().keyPressEvent(event)
+        if event.key() in (Qt.Key.Key_Return, Qt.Key.Key_Enter):
+            self.opened.emit()
+        else:
+            super().keyPressEvent(event)
 
 
 class SearchedRows(QStackedWidget):

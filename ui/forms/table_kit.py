@@ -38,8 +38,6 @@ class TableColumn(Generic[Row]):
     ink: Callable[[Row], Meaning | None] = lambda _row: None
     widest: Callable[[], str] | None = None
     """The text that has to fit, in the language in use; without one the column is as wide as its contents."""
-    fixed_px: int = 0
-    """The width of a column of pictures."""
     stretches: bool = False
     """Takes what room remains, beside others that do."""
     is_spare: bool = False
@@ -60,12 +58,6 @@ class RowsModel(QAbstractTableModel, Generic[Row]):
         self.rows: Sequence[Row] = ()
         self.columns, self.tell = columns, tell
         self._identify = identify
-
-    def show_columns(self, columns: Sequence[TableColumn[Row]]) -> None:
-        """Replaces the columns, and removes the rows."""
-        self.beginResetModel()
-        self.columns, self.rows = columns, ()
-        self.endResetModel()
 
     def show_rows(self, rows: tuple[Row, ...]) -> None:
         """Replaces the rows; the same rows with other figures stay selected."""
@@ -123,11 +115,11 @@ class RowsModel(QAbstractTableModel, Generic[Row]):
 
 
 class RowsFilter(QSortFilterProxyModel, Generic[Row]):
-    """Shows the rows that contain all searched words, sorted by a column."""
+    """Shows the rows that contain all searched words, in a cell or in their sentence, sorted by a column."""
 
-    def __init__(self, model: RowsModel[Row], parent: QObject, *, searches_sentence: bool) -> None:
+    def __init__(self, model: RowsModel[Row], parent: QObject) -> None:
         super().__init__(parent)
-        self._model, self._searches_sentence = model, searches_sentence
+        self._model = model
         self._words: tuple[str, ...] = ()
         self.setSortRole(SORT_ROLE)
         self.setSourceModel(model)
@@ -141,10 +133,7 @@ class RowsFilter(QSortFilterProxyModel, Generic[Row]):
         row = self._model.rows[source_row]
         if not self._words:
             return True
-        texts = [column.text(row) for column in self._model.columns]
-        if self._searches_sentence:
-            texts.append(self._model.tell(row))
-        text = " ".join(texts).casefold()
+        text = " ".join((*(column.text(row) for column in self._model.columns), self._model.tell(row))).casefold()
         return all(word in text for word in self._words)
 
     def row_at(self, place: int) -> Row:

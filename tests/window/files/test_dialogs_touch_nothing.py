@@ -12,6 +12,7 @@ from PySide6.QtWidgets import (
     QInputDialog,
     QLineEdit,
     QListView,
+    QMessageBox,
     QToolButton,
     QTreeView,
     QWidget,
@@ -123,3 +124,17 @@ def test_a_dialog_that_opens_makes_no_folder(assembly: Assembly, folder: Path) -
         assert dialog.findChild(QToolButton, "new_folder") is None, name
         assert not find(dialog, QToolButton, "newFolderButton").isVisible(), name
         dialog.reject()
+
+
+@pytest.mark.promise("g")
+def test_a_file_is_replaced_only_after_a_question(qtbot: QtBot, assembly: Assembly, folder: Path) -> None:
+    chosen: list[Path] = []
+    file_dialogs.ask_path(assembly.window, "Save…", folder / "chosen.csv", "All (*)", chosen.append)
+    dialog = find(assembly.window, QFileDialog)
+    for answer, expected in ((QMessageBox.StandardButton.No, []), (QMessageBox.StandardButton.Yes, ["chosen.csv"])):
+        dialog.accept()
+        box = next(one for one in dialog.findChildren(QMessageBox) if one.isVisible())
+        assert "chosen.csv exists. Replace it?" in box.text()
+        assert chosen == []
+        qtbot.mouseClick(box.button(answer), Qt.MouseButton.LeftButton)
+        assert [path.name for path in chosen] == expected

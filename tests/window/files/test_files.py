@@ -43,7 +43,7 @@ def recent_menu(window: QWidget) -> QMenu:
 
 @pytest.fixture
 def profile(tmp_path: Path) -> Path:
-    path = tmp_path / "chosen.toml"
+    path = tmp_path / "Chosen.TOML"
     path.write_text(walk.PROFILE, encoding="utf-8")
     return path
 

@@ -39,6 +39,13 @@ def test_a_number_may_be_typed_in_many_ways(
     assert not editor.is_wrong
 
 
+def test_what_was_typed_is_chosen_to_the_last_step(qtbot: QtBot, made: tuple[NumberEditor, list[Value]]) -> None:
+    """0.29 times 100 is a little less than 29."""
+    editor, chosen = made
+    qtbot.keyClicks(editor, "0.29")
+    assert chosen[-1] == 0.29
+
+
 @pytest.mark.parametrize("typed", ["16", "2.56", "256", "-1", "six", "0.555", "1.2 V", "1e0", "1.2.3", "nan", "9" * 60])
 def test_what_cannot_be_sent_stays_as_typed_in_red(
     qtbot: QtBot, made: tuple[NumberEditor, list[Value]], typed: str

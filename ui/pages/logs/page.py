@@ -68,7 +68,6 @@ class LogsPage(Page):
             row_text,
             row_px=RowHeight.LIST,
             sorted_by=LogColumn.WHEN,
-            searches_sentence=True,
         )
         self.table.setAlternatingRowColors(True)
         self.table.setMinimumHeight(scaled(_LEAST_LIST_PX))

@@ -54,7 +54,6 @@ class TriggersPage(Page):
             record_text,
             row_px=RowHeight.TALL,
             sorted_by=Column.WHEN,
-            searches_sentence=True,
         )
         self.detail = TriggersDetail()
         self.strip = named(NoticeBar(), "triggers_notice")

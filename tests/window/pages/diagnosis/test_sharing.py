@@ -8,7 +8,7 @@ import pytest
 from PySide6.QtWidgets import QApplication
 from pytestqt.qtbot import QtBot
 
-from protocol.catalogue import ACTIVATION, BOOT_COUNT, LOCK, STATUS
+from protocol.catalogue import ACTIVATION, BOOT_COUNT, BY_NAME, LOCK, STATUS
 from tests.support.window.rig import Rig, on_fake_time
 from tests.support.window.steps import show_page
 from tests.window.pages.diagnosis.test_diagnosis_page import ALONE
@@ -60,9 +60,10 @@ def test_a_reader_asks_and_changes_nothing(rig: Rig, card: SharingCard) -> None:
         client.sendall(BOOT_COUNT.query().encode())
         assert hear(rig, client, 6)[:3] == bytes.fromhex("41 75 23")
         assert "readers: 1" in card.state.text()
-        client.sendall(ACTIVATION.set(True).encode() + STATUS.query().encode())
-        hear(rig, client, 8)
-        assert "42 61 10 02 01 13: Shared, read-only" in card.last.text()
+        for change in (ACTIVATION.set(True), BY_NAME["freefall_time"].set(1.2)):
+            client.sendall(change.encode() + STATUS.query().encode())
+            hear(rig, client, 8)
+            assert f"{change.encode().hex(' ').upper()}: Shared, read-only" in card.last.text()
         assert rig.acts == []
     rig.until(lambda: "readers: 0" in card.state.text())
 
