@@ -21,12 +21,12 @@ from app.fleet.batch import (
     TAKEN,
     BatchRow,
     BatchRun,
+    await_gone,
     batch_of,
     check_labels_target,
     write_batch_labels,
 )
 from app.fleet.batch_names import EXAMPLE, counted_names
-from app.fleet.provision import await_gone
 from app.modules.labels import PAPERS
 from app.preflight.evidence import Evidence
 from app.preflight.findings import Person

@@ -51,7 +51,7 @@ def run(args: argparse.Namespace) -> int:
         if not entries:
             console.notify(tr("Nothing was recorded."))
         is_whole = len(entries) == 1 and not recorder.dropped and recorder.trouble is None
-        is_whole &= _write_file(entries, args, is_whole=is_whole)
+        is_whole = _write_file(entries, args, is_whole=is_whole)
     if is_whole and library.folder != RecordingLibrary().folder:
         shutil.rmtree(library.folder, ignore_errors=True)
     if watching.trouble is not None:

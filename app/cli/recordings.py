@@ -141,15 +141,15 @@ def run_delete(args: argparse.Namespace) -> int:
 def _recording(library: RecordingLibrary, name: str) -> RecordingEntry:
     """The recording of this name. Raises `Refused` if there is none, or several."""
     entries = library.entries()
-    if name == LATEST and entries:
-        return entries[0]
-    similar = [entry for entry in entries if name and entry.name.startswith(name)]
-    exact = [entry for entry in similar if entry.name == name]
-    if len(exact or similar) == 1:
-        return (exact or similar)[0]
-    if not similar:
+    found = [entry for entry in entries if entry.name == name]
+    found = found or [entry for entry in entries if name and entry.name.startswith(name)]
+    if name == LATEST:
+        found = list(entries[:1])
+    if not found:
         raise console.Refused(tr("No recording is named “{name}”.", name=name))
-    raise console.Refused(tr("{count} recordings begin with “{name}”.", count=len(similar), name=name))
+    if len(found) > 1:
+        raise console.Refused(tr("{count} recordings begin with “{name}”.", count=len(found), name=name))
+    return found[0]
 
 
 # Export, also of what `dps-s record` has recorded

@@ -143,19 +143,17 @@ def _write(wishes: Sequence[SettingChange], args: argparse.Namespace) -> tuple[W
                 is_doubled = opened.run(is_answered_twice())
         for wish in wishes:
             if wish.command is BAUD_RATE:
-                report = _write_rate(wish, report, opened, records, is_profile=args.profile is not None)
+                report = _write_rate(wish, report, opened, records)
     results = {result.command: result for result in report.results}
     before = {**report.before, "baud_rate": old_rate}
     report = replace(report, before=before, results=tuple(results[wish.command] for wish in wishes))
     return report, is_doubled
 
 
-def _write_rate(
-    wish: SettingChange, report: WriteReport, opened: OpenPort, records: Records, *, is_profile: bool
-) -> WriteReport:
+def _write_rate(wish: SettingChange, report: WriteReport, opened: OpenPort, records: Records) -> WriteReport:
     """The report with the baud rate as its last result."""
     rate, interrupted, refusals = int(wish.value), report.interrupted, report.refusals
-    if is_profile and rate == opened.connection.baud_rate:
+    if rate == opened.connection.baud_rate:
         # The module just answered at this rate: a dangerous frame that changes nothing is not sent.
         result = Written(BAUD_RATE, rate, SetReply.UNNEEDED, rate, fault=None)
     elif refusals or interrupted is not None:

@@ -5,7 +5,8 @@ without a name. Everything is a fact of the store, so that the same names and se
 """
 
 import json
-from collections.abc import Iterable, Mapping, Sequence
+import logging
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import replace
 from datetime import datetime
 from functools import partial
@@ -14,16 +15,17 @@ from typing import NamedTuple
 
 from msgspec import convert, to_builtins
 
-from app.engine.procedure import Procedure
-from app.fleet.provision import Provisioned, provision
+from app.engine.conversation import Interrupted
+from app.engine.procedure import Pause, Procedure
 from app.limits.past import Past
 from app.modules.labels import Label, Paper, Printer, write_labels
 from app.modules.names import Remembered, modules, remember, remembered
-from app.preflight.evidence import UNFINISHED, Evidence
+from app.preflight.evidence import UNFINISHED, Evidence, read_state
 from app.preflight.findings import Person
 from app.preflight.module_checks import FINGERPRINT_KEYS
+from app.preflight.run import run_preflight
 from app.preflight.verdict import Verdict
-from app.procedures.write import SettingChange, WriteContext
+from app.procedures.write import SettingChange, WriteContext, WriteReport, why_not_verified, write_all
 from app.records.filing import judge_check, keep_check, local_now
 from app.records.report_files import carries, check_target
 from app.settings.fingerprint import fingerprint
@@ -37,6 +39,7 @@ from protocol.catalogue import BAUD_RATE, BOOTS
 from protocol.fields import Value
 from protocol.translatable import marked
 
+_log = logging.getLogger(__name__)
 READY, SET_ASIDE, OPEN = marked("READY"), marked("SET ASIDE"), marked("open")
 TAKEN = marked("{module} is the name of another module: left out.")
 # Marks the labels of a batch, which a batch may replace.
@@ -44,6 +47,7 @@ FORMAT = "dps-s batch"
 _TRIGGERS = ("attitude_trigger", "freefall_trigger")
 # Of the module that was named last, where it is plugged in again: its contacts may bounce.
 REPLUGGED_STARTS = 3
+_LOOK_EVERY_S = 1.0
 
 
 class ModuleBatch(NamedTuple):
@@ -94,6 +98,13 @@ class BatchRow(NamedTuple):
     why: UserMessage | None = None
 
 
+class Provisioned(NamedTuple):
+    """`why` nothing was written, or not everything is as written; None where it was checked."""
+
+    why: UserMessage | None
+    boot_count: int | None
+
+
 class BatchRun:
     """A batch in the store. `person`: who checks, and what is said of all its modules; `accepted`: the changes whose
     risk a person was shown and accepted."""
@@ -120,8 +131,34 @@ class BatchRun:
         """The turn of one module, which fills `evidence`; reads from the store before it begins."""
         known, most_starts = self._store.read(self._known)
         context = replace(context, accepted_risks=self._accepted)
-        find_known = partial(_resembling, known, most_starts)
-        return provision(evidence, self.batch.changes, context, find_known, is_enabling=self._is_enabling)
+        return self._turn(evidence, context, partial(_resembling, known, most_starts))
+
+    def _turn(
+        self, evidence: Evidence, context: WriteContext, find_known: Callable[[int, Mapping[str, Value]], str | None]
+    ) -> Procedure[Provisioned]:
+        """In one conversation. Raises `Interrupted`: what was written is unknown then, and the module that answers next
+        begins from the start."""
+        try:
+            before = yield from read_state()
+            boot_count, status = before.settings.boot_count, before.status
+            if not before.is_complete or boot_count is None or status is None:
+                return Provisioned(message(marked("Cannot be read.")), boot_count)
+            if status.active:
+                return Provisioned(message(marked("The module is ACTIVE: lock it first.")), boot_count)
+            known = find_known(boot_count, before.settings.values)
+            if known is not None:
+                why = message(marked("It may be {module}: boot count and settings fit."), module=known)
+                return Provisioned(why, boot_count)
+            report = yield from write_all(self.batch.changes, context)
+            if report.interrupted is not None:
+                raise report.interrupted
+            fault = _fault_of(report)
+            if fault is None:
+                yield from run_preflight(evidence, is_enabling=self._is_enabling, journal=context.journal)
+            return Provisioned(fault, boot_count)
+        except Interrupted as error:
+            evidence.note_error(error)
+            raise
 
     def keep(
         self, facts: Facts, name: str, evidence: Evidence, done: Provisioned | None, adapter: str
@@ -165,6 +202,7 @@ class BatchRun:
             boot_count=boot_count,
         )
         facts.add(turn, module)
+        _log.debug("%s: %s", name, why)
         return why
 
     def rows(self, facts: Facts) -> list[BatchRow]:
@@ -210,6 +248,26 @@ def _resembling(
         if (boot_count - module.boot_count) % BOOTS <= most_starts:
             return module.name
     return None
+
+
+def _fault_of(report: WriteReport) -> UserMessage | None:
+    """The first setting that was not verified; None where all are."""
+    if report.is_fine:
+        return None
+    for written in report.results:
+        why = why_not_verified(written, report)
+        if why is not None:
+            return message(marked("{value}: {why}"), value=message(written.command.title), why=why)
+    return message(marked("A setting changed without being written, or could not be read again."))
+
+
+def await_gone() -> Procedure[None]:
+    """Wait until the module is unplugged, with its adapter or without, or another one has taken its place."""
+    try:
+        while True:
+            yield Pause(_LOOK_EVERY_S)
+    except Interrupted:
+        return
 
 
 # Its labels

@@ -62,6 +62,11 @@ def is_quiet(port: str, for_s: float = 0.25) -> bool:
         os.close(number)
 
 
+def unexpected(errors: str) -> list[str]:
+    """Where others keep the machine busy for half a second a conversation ends, which is said."""
+    return [line for line in errors.splitlines() if not line.endswith("Another module may answer from now on.")]
+
+
 def assert_one_sentence(text: str) -> None:
     assert text.count("\n") == 1, text
     assert text.endswith(".\n")
@@ -76,7 +81,7 @@ def test_monitor_interrupted_leaves_the_module_silent(number: int, module: Runni
         with in_time(2.0):
             monitor.process.send_signal(number)
             code, rest, errors = monitor.end()
-    assert (code, errors) == (0, "")
+    assert (code, unexpected(errors)) == (0, [])
     assert [json.loads(line)["tilt_deg"] for line in (*lines, *rest.splitlines())][-1] == 0
     assert len(lines) > 20, "it did not stream"
     assert is_quiet(module.port)
@@ -92,7 +97,7 @@ def test_record_interrupted_leaves_file_and_recording_whole(name: str, module: R
             select.select([], [], [], 0.1)
         record.process.send_signal(signal.SIGINT)
         code, printed, errors = record.end()
-    assert (code, errors) == (0, "")
+    assert (code, unexpected(errors)) == (0, [])
     assert "Saved to" in printed
     (entry,) = library.entries()
     assert entry.trouble is None
@@ -114,7 +119,7 @@ def test_monitor_into_head(module: RunningModule) -> None:
         lines_until(monitor.out, 2.9)
         monitor.out.close()
         assert monitor.process.wait(PATIENCE_S) == 4
-        assert monitor.errors.read() == ""
+        assert unexpected(monitor.errors.read()) == []
     assert is_quiet(module.port)
 
 
@@ -129,7 +134,7 @@ def test_monitor_stuck_in_a_full_pipe_can_be_ended() -> None:
         with in_time(2.0):
             monitor.process.send_signal(signal.SIGTERM)
             monitor.process.wait(PATIENCE_S)
-        assert monitor.errors.read() == ""
+        assert unexpected(monitor.errors.read()) == []
         assert is_quiet(module.port)
 
 

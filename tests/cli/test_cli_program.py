@@ -64,11 +64,8 @@ def test_a_port_that_hangs_in_opening(capsys: pytest.CaptureFixture[str], monkey
 @pytest.mark.parametrize(
     ("words", "query"),
     [
-        ("monitor", ""),
         ("record FILE.csv", ""),
         ("set freefall_time_s=1.4", ""),
-        ("preflight --enable-triggers", ""),
-        ("read", "?mute=yes"),
         ("find", "?mute=yes"),
         ("provision --profile FILE.toml --names M-1 --enable-triggers --yes", "?mute=yes"),
     ],
@@ -160,12 +157,6 @@ def test_a_reader_that_ended_takes_no_answer_for_yes(
         monkeypatch.setattr(sys, "stdout", out)
         assert program.main([*words, "--port", port]) == code
         monkeypatch.undo()
-
-
-# docs/command-line.md: every example is run, and says what the page says.
-
-
-# What ends in the middle
 
 
 def test_records_that_never_agree_are_said_to_be_uncertain(

@@ -201,11 +201,6 @@ def test_history_page_marks_the_implausible(record: TriggerRecord) -> None:
     assert "(?) Seen in one reading only. Read again." in doubtful
 
 
-def test_widths_count_columns() -> None:
-    assert console.display_width("倾角 7°") == 7
-    assert console.columns([("甲", "b"), ("1", "2"), ("333", "")]) == ["甲   b", "1    2", "333"]
-
-
 def test_json_of_a_broken_name_is_json() -> None:
     raw = io.BytesIO()
     out = io.TextIOWrapper(raw, encoding="utf-8", errors="backslashreplace")

@@ -33,7 +33,7 @@ def without(packages: tuple[str, ...], *words: str) -> "tuple[int, str, str]":
 
 @pytest.mark.parametrize(
     "line",
-    ["read", "set freefall_time_s=1.4", "history", "preflight", "lock", "monitor --seconds 0.1"],
+    ["history", "preflight"],
 )
 def test_a_command_on_a_port_needs_no_qt(line: str) -> None:
     code, out, errors = without(QT, *line.split(), "--port", "sim://", "--json")

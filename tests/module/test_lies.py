@@ -104,3 +104,12 @@ def test_of_two_equal_modules_a_set_is_not_done_without_a_word() -> None:
         written = ran(*PROGRAM, "set", "freefall_time_s=1.2", "--port", line.port)
     assert written.returncode != 0
     assert "Two modules on this line?" in written.stderr
+
+
+@pytest.mark.parametrize(("code", "key"), [(0x30, "active"), (0x31, "triggered")])
+def test_what_30_or_31_contradicts_is_null_and_both_are_named(code: int, key: str) -> None:
+    with Line(Module(Options(instead={code: "01 01"}), now=now())) as line:
+        told = json.loads(ran(*PROGRAM, "read", "--json", "--port", line.port).stdout)
+    assert told["status"][key] is None
+    assert told["errors"][key].startswith(f"{code:02X}: ")
+    assert "status: " in told["errors"][key]

@@ -1,17 +1,15 @@
 """A batch: what is READY gets the name, what is not is set aside with its reason; no name outlives a conversation."""
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator
 from contextlib import closing
 from pathlib import Path
 
 import pytest
 
 from app.engine.conversation import Interrupted
-from app.fleet.batch import OPEN, READY, SET_ASIDE, BatchRun, ModuleBatch, batch_of, write_batch_labels
+from app.fleet.batch import OPEN, SET_ASIDE, BatchRun, ModuleBatch, await_gone, batch_of
 from app.fleet.batch_names import counted_names
-from app.fleet.provision import await_gone
-from app.modules.labels import PAPERS, Paper
-from app.modules.names import remember, remembered
+from app.modules.names import remembered
 from app.preflight.evidence import Evidence
 from app.preflight.findings import Person
 from app.procedures.write import WriteContext
@@ -21,14 +19,8 @@ from protocol.events import EndReason
 from tests.support.journals import FakeJournal
 from tests.support.line.exchange import ExchangedRig
 from tests.support.line.sim_line import Rig, settled_rig
-from tests.support.records.stored import checks_of, open_store
+from tests.support.records.stored import open_store
 from tests.support.thorough import some
-
-
-def _printed(bodies: Sequence[str], _paper: Paper, attached: bytes | None) -> bytes:
-    assert attached is not None
-    return b"%PDF- " + "".join(bodies).encode() + b"\nstream\n" + attached + b"\nendstream"
-
 
 PROFILE = 'name = "Survey"\n[settings]\nfreefall_time_s = 1.2\nlight_threshold_v = 2.0\n'
 
@@ -70,58 +62,12 @@ def states(run: BatchRun, store: Store) -> list[tuple[str, str]]:
     return [(row.name, row.result) for row in store.read(run.rows)]
 
 
-@pytest.mark.promise("i")
-def test_what_is_ready_gets_the_name_and_what_was_read_is_kept_under_it(batch: ModuleBatch, store: Store) -> None:
-    run = run_of(batch, store)
-    assert turn(run, store, "M-001", settled_rig()) == ""
-    assert states(run, store) == [("M-001", READY), ("M-002", OPEN), ("M-003", OPEN)]
-    known = store.read(lambda facts: remembered(facts, "M-001"))
-    assert known is not None
-    assert (known.boot_count, known.settings["freefall_time_s"], known.settings["light_threshold_v"]) == (37, 1.2, 2.0)
-    assert [check.verdict for check in checks_of(store, "M-001")] == ["READY"]
-    assert store.read(run_of(batch, store).left) == (["M-002", "M-003"], [])
-
-
-def test_a_name_that_is_taken_is_left_out(batch: ModuleBatch, store: Store) -> None:
-    store.write(lambda facts: remember(facts, "M-002")).result()
-    run = run_of(batch, store)
-    assert store.read(run.left) == (["M-001", "M-003"], ["M-002"])
-    assert turn(run, store, "M-002", settled_rig()) == "M-002 is the name of another module: left out."
-    assert states(run, store)[1] == ("M-002", OPEN)
-
-
-@pytest.mark.promise("i")
-def test_a_module_that_is_plugged_in_again_gets_no_second_name(batch: ModuleBatch, store: Store) -> None:
-    run, rig = run_of(batch, store), settled_rig()
-    assert turn(run, store, "M-001", rig) == ""
-    rig.bench.restart()
-    rig.step_for(3.0)
-    sent = len(rig.acts)
-    assert turn(run, store, "M-002", rig) == "It may be M-001: boot count and settings fit."
-    assert len(rig.acts) == sent, "nothing was written"
-    other = settled_rig(boots=3)
-    assert turn(run, store, "M-002", other) == "", "it started less often than M-001, and holds other settings"
-
-
-def test_nothing_is_written_to_an_active_module(batch: ModuleBatch, store: Store) -> None:
-    rig = settled_rig(active=True)
-    assert turn(run_of(batch, store), store, "M-001", rig) == "The module is ACTIVE: lock it first."
-    assert rig.acts == []
-
-
 def test_a_setting_that_the_module_refuses_sets_it_aside_and_is_named(batch: ModuleBatch, store: Store) -> None:
     run = run_of(batch, store)
     why = turn(run, store, "M-001", settled_rig(refuses=True))
     assert why.startswith(("Free-fall time: ", "Light threshold: "))
     rows = store.read(run.rows)
     assert (rows[-1].name, rows[-1].result) == ("", SET_ASIDE)
-
-
-def test_what_stands_against_ready_sets_it_aside(batch: ModuleBatch, store: Store) -> None:
-    run = run_of(batch, store)
-    assert turn(run, store, "M-001", settled_rig(cell=3.4)) == "Cell voltage"
-    assert checks_of(store, "M-001") == ()
-    assert len(checks_of(store, None)) == 1, "the record is kept, without the name"
 
 
 @pytest.mark.promise("i")
@@ -164,30 +110,3 @@ def test_a_turn_that_broke_off_says_why(batch: ModuleBatch, store: Store) -> Non
     assert isinstance(job.error, Interrupted)
     assert evidence.void is not None
     assert evidence.void.message.in_english() == "The port was lost."
-
-
-def test_the_labels_of_what_is_given_are_ours_to_replace(batch: ModuleBatch, store: Store, tmp_path: Path) -> None:
-    run, path = run_of(batch, store), tmp_path / "labels.pdf"
-    assert turn(run, store, "M-001", settled_rig()) == ""
-    for _ in range(2):
-        write_batch_labels(path, store.read(run.rows), PAPERS["62"], _printed)
-    assert b"M-001" in path.read_bytes()
-    assert b"M-002" not in path.read_bytes()
-    path.write_bytes(b"a thesis")
-    with pytest.raises(UserError):
-        write_batch_labels(path, store.read(run.rows), PAPERS["62"], _printed)
-
-
-@pytest.mark.parametrize(
-    ("more", "why"),
-    [
-        ("[settings]\nbaud_rate = 9600\n", "holds no settings"),
-        ("[tests]\ntilt = 30\n[settings]\nfreefall_time_s = 1.2\n", "manual checks or guided tests"),
-        ("", "holds no settings"),
-    ],
-)
-def test_a_profile_with_which_no_module_can_be_ready_is_refused(tmp_path: Path, more: str, why: str) -> None:
-    path = tmp_path / "profile.toml"
-    path.write_text(f'name = "Survey"\n{more}', encoding="utf-8")
-    with pytest.raises(UserError, match=why):
-        batch_of(path, ("M-001",))
