@@ -1,13 +1,11 @@
 """What can be done with the check of the module that the pages show."""
 
-from dataclasses import replace
-
 from app.diagnosis.link_state import Phase
 from app.preflight.run import TRIGGERS
 from app.preflight.verdict import Assessment
 from app.records.record import SignedRecord
-from app.settings.profiles import ActivatedBy, Profile
-from ui.session.check import ENTRIES, ModuleCheck, Standing
+from app.settings.profiles import ActivatedBy
+from ui.session.check import ModuleCheck, Standing
 from ui.session.ports import Ports
 
 
@@ -16,8 +14,6 @@ class PreflightController:
 
     def __init__(self, ports: Ports) -> None:
         self._ports = ports
-
-    # What is known
 
     @property
     def last(self) -> ModuleCheck | None:
@@ -77,22 +73,3 @@ class PreflightController:
         """READY, and it is a person who activates the module."""
         last = self.last
         return last is not None and last.standing is Standing.READY and last.profile.activated_by is ActivatedBy.PERSON
-
-    # What a person does
-
-    def cancel(self) -> None:
-        if self.last is not None:
-            self.last.cancel()
-
-    def enter(self, profile: Profile, *, who: str, aircraft: str) -> None:
-        """An entry changed. Where it decides (the profile, a manual item), the check is void, also a running one; what
-        is only written on the record is written on it."""
-        if self.last is not None:
-            if profile != self.last.profile:
-                self.last.set_void(ENTRIES)
-            self.last.state_again(replace(self.last.person, who=who, aircraft=aircraft))
-
-    def poll(self) -> None:
-        """Void the verdict if it no longer holds."""
-        if self.last is not None:
-            self.last.poll()

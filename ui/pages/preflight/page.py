@@ -34,7 +34,7 @@ from ui.pages.preflight.verdict import SPOKEN, VerdictBanner, announcement
 from ui.services.context import Services
 from ui.services.job_notice import JobNotice
 from ui.services.page import Page, WaysBack
-from ui.session.check import PASSED, Standing
+from ui.session.check import ENTRIES, PASSED, Standing
 from ui.session.shown_module import ShownModule
 from ui.simulator.panel import rest_offer
 from ui.style.accessible_roles import announce
@@ -138,7 +138,7 @@ class PreflightPage(Page):
 
     def tick(self) -> None:
         """Update what changes by itself: ages, progress, and whether the verdict still holds."""
-        self.work.poll()
+        self._poll()
         if self.work.standing in (Standing.NOT_CHECKED, Standing.VOID) and self.list.clear_old_ticks():
             self.list.show_work(self.work)
         self.banner.show_announcement(announcement(self.work, self._ports))
@@ -239,14 +239,14 @@ class PreflightPage(Page):
     def export_check(self) -> None:
         """Export the check that is shown, while it holds; with what was entered just now."""
         self.form.commit_edits()
-        self.work.poll()
+        self._poll()
         signed, last = self.work.signed, self.work.last
         self._is_export_wanted = signed is None and last is not None and last.is_busy and last.void is None
         if signed is not None:
             self.files.export(signed)
 
     def _print(self) -> None:
-        self.work.poll()
+        self._poll()
         if self.work.signed is not None:
             self.files.print(self.work.signed)
 
@@ -279,8 +279,22 @@ class PreflightPage(Page):
         self._enter()
 
     def _enter(self) -> None:
-        who, aircraft = self.form.committed
-        self.work.enter(self.list.answered(), who=who, aircraft=aircraft)
+        """An entry changed. Where it decides (the profile, a manual item), the check is void, also a running one; what
+        is only written on the record is written on it."""
+        last, (who, aircraft) = self.work.last, self.form.committed
+        if last is not None:
+            if self.list.answered() != last.profile:
+                last.set_void(ENTRIES)
+            last.state_again(replace(last.person, who=who, aircraft=aircraft))
+
+    def _poll(self) -> None:
+        """Void the verdict if it no longer holds."""
+        if self.work.last is not None:
+            self.work.last.poll()
+
+    def _cancel(self) -> None:
+        if self.work.last is not None:
+            self.work.last.cancel()
 
     def show_module(self, module: ShownModule) -> None:
         """Ticks and aircraft are those of the former module; a name that is said again brings its aircraft back."""
@@ -334,7 +348,7 @@ class PreflightPage(Page):
             (self.guided.work.is_running, self.guided.work.cancel),
             (self.view == "profile", self.editor.close_editor),
             (self.view != "checks", lambda: self.show_view("checks")),
-            (self.work.standing is Standing.CHECKING, self.work.cancel),
+            (self.work.standing is Standing.CHECKING, self._cancel),
             (self.strip.notice, self.result.dismiss),
         )
 
@@ -344,7 +358,7 @@ class PreflightPage(Page):
         self.tabs.currentChanged.connect(lambda row: self.show_view(VIEWS[row]))
         self.run.clicked.connect(lambda _is_checked: self.check())
         self.enable.chosen.connect(self.enable_and_check)
-        self.cancel.chosen.connect(self.work.cancel)
+        self.cancel.chosen.connect(self._cancel)
         self.export.clicked.connect(self.export_check)
         self.list.mend_wanted.connect(lambda remedy: remedy.act(self))
         self.list.ticked.connect(self._enter)

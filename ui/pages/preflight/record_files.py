@@ -19,7 +19,7 @@ from app.text.messages import clean
 from app.text.sentences import error_text, join_sentences, not_written
 from app.text.user_error import UserError
 from protocol.translatable import marked
-from ui.core.background_task import BackgroundTask, Running
+from ui.core.background_task import Running
 from ui.files.file_dialogs import AskPath, ThenPath, ask_open, ask_path
 from ui.files.report_printer import print_pages
 from ui.services.job_notice import JobNotice
@@ -43,7 +43,6 @@ class RecordFiles(QObject):
         self.printer: Printer = print_pages
         self._storage, self._result, self._window = storage, result, parent
         self._folder = Path.home()
-        self._verifying: BackgroundTask[Verification] = BackgroundTask("dps-s verify", self)
 
     # Reports
 
@@ -73,8 +72,7 @@ class RecordFiles(QObject):
         self.ask_record(self._window, self.verify)
 
     def verify(self, path: Path) -> None:
-        """Verify a file in a background thread: it may be large, and on a slow disk. It replaces one being read."""
-        self._result.notify(Meaning.INFORMATION, tr("Reading: {what}", what=path.name))
+        """Verify a file in the background: it may be large, and on a slow disk. It replaces one being read."""
         storage = self._storage
 
         def work(_running: Running) -> Verification:
@@ -82,16 +80,8 @@ class RecordFiles(QObject):
 
             return verify_file(path, known_names(storage.begun))
 
-        self._verifying.run(work, partial(self._notify_verified, path), partial(self._notify_unread, path))
-
-    def _notify_unread(self, path: Path, error: Exception) -> None:
-        file = clean(path.name, longest=60)
-        if isinstance(error, UserError):
-            self._result.notify(Meaning.ATTENTION, f"{file} — {tr(_NO_RECORD, why=error.sentence)}")
-            return
-        if not isinstance(error, OSError | ValueError):  # ValueError: a NUL in the name
-            raise error
-        self._result.notify(Meaning.ATTENTION, tr(CANNOT_READ, file=file, why=error_text(error)))
+        doing = tr("Reading: {what}", what=path.name)
+        self._result.begin(doing, work, partial(self._notify_verified, path), partial(_why_unread, path), writes=False)
 
     def _notify_verified(self, path: Path, done: Verification) -> None:
         meaning = Meaning.INFORMATION  # an intact NO-GO is not shown in green
@@ -101,3 +91,10 @@ class RecordFiles(QObject):
             meaning = Meaning.GOOD
         sentences = join_sentences(sentence.translated() for sentence in done.sentences())
         self._result.notify(meaning, f"{clean(path.name, longest=60)} — {sentences}")
+
+
+def _why_unread(path: Path, error: Exception) -> str:
+    file = clean(path.name, longest=60)
+    if isinstance(error, UserError):
+        return f"{file} — {tr(_NO_RECORD, why=error.sentence)}"
+    return tr(CANNOT_READ, file=file, why=error_text(error))
