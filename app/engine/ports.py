@@ -1,7 +1,7 @@
 """Lists the serial ports.
 
-Listing can take ten seconds where Bluetooth ports are queried one by one. So it runs in a thread with a deadline;
-pyserial asks the system through ctypes, which lets the other threads run meanwhile.
+Listing can take ten seconds where Bluetooth ports are queried one by one. So it runs in a thread with a deadline:
+pyserial reads files on Linux and asks Windows and macOS through ctypes, both of which let the other threads run.
 """
 
 import threading

@@ -93,8 +93,7 @@ TRANSITIONS: dict[tuple[Stage, Input], Stage] = {
 class Ritual:
     """See the module's docstring. Belongs to one thread; times are monotonic seconds of the session's clock."""
 
-    def __init__(self, act: Act = Act.DEPLOY) -> None:
-        self.act = act
+    def __init__(self) -> None:
         self.stage = Stage.IDLE
         self.is_rehearsal = False
         # The input that led back to IDLE last, for the notice in the window.
@@ -158,14 +157,14 @@ class Ritual:
             self._apply(Input.HOLD_BROKEN)
         elif now - self._pressed_at >= HOLD_S:
             self._apply(Input.HELD)
-            return Permit(self.act, Origin.RITUAL, now, self._conversation, self.is_rehearsal)
+            return Permit(Act.DEPLOY, Origin.RITUAL, now, self._conversation, self.is_rehearsal)
         return None
 
     def _apply(self, what: Input) -> None:
         after = TRANSITIONS.get((self.stage, what), self.stage)
         if after is self.stage:
             return
-        _log.debug("%s: %s, %s -> %s", self.act.value, what.name, self.stage.name, after.name)
+        _log.debug("%s: %s -> %s", what.name, self.stage.name, after.name)
         if after is Stage.IDLE:
             self.ended_by = what
         self.stage = after

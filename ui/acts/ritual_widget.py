@@ -60,7 +60,7 @@ class RitualWidget(QFrame):
     def __init__(self, services: Services) -> None:
         super().__init__()
         named(self, "ritual", "danger-corner")
-        self.ritual = Ritual(Act.DEPLOY)
+        self.ritual = Ritual()
         self._services, self._ports = services, services.ports
         # Why it was disarmed: it stays when the next conversation begins, since the person held the button.
         self._disarmed: Notice | None = None
