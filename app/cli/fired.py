@@ -11,11 +11,11 @@ from typing import Annotated, Literal
 
 from msgspec import Meta
 
-from app.flights.columns import parse_choice
 from app.flights.judge import TriggerLimits
 from app.flights.judging import Answer, RuleReading
 from app.flights.many_logs import SummarisedLog, summarise_logs
 from app.flights.read_log import distinct_names, find_logs
+from app.flights.table import parse_choice
 from app.flights.thresholds import FlightGroup, defaults_result
 from app.terminal import console
 from app.terminal.arguments import add, add_file

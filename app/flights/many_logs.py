@@ -11,11 +11,10 @@ from concurrent.futures.process import BrokenProcessPool
 from pathlib import Path
 from typing import Final, NamedTuple
 
-from app.flights.columns import CsvColumns
+from app.flights.judging import FlightSummary, summarise
 from app.flights.raw_log import unreadable
 from app.flights.read_log import read_flight_log
-from app.flights.summary import FlightSummary, summarise
-from app.flights.table import UnreadTable
+from app.flights.table import CsvColumns, UnreadTable
 from app.text.messages import UserMessage
 from app.text.user_error import UserError
 from protocol.translatable import marked

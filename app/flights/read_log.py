@@ -16,11 +16,10 @@ import numpy as np
 
 from app.flights import dataflash
 from app.flights.assembly import assembled
-from app.flights.columns import CsvColumns
 from app.flights.dataflash import read_dataflash
 from app.flights.flight_log import FlightLog
 from app.flights.raw_log import Channel, RawLog, kept_apart, unreadable
-from app.flights.table import encoding_of, read_table
+from app.flights.table import CsvColumns, encoding_of, read_table
 from app.flights.telemetry import is_telemetry, read_telemetry
 from app.flights.ulog import read_ulog
 from app.text.messages import joined, message

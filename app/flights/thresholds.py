@@ -16,9 +16,17 @@ import numpy as np
 from numpy.typing import NDArray
 
 from app.flights.judge import TriggerLimits
-from app.flights.judging import EVER, MAX_TIME_STEPS, Answer, RuleReading, acceleration_step, steps_of
+from app.flights.judging import (
+    EVER,
+    MAX_TIME_STEPS,
+    Answer,
+    FirstFire,
+    FlightSummary,
+    RuleReading,
+    acceleration_step,
+    steps_of,
+)
 from app.flights.raw_log import Floats
-from app.flights.summary import FirstFire, FlightSummary
 from app.safety.consequences import SHORT_FALL_S
 from app.text.messages import UserMessage
 from protocol.catalogue import CENTISECOND, DEGREE, TENTH_G

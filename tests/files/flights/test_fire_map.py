@@ -8,8 +8,7 @@ import pytest
 
 from app.flights.flight_log import FlightLog
 from app.flights.judge import TriggerLimits
-from app.flights.judging import NEVER, RuleReading, firing_curves
-from app.flights.summary import LossOfControl, loss_of_control, summarise
+from app.flights.judging import NEVER, LossOfControl, RuleReading, firing_curves, loss_of_control, summarise
 from app.flights.thresholds import TILTS_DEG, TIMES_S, FlightGroup, fire_map, outcome_of
 from protocol.messages import Source
 from tests.support.flights.made_flights import STEP_S, made_flight, plainly_judged, random_flight

@@ -12,9 +12,9 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from app.flights.flight_log import FlightLog
+from app.flights.judging import FlightSummary
 from app.flights.many_logs import summarise_log
 from app.flights.read_log import read_flight_log
-from app.flights.summary import FlightSummary
 from app.text.user_error import UserError
 from tests.support.flights import log_bytes as made
 

@@ -9,12 +9,12 @@ import pytest
 
 from app.captures.traffic import CaptureEntry, Way
 from app.flights.assembly import assembled
-from app.flights.columns import parse_choice
 from app.flights.flight_log import FlightLog
 from app.flights.judge import TriggerLimits
 from app.flights.judging import RuleReading, coverage_of
 from app.flights.raw_log import Channel, RawLog, tilt_of_quaternion
 from app.flights.read_log import find_logs, read_flight_log
+from app.flights.table import parse_choice
 from app.recordings.excerpt import HEAD
 from app.recordings.library import entry_of
 from app.recordings.recording import export

@@ -13,9 +13,8 @@ from hypothesis import settings
 from app.flights.dataflash import DataflashFile
 from app.flights.flight_log import FlightLog
 from app.flights.judge import TriggerLimits
-from app.flights.judging import Answer
+from app.flights.judging import Answer, summarise
 from app.flights.read_log import distinct_names, find_logs, read_flight_log
-from app.flights.summary import summarise
 from app.flights.ulog import UlogFile
 from app.text.user_error import UserError
 from tests.support.flights import log_bytes as made

@@ -7,8 +7,7 @@ import pytest
 
 from app.flights.flight_log import REPORT_HZ, FlightLog
 from app.flights.judge import TriggerLimits
-from app.flights.judging import RuleReading
-from app.flights.summary import summarise
+from app.flights.judging import RuleReading, summarise
 from app.flights.thresholds import FlightGroup, ThresholdProposal, propose
 from tests.support.flights.made_flights import made_flight, plainly_judged
 

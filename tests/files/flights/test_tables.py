@@ -12,12 +12,11 @@ import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
-from app.flights.columns import parse_choice, parse_line
 from app.flights.flight_log import FlightLog
 from app.flights.judge import TriggerLimits
-from app.flights.judging import Answer
+from app.flights.judging import Answer, summarise
 from app.flights.read_log import read_flight_log
-from app.flights.summary import summarise
+from app.flights.table import parse_choice, parse_line
 from app.text.user_error import UserError
 
 Rows = list[tuple[float, float, float]]

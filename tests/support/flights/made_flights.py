@@ -9,8 +9,7 @@ from numpy.typing import ArrayLike
 from app.engine.conversation import StatusSample
 from app.flights.flight_log import REPORT_HZ, FlightLog
 from app.flights.judge import Judge, SensorSample, TriggerLimits
-from app.flights.judging import RuleReading, forces_of, tilts_of
-from app.flights.summary import FlightSummary, summarise
+from app.flights.judging import FlightSummary, RuleReading, forces_of, summarise, tilts_of
 from app.recordings.markers import Marker, MarkerKind
 from protocol.messages import Source
 from tests.support.records.recordings_made import HEADING, asked, batch, recorder_in

@@ -20,15 +20,7 @@ from ui.services.storage import Storage
 SECONDS = 120
 
 
-def record(
-    folder: Path,
-    *,
-    module: str = "Left wing",
-    tilt_deg: int = 10,
-    seconds: int = SECONDS,
-    cell_voltage_v: float = 3.9,
-    light_v: float = 0.4,
-) -> Path:
+def record(folder: Path, *, module: str = "Left wing", seconds: int = SECONDS) -> Path:
     """Record ten reports a second, tipped over for one second in the middle while active; return the folder."""
     with recorder_in(folder) as bench:
         bench.recorder.begin(*HEADING)
@@ -37,16 +29,10 @@ def record(
             start_s = 1000.0 + second
             is_tipped = second == seconds // 2
             samples = [
-                report(start_s + n / 10, 75 if is_tipped else tilt_deg, triggered=is_tipped, active=second >= 30)
+                report(start_s + n / 10, 75 if is_tipped else 10, triggered=is_tipped, active=second >= 30)
                 for n in range(10)
             ]
-            view = talk(
-                start_s,
-                cell_voltage_v=cell_voltage_v,
-                light_v=light_v,
-                attitude_threshold_deg=60,
-                light_threshold_v=1.8,
-            )
+            view = talk(start_s, cell_voltage_v=3.9, light_v=0.4, attitude_threshold_deg=60, light_threshold_v=1.8)
             bench.recorder.on_batch(batch(start_s + 0.95, *samples, view=view))
         bench.settle()  # it reads the clock, which moves on next
         bench.clock.now_s += seconds

@@ -13,9 +13,9 @@ from PySide6.QtCore import Qt
 from PySide6.QtGui import QAction, QShowEvent
 from PySide6.QtWidgets import QBoxLayout, QLabel, QStackedWidget, QToolBar, QToolButton, QWhatsThis, QWidget
 
-from app.flights.columns import CsvColumns
 from app.flights.judge import ASSUMPTIONS, RULES
 from app.flights.read_log import SUFFIXES
+from app.flights.table import CsvColumns
 from app.flights.thresholds import FlightGroup
 from app.recordings.library import RecordingEntry, entry_text, size_text, when_text
 from app.text.i18n import tr

@@ -10,8 +10,7 @@ from PySide6.QtGui import QFontMetrics, QIcon
 from PySide6.QtWidgets import QPushButton
 
 from app.flights.judge import TriggerLimits
-from app.flights.judging import Answer, RuleReading
-from app.flights.summary import FirstFire, moment_text
+from app.flights.judging import Answer, FirstFire, RuleReading, moment_text
 from app.flights.thresholds import FlightGroup, FlightOutcome
 from app.recordings.library import entry_text
 from app.text.durations import stopwatch
@@ -93,7 +92,7 @@ def short_name(name: str) -> str:
 
 
 def fire_text(fire: FirstFire) -> str:
-    """When and why it fires under one reading, how late and how much lower."""
+    """When and why it fires under one reading, and how late."""
     if not fire.sources:
         return capitalised(tr("no trigger"))
     words = {Source.ATTITUDE: tr("attitude"), Source.FREEFALL: tr("free fall")}

@@ -10,12 +10,12 @@ import numpy as np
 from PySide6.QtCore import Qt, Signal
 from PySide6.QtWidgets import QFrame, QLineEdit, QWidget
 
-from app.flights.columns import CsvColumns, parse_line, role_words
 from app.flights.flight_log import FlightLog
 from app.flights.judge import MAX_GAP_S, TriggerLimits
+from app.flights.judging import summarise
 from app.flights.raw_log import Floats
 from app.flights.read_log import flight_of_recording, read_flight_log
-from app.flights.summary import summarise
+from app.flights.table import CsvColumns, parse_line, role_words
 from app.flights.thresholds import FlightGroup, FlightOutcome, outcome_of
 from app.limits.out_of_limits import LimitsInUse
 from app.recordings.excerpt import LimitSteps

@@ -11,12 +11,11 @@ from typing import Final, NamedTuple
 
 from PySide6.QtCore import QObject, Signal
 
-from app.flights.columns import CsvColumns
 from app.flights.judge import TriggerLimits
-from app.flights.judging import RuleReading
+from app.flights.judging import FlightSummary, RuleReading
 from app.flights.many_logs import summarise_logs
 from app.flights.read_log import distinct_names, find_logs
-from app.flights.summary import FlightSummary
+from app.flights.table import CsvColumns
 from app.flights.thresholds import (
     FireMap,
     FlightGroup,

@@ -14,8 +14,8 @@ from pytestqt.qtbot import QtBot
 
 from app.flights.flight_log import FlightLog
 from app.flights.judge import TriggerLimits
+from app.flights.judging import summarise
 from app.flights.many_logs import SummarisedLog
-from app.flights.summary import summarise
 from app.flights.thresholds import FireMap, FlightGroup
 from app.text.messages import message
 from tests.support.flights.made_flights import crash, made_flight, ordinary_flight, write_csv, write_logs
@@ -319,6 +319,7 @@ def test_a_place_is_dotted_where_the_readings_differ_on_either_side() -> None:
     for other in (replace(shown, must_not_fired=fired.T), replace(shown, must_fired=fired.T)):
         assert cells_of(shown, other).differs.tolist() == [[False, True], [True, False]]
     assert not cells_of(shown, shown).differs.any()
+    assert cells_of(shown, shown).missed.tolist() == [[0.5, 1.0], [0.5, 0.5]]
 
 
 def test_the_map_is_dragged_and_has_keys(desk: Desk) -> None:
