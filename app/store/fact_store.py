@@ -106,15 +106,16 @@ class Facts:
         return [name for (name,) in rows]
 
     def state(self, key: str) -> Any:
-        """None where it is not set."""
+        """None where it is not set, or cannot be read."""
         rows = self.connection.execute("SELECT value FROM state WHERE key = ?", (key,)).fetchall()
-        return msgspec.json.decode(rows[0][0]) if rows else None
+        return _decoded(key, rows[0][0]) if rows else None
 
     def states(self, prefix: str) -> dict[str, Any]:
-        """By the rest of their keys."""
+        """By the rest of their keys, without those that cannot be read."""
         query = "SELECT key, value FROM state WHERE substr(key, 1, ?) = ? ORDER BY key"
         rows = self.connection.execute(query, (len(prefix), prefix))
-        return {key.removeprefix(prefix): msgspec.json.decode(value) for key, value in rows}
+        decoded = {key.removeprefix(prefix): _decoded(key, value) for key, value in rows}
+        return {rest: value for rest, value in decoded.items() if value is not None}
 
     def set_state(self, key: str, value: object) -> None:
         """None removes it. Only within `Store.write`."""
@@ -304,6 +305,15 @@ class Store:
                 raise trouble_of(error, self.path) from error
             raise
         return result
+
+
+def _decoded(key: str, value: str) -> Any:
+    """None where it is damaged, which costs neither the store nor the other states."""
+    try:
+        return msgspec.json.decode(value)
+    except msgspec.DecodeError as error:
+        _log.warning("The state “%s” cannot be read: %s", key, error)
+        return None
 
 
 def _introduce(facts: Facts) -> None:
