@@ -28,7 +28,6 @@ from tests.support.window.live_bench import Bench, live_bench
 from tests.support.window.steps import await_child, choosing, drop, find, notice_text
 from ui.core.preferences import Preferences
 from ui.files.file_dialogs import FileOpener, FilePage, ThenPath, add_recent, ask_path
-from ui.files.save_bar import footer_text
 from ui.main import WindowOptions
 from ui.pages.logs.page import LogsPage
 from ui.pages.settings.page import SettingsPage
@@ -180,7 +179,7 @@ def test_no_class_of_qt_is_made_where_files_are_written_in_the_background() -> N
         from app.modules.labels import A4
         import ui.main
         from ui.files.report_printer import print_pages
-        from ui.files.save_bar import png_parts
+        from ui.pages.live.saving import png_parts
 
         def classes(made):
             return {made}.union(*(classes(kind) for kind in type.__subclasses__(made)))
@@ -217,15 +216,15 @@ def save(live: Bench, name: str, path: Path | None) -> list[Path]:
         if path is not None:
             then(path)
 
-    live.page.save.note.ask_path = choose
+    live.page.note.ask_path = choose
     live.click(name)
-    live.qtbot.waitUntil(lambda: not live.page.save.note.job.is_writing)
+    live.qtbot.waitUntil(lambda: not live.page.note.job.is_writing)
     live.page.refresh()
     return suggested
 
 
 def _meaning(live: Bench) -> Meaning | None:
-    notice = live.page.save.note.job.result_notice()
+    notice = live.page.note.job.result_notice()
     return None if notice is None else notice.meaning
 
 
@@ -253,7 +252,7 @@ def test_the_values_in_sight_are_saved(live: Bench, tmp_path: Path) -> None:
     assert [(row["tilt_deg"], row["active"]) for row in rows if row["tilt_deg"]] == [("20", "false"), ("61", "true")]
     assert [row["event"] for row in rows if row["event"]] == ["activated"]
     assert {row["cell_voltage_v"] for row in rows} == {"", "3.94"}
-    note = live.page.save.note
+    note = live.page.note
     assert (note.label.text(), _meaning(live)) == (f"Saved to {path}. Rows: {len(rows)}.", Meaning.GOOD)
     opened: list[str] = []
     note.job.open_in_system = lambda url: opened.append(url.toLocalFile())
@@ -271,9 +270,9 @@ def test_saved_values_are_those_at_the_time_of_the_click(live: Bench, tmp_path: 
         live.say(tilt_deg=99)  # acquisition goes on behind the dialog
         then(path)
 
-    live.page.save.note.ask_path = choose_late
+    live.page.note.ask_path = choose_late
     live.qtbot.keyClick(live.page, Qt.Key.Key_S, Qt.KeyboardModifier.ControlModifier)
-    live.qtbot.waitUntil(lambda: not live.page.save.note.job.is_writing)
+    live.qtbot.waitUntil(lambda: not live.page.note.job.is_writing)
     assert ",99," not in path.read_text("utf-8-sig")
     assert ",12," in path.read_text("utf-8-sig")
 
@@ -281,16 +280,16 @@ def test_saved_values_are_those_at_the_time_of_the_click(live: Bench, tmp_path: 
 def test_a_file_that_cannot_be_written_is_reported(live: Bench, tmp_path: Path) -> None:
     live.say()
     save(live, "live_save_csv", tmp_path / "missing" / "values.csv")
-    note = live.page.save.note
+    note = live.page.note
     assert _meaning(live) is Meaning.DANGER
     assert "No such file" in note.label.text()
-    assert live.page.save.csv.isEnabled()
+    assert live.page.csv.isEnabled()
 
 
 def test_the_picture_has_a_caption(live: Bench, tmp_path: Path) -> None:
     live.say()
     live.connector.current.module.name = "M-07"
-    assert "  ·  M-07  ·  /dev/ttyUSB0 · 115200 baud  ·  " in footer_text(live.page._origin())
+    assert "  ·  M-07  ·  /dev/ttyUSB0 · 115200 baud  ·  " in live.page.footer_text()
     path = tmp_path / "live.png"
     suggested = save(live, "live_save_png", path)
     assert (suggested[0].name.split()[:2], suggested[0].suffix) == (["dps-s", "M-07"], ".png")
@@ -302,16 +301,16 @@ def test_the_picture_has_a_caption(live: Bench, tmp_path: Path) -> None:
 
 def test_a_long_saving_can_be_cancelled(live: Bench, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     live.say()
-    monkeypatch.setattr("ui.files.save_bar.csv_parts", lambda *_, **__: repeat(b"row"))
+    monkeypatch.setattr("ui.pages.live.saving.csv_parts", lambda *_, **__: repeat(b"row"))
     path = tmp_path / "values.csv"
-    live.page.save.note.ask_path = choosing(path)
+    live.page.note.ask_path = choosing(path)
     live.click("live_save_csv")
-    assert live.page.save.note.job.is_writing
-    assert not live.page.save.png.isEnabled()
-    assert live.page.save.note.label.text().startswith("Saving…")
+    assert live.page.note.job.is_writing
+    assert not live.page.png.isEnabled()
+    assert live.page.note.label.text().startswith("Saving…")
     live.click("live_save_cancel")
-    live.qtbot.waitUntil(lambda: not live.page.save.note.job.is_writing)
-    assert live.page.save.note.label.text() == "Cancelled."
+    live.qtbot.waitUntil(lambda: not live.page.note.job.is_writing)
+    assert live.page.note.label.text() == "Cancelled."
     assert list(tmp_path.iterdir()) == []
-    assert live.page.save.csv.isEnabled()
-    assert not live.page.save.stop.isVisible()
+    assert live.page.csv.isEnabled()
+    assert not live.page.stop.isVisible()

@@ -6,20 +6,23 @@ or not. It is always live: recordings are shown on Logs.
 """
 
 from datetime import datetime
+from pathlib import Path
 from typing import Final, cast
 
+from PySide6.QtCore import QStandardPaths
 from PySide6.QtGui import QWindow
-from PySide6.QtWidgets import QFrame, QPushButton, QStackedLayout, QWidget
+from PySide6.QtWidgets import QFrame, QPushButton, QStackedLayout, QToolButton, QWidget
 
+from app import version
 from app.diagnosis.link_state import Phase, link_text
 from app.engine.worker import Batch, PortState
-from app.recordings.excerpt import Excerpt
 from app.system.wall_clock import wall_offset_s
 from app.text.i18n import tr
 from ui.core.bridge import joined
-from ui.files.save_bar import Origin, SaveBar
+from ui.files.file_dialogs import default_name
 from ui.pages.live.data import LiveData, live_lanes
 from ui.pages.live.panel import LivePanel
+from ui.pages.live.saving import SaveNote
 from ui.plots.time_plot import TimePlot
 from ui.services.context import Services
 from ui.services.page import Page
@@ -90,15 +93,32 @@ class LivePage(Page):
         self.panel = LivePanel()
         drawn = live_lanes(self.data, self._in_use)
         self.plot = TimePlot(drawn, wall_offset_s=wall_offset_s())
-        self.save = SaveBar(
-            take_excerpt=self._excerpt,
-            take_picture=self.plot.canvas.grab,
-            find_origin=self._origin,
+        self.note = SaveNote()
+        self.csv = control(
+            QToolButton(),
+            "live_save_csv",
+            says=tr("Save values…"),
+            keys="Ctrl+S",
+            picture=Icon.TABLE,
+            slot=self._save_values,
         )
+        self.png = control(
+            QToolButton(),
+            "live_save_png",
+            says=tr("Save picture…"),
+            keys="Ctrl+Shift+S",
+            picture=Icon.CAMERA,
+            slot=self._save_picture,
+        )
+        self.stop = control(
+            QPushButton(tr("Cancel")), "live_save_cancel", picture=Icon.CROSS, slot=self.note.job.cancel_files
+        )
+        self.stop.hide()
+        self.note.job.changed.connect(self._refresh_saving)
         self.empty = EmptyPage(services, self)
         self._content = self._lay_out()
         self._stack = stacked(QStackedLayout(self), self.empty, self._content)
-        self.saving, self.exporting = self.save.csv, self.save.png
+        self.saving, self.exporting = self.csv, self.png
         Shortcut(self.plot.pause, "Ctrl+P", self.plot.time_range.toggle_pause, holder=self._content)
         self._refreshed_at = 0.0
         self._waiting: list[Batch] = []
@@ -205,14 +225,35 @@ class LivePage(Page):
         if self.is_empty:
             self.empty.refresh()
 
-    def _excerpt(self) -> Excerpt:
-        self._process_waiting()
-        return self.data.excerpt(*self.plot.time_range.span)
+    # Saving
 
-    def _origin(self) -> Origin:
+    def _refresh_saving(self) -> None:
+        is_writing = self.note.job.is_writing
+        self.stop.setVisible(is_writing)
+        self.csv.setDisabled(is_writing)
+        self.png.setDisabled(is_writing)
+
+    def _save_values(self) -> None:
+        """All samples in sight."""
+        self._process_waiting()
+        excerpt = self.data.excerpt(*self.plot.time_range.span)
+        self.note.save_values(self._place(".csv"), excerpt, wall_offset_s())
+
+    def _save_picture(self) -> None:
+        self.note.save_picture(self._place(".png"), self.plot.canvas.grab(), self.footer_text())
+
+    def footer_text(self) -> str:
+        """Time, module, port and program version, below a picture."""
         connection = self._ports.current.connection
         shown_at = datetime.fromtimestamp(self.plot.time_range.span.end_s + wall_offset_s()).astimezone()
-        return Origin(connection.port, connection.baud_rate, wall_offset_s(), shown_at, self.module.name)
+        port = f"{connection.port} · {connection.baud_rate} baud" if connection.port else tr("Not connected")
+        parts = (shown_at.isoformat(" ", "seconds"), self.module.name, port, f"DPS-S Configurator {version()}")
+        return "  ·  ".join(part for part in parts if part)
+
+    def _place(self, suffix: str) -> Path:
+        documents = QStandardPaths.writableLocation(QStandardPaths.StandardLocation.DocumentsLocation)
+        name = self.module.name or self._ports.current.connection.port
+        return Path(documents or Path.home()) / default_name(name, suffix, datetime.now().astimezone())
 
     # Construction
 
@@ -223,7 +264,9 @@ class LivePage(Page):
         in_row(self.panel, (card, 1), of=self._seen, spacing=Space.S, margins=(Space.M, 0, Space.M, Space.S))
         head = self.header = self.make_header(tr("Live"))
         head.row.setStretchFactor(head.title, 0)
-        head.row.insertWidget(1, self.save, 1)  # shows where something was saved
+        head.row.insertWidget(1, self.note, 1)
+        for action in (self.stop, self.csv, self.png):
+            head.add(action)
         head.row.setContentsMargins(Space.M, Space.XS, Space.M, Space.XS)
         content = named(QWidget(), "live_content")
         in_column(head, (self._seen, 1), of=content, spacing=0, margins=0)

@@ -204,7 +204,7 @@ def test_a_hidden_page_records_but_does_not_draw(qtbot: QtBot, qapp: QApplicatio
         qtbot.waitUntil(lambda: not page.isVisible())  # the other page may have to be made first
         span, count = page.plot.time_range.span, len(page.data.tilt)
         asked: list[Path] = []
-        page.save.note.ask_path = lambda _parent, _title, path, _filter, _then: asked.append(path)
+        page.note.ask_path = lambda _parent, _title, path, _filter, _then: asked.append(path)
         qtbot.keyClick(assembly.window, Qt.Key.Key_S, Qt.KeyboardModifier.ControlModifier)
         assert asked == []  # the key belongs to the page in sight
         one.until(lambda: len(page.data.tilt) > count + 5)
