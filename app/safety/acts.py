@@ -19,8 +19,7 @@ class Act(Enum):
     FORBID_DEPLOY = "forbid_deploy"
     DEPLOY = "deploy"
     CHANGE_BAUD = "change_baud"
-    WRITE = "write"
-    """A setting other than the baud rate."""
+    WRITE = "write"  # a setting other than the baud rate
 
 
 TITLES: Mapping[Act, str] = MappingProxyType({
@@ -45,6 +44,7 @@ EFFECTS: Mapping[Act, str] = MappingProxyType({
     Act.WRITE: marked("Write a setting"),
 })  # fmt: skip
 
+# The acts that are one fixed frame.
 REQUESTS: Mapping[Act, Request] = MappingProxyType({
     Act.LOCK: LOCK,
     Act.ACTIVATE: ACTIVATION.set(True),
@@ -53,7 +53,6 @@ REQUESTS: Mapping[Act, Request] = MappingProxyType({
     Act.FORBID_DEPLOY: BY_NAME["deploy"].set(False),
     Act.DEPLOY: BY_NAME["deploy"].set(True),
 })  # fmt: skip
-"""The acts that are one fixed frame."""
 
 
 def is_deploy_in(events: Iterable[Event]) -> bool:

@@ -16,11 +16,11 @@ from protocol.translatable import marked
 GRAVITY_M_S2 = 9.80665
 RESTING_G = 1.0
 UPRIGHT_DEG = 90
+# The shortest that the pre-flight check advises. Below it a jolt may last as long: a hop of 30 cm has no weight for
+# half a second.
 SHORT_FALL_S = 0.5
-"""The shortest that the pre-flight check advises. Below it a jolt may last as long: a hop of 30 cm has no weight for
-half a second."""
+# Largest reading and threshold; all readings are on one side of it, as of 0 V.
 LIGHT_MAX_V = 25.5
-"""Largest reading and threshold; all readings are on one side of it, as of 0 V."""
 _JOLT = marked("A jolt may fire it.")
 
 
@@ -28,10 +28,8 @@ class Weight(Enum):
     """How strongly a consequence is presented."""
 
     PLAIN = "plain"
-    AGAINST_ADVICE = "against advice"
-    """Shown as a warning; written only if a person accepts it."""
-    GRAVE = "grave"
-    """It fires at once, or never: treated like `AGAINST_ADVICE`, in stronger words."""
+    AGAINST_ADVICE = "against advice"  # shown as a warning; written only if a person accepts it
+    GRAVE = "grave"  # it fires at once, or never: treated like `AGAINST_ADVICE`, in stronger words
 
 
 class Consequence(NamedTuple):

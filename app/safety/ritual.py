@@ -67,6 +67,7 @@ DISARMING = (
     Input.FAILED,
 )
 
+# An input without an entry changes nothing.
 TRANSITIONS: dict[tuple[Stage, Input], Stage] = {
     (Stage.IDLE, Input.CHOOSE): Stage.CHOSEN,
     (Stage.CHOSEN, Input.ARM): Stage.ARMED,
@@ -87,7 +88,6 @@ TRANSITIONS: dict[tuple[Stage, Input], Stage] = {
         if (stage, why) != (Stage.CHOSEN, Input.CONDITION_OPENED)
     },
 }
-"""An input without an entry changes nothing."""
 
 
 class Ritual:

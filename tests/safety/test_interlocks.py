@@ -202,7 +202,7 @@ SENDS = frozenset({"write_all", "set_each"})
 BEGINNINGS = {
     "app/cli/set.py": "test_goldens.py::test_what_is_said_and_sent",
     "app/integration.py": "test_integration.py::test_what_takes_protection_away_is_sent_only_where_that_was_accepted",
-    "app/fleet/provision.py": "test_cli_provision.py::test_without_consent_or_where_no_module_can_pass_nothing_is_sent",
+    "app/fleet/batch.py": "test_cli_provision.py::test_without_consent_or_where_no_module_can_pass_nothing_is_sent",
     "app/preflight/run.py": "test_interlocks.py::test_a_check_only_enables",
     "ui/pages/fleet/group_jobs.py": "test_fleet_groups.py::"
     "test_a_profile_that_takes_protection_away_is_asked_about_before_it_is_written_to_any",
