@@ -1,5 +1,7 @@
 """State of one module as the fleet page shows it, and what it needs next."""
 
+from collections import Counter
+from collections.abc import Iterable
 from dataclasses import dataclass, field
 from enum import Enum
 from typing import NamedTuple
@@ -39,6 +41,17 @@ class Need(Enum):
     ACTIVATE = "activate"
     WAIT = "wait"
     NOTHING = marked("None")
+
+
+def word_of(verdict: Verdict | None) -> str:
+    return tr("not checked") if verdict is None else tr(verdict.value)
+
+
+def summary(verdicts: Iterable[Verdict | None]) -> str:
+    """ "2 GO, 1 READY, 1 NO-GO"."""
+    counts = Counter(verdicts)
+    order = (Verdict.GO, Verdict.READY, Verdict.NO_GO, None)
+    return join_names(f"{counts[verdict]} {word_of(verdict)}" for verdict in order if counts[verdict])
 
 
 class HeldVerdict(NamedTuple):

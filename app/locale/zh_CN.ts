@@ -2204,10 +2204,6 @@
         <translation>伞降模块飞行前检查</translation>
     </message>
     <message>
-        <source>Pre-flight check, modules: {count}</source>
-        <translation>飞行前检查，模块：{count}</translation>
-    </message>
-    <message>
         <source>Pre-flight check: {verdict}, checked by: {who}.</source>
         <translation>飞行前检查：{verdict}，检查人：{who}。</translation>
     </message>
@@ -2382,10 +2378,6 @@
     <message>
         <source>Repack</source>
         <translation>重新叠伞装仓</translation>
-    </message>
-    <message>
-        <source>Report</source>
-        <translation>报告</translation>
     </message>
     <message>
         <source>Reports</source>

@@ -87,15 +87,15 @@ def is_record(data: bytes) -> bool:
     return carries(FORMAT, data)
 
 
-def check_target(path: Path, is_ours: Callable[[bytes], bool] = is_record, *, beside: str = ".json") -> None:
-    """Raises `UserError` where the PDF, and the file of this suffix beside it, cannot be written there. `is_ours`:
-    whether a file of this content may be replaced."""
+def check_target(path: Path, is_ours: Callable[[bytes], bool] = is_record) -> None:
+    """Raises `UserError` where the PDF, and its JSON beside it, cannot be written there. `is_ours`: whether a file of
+    this content may be replaced."""
     if path.suffix.lower() != ".pdf":
         why = message(marked("expected {expected}"), expected=".pdf")
         raise UserError(marked("{value}: {why}."), value=path.name, why=why)
     if not path.parent.is_dir():
         raise UserError(marked("There is no folder {folder}."), folder=path.parent)
-    for target in (path, path.with_suffix(beside)):
+    for target in (path, path.with_suffix(".json")):
         if target.exists() and not is_ours(_content(target)):
             text = marked("{file} exists and is another kind of file.")
             raise UserError(text, file=target)

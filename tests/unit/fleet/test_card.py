@@ -1,8 +1,6 @@
 """What the board says about a module, who comes first, and checks and profiles for several modules."""
 
-from collections.abc import Sequence
 from dataclasses import replace
-from pathlib import Path
 from types import MappingProxyType
 
 import pytest
@@ -10,26 +8,18 @@ import pytest
 from app.diagnosis.link_state import LinkState, Phase
 from app.engine.conversation import ConversationView, How, Known
 from app.fleet.card import Card, HeldVerdict, Need
-from app.fleet.check_set import SetMember, check_set_target, summary, word_of, write_set_reports
 from app.fleet.profile_table import Applied, AppliedProfile, changes_of, differences, outcome_of, result_line
 from app.limits.out_of_limits import OutOfLimit, Outside
-from app.modules.labels import Paper
 from app.preflight.evidence import void_of_end
-from app.preflight.findings import Person
 from app.preflight.verdict import Verdict, assess
 from app.procedures.lock import Locked
 from app.procedures.read import read_everything
 from app.procedures.write import WriteContext, write_all
-from app.records.filing import Filed, file_check, local_now
-from app.records.record import make_record
-from app.records.report_files import document_in
 from app.safety.journal import Outcome
 from app.safety.last_known import Activation, SeenActivation
 from app.settings.form import Match
-from app.settings.profiles import NO_PROFILE, ManualLine, Profile
+from app.settings.profiles import ManualLine, Profile
 from app.text.i18n import CHINESE, ENGLISH, set_language
-from app.text.messages import message
-from app.text.user_error import UserError
 from protocol.catalogue import BAUD_RATE, BY_NAME
 from protocol.events import Ended, EndReason
 from protocol.fields import Value
@@ -123,55 +113,12 @@ def test_no_go_names_what_stands_against_it(options: dict[str, str], manual: tup
     card = replace(member(), verdict=held)
     assert card.need is Need.NO_GO
     assert card.next_step(NOW) == f"Not met: {why}"
-    assert SetMember("ttyUSB0", "M-7", Filed(assessment, make_record(assessment, at=local_now()), None)).why == why
 
 
 PROFILE = Profile(
     name="Show",
     settings={"attitude_threshold_deg": 70, "freefall_time_s": 1.2, "attitude_trigger": True, "baud_rate": 9600},
 )
-
-
-def filed(**options: str) -> Filed:
-    found = check(options=options)
-    evidence = found.assessment.case.evidence
-    return file_check(evidence, NO_PROFILE, Person(), store=None)
-
-
-def _printed(bodies: Sequence[str], _paper: Paper, attached: bytes | None) -> bytes:
-    assert attached is not None
-    return b"%PDF- " + "".join(bodies).encode() + b"\nstream\n" + attached + b"\nendstream"
-
-
-def test_a_report_of_each_module_and_a_first_page(tmp_path: Path) -> None:
-    members = (
-        SetMember("/dev/a", "M-<1>", filed()),
-        SetMember("/dev/b", "", filed(cell="3.4")),
-        SetMember("/dev/c", "M-3", None, message("The module does not answer.")),
-    )
-    assert [one.verdict for one in members] == [Verdict.READY, Verdict.NO_GO, None]
-    assert "Cell voltage" in members[1].why
-    assert members[2].why == "The module does not answer."
-    assert summary(member.verdict for member in members) == f"1 READY, 1 NO-GO, 1 {word_of(None)}"
-    target = tmp_path / "set.pdf"
-    written = write_set_reports(target, members, _printed)
-    assert sorted(path.name for path in tmp_path.iterdir()) == sorted(path.name for path in written)
-    reports = [path for path in written if path.suffix == ".pdf" and path != target]
-    documents = [one.filed.exported.text.encode() for one in members if one.filed is not None]
-    assert [document_in(path.with_suffix(".json").read_bytes()) for path in reports] == documents
-    page = target.read_bytes()
-    for words in ("M-&lt;1&gt;", "The module does not answer.", *(path.name for path in reports)):
-        assert words.encode() in page
-    with pytest.raises(UserError):  # a first page is no record
-        document_in(page)
-    write_set_reports(target, members, _printed)  # our own is replaced
-    reports[0].write_text("a thesis", encoding="utf-8")
-    with pytest.raises(UserError):
-        write_set_reports(target, members, _printed)
-    other = tmp_path / "other.pdf"
-    other.write_text("a thesis", encoding="utf-8")
-    with pytest.raises(UserError):
-        check_set_target(other)
 
 
 def test_a_profile_is_compared_written_and_verified_on_each() -> None:

@@ -15,8 +15,7 @@ from PySide6.QtWidgets import (
     QWidget,
 )
 
-from app.fleet.card import Card, Need
-from app.fleet.check_set import word_of
+from app.fleet.card import Card, Need, word_of
 from app.fleet.profile_table import Applied
 from app.safety.last_known import Activation
 from app.safety.trigger_flags import trigger_flags

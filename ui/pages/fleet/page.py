@@ -8,8 +8,7 @@ from typing import Final
 from PySide6.QtCore import Qt
 from PySide6.QtWidgets import QHBoxLayout, QPushButton, QTabBar, QTabWidget, QToolButton, QVBoxLayout, QWidget
 
-from app.fleet.card import Card, Need
-from app.fleet.check_set import summary
+from app.fleet.card import Card, Need, summary
 from app.fleet.profile_table import Applied, result_line
 from app.preflight.verdict import Verdict
 from app.procedures.write import SettingChange
