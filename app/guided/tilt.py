@@ -163,11 +163,7 @@ def _until_rearmed(watch: StatusWatch) -> Procedure[Span | None]:
 
 def _result(turns: list[Turn], threshold: float) -> GuidedResult:
     by_direction = {turn.direction: turn for turn in turns}
-    measured: list[MeasuredValue] = []
-    for direction in TiltDirection:
-        turn = by_direction.get(direction)
-        measured.append(_fired_row(message(direction.value), turn, threshold))
-        measured.append(_rearmed_row(message(direction.value), turn, threshold - RESET_BELOW_THRESHOLD_DEG))
+    measured = [row for one in TiltDirection for row in _rows(one, by_direction.get(one), threshold)]
     advice = None
     if any(turn.fired is None for turn in turns):
         advice = message(marked("Enable the attitude trigger."))
@@ -176,33 +172,28 @@ def _result(turns: list[Turn], threshold: float) -> GuidedResult:
     return GuidedResult(GuidedKind.TILT, tuple(measured), advice)
 
 
-def _fired_row(side: UserMessage, turn: Turn | None, threshold: float) -> MeasuredValue:
-    name = message(marked("Fires, {direction}"), direction=side)
+def _rows(direction: TiltDirection, turn: Turn | None, threshold: float) -> tuple[MeasuredValue, MeasuredValue]:
+    """Where it fired and where it rearmed; without a `turn` neither was tested."""
+    side = message(direction.value)
+    fires = message(marked("Fires, {direction}"), direction=side)
+    rearms = message(marked("Rearms, {direction}"), direction=side)
+    reset = threshold - RESET_BELOW_THRESHOLD_DEG
     if turn is None:
-        return _not_tested(name, threshold)
-    if turn.fired is None:
-        shown = message(marked("not up to {angle:.0f}°"), angle=turn.reached_deg)
-        return MeasuredValue(name, shown, _tolerance(threshold), GuidedVerdict.FAILED)
-    return _judged(name, turn.fired, threshold)
+        return _row(fires, None, threshold), _row(rearms, None, reset)
+    missed = message(marked("not up to {angle:.0f}°"), angle=turn.reached_deg)
+    stuck = None if turn.fired is None else message(marked("no"))
+    return _row(fires, turn.fired, threshold, missed), _row(rearms, turn.rearmed, reset, stuck)
 
 
-def _rearmed_row(side: UserMessage, turn: Turn | None, reset: float) -> MeasuredValue:
-    name = message(marked("Rearms, {direction}"), direction=side)
-    if turn is None or turn.fired is None:
-        return _not_tested(name, reset)
-    if turn.rearmed is None:
-        return MeasuredValue(name, message(marked("no")), _tolerance(reset), GuidedVerdict.FAILED)
-    return _judged(name, turn.rearmed, reset)
-
-
-def _judged(name: UserMessage, span: Span, target_deg: float) -> MeasuredValue:
+def _row(name: UserMessage, span: Span | None, target_deg: float, failed: UserMessage | None = None) -> MeasuredValue:
+    """`failed`: what is said where there is no angle although it was tested."""
+    tolerance = _tolerance(target_deg)
+    if span is None:
+        shown = failed or message(marked("not tested"))
+        return MeasuredValue(name, shown, tolerance, GuidedVerdict.FAILED if failed else GuidedVerdict.UNCLEAR)
     # Moved too fast, the angle tells of the hand, not of the module.
     verdict = passed_if(span.is_near(target_deg)) if span.is_sharp else GuidedVerdict.UNCLEAR
-    return MeasuredValue(name, span.message(), _tolerance(target_deg), verdict)
-
-
-def _not_tested(name: UserMessage, target_deg: float) -> MeasuredValue:
-    return MeasuredValue(name, message(marked("not tested")), _tolerance(target_deg), GuidedVerdict.UNCLEAR)
+    return MeasuredValue(name, span.message(), tolerance, verdict)
 
 
 def _tolerance(target_deg: float) -> UserMessage:

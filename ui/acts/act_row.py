@@ -7,24 +7,19 @@ from PySide6.QtGui import QFontMetrics
 from PySide6.QtWidgets import QFrame, QStackedLayout, QWidget
 
 from app.engine.procedure import Job
+from app.fleet.card import Need
 from app.procedures.act import Performed, perform
 from app.safety.acts import EFFECTS, TITLES, Act
 from app.safety.interlocks import Interlock
 from app.safety.journal import Outcome
 from app.safety.permit import Origin, Permit
+from app.text.durations import duration
 from app.text.i18n import tr
+from app.text.sentences import join_names, labelled
 from ui.acts.confirm import Confirm
-from ui.acts.outcomes import (
-    ASKING,
-    has_turned,
-    keep_interrupted,
-    motion_text,
-    not_begun,
-    open_conditions,
-    outcome_notice,
-    verdict_text,
-)
+from ui.acts.outcomes import ASKING, keep_interrupted, not_begun, open_conditions, outcome_notice
 from ui.services.context import Services
+from ui.session.ports import Ports
 from ui.session.running_job import RunningJob
 from ui.session.shown_module import ShownModule
 from ui.style.theme import Space, font
@@ -78,7 +73,7 @@ class ActRow(QFrame):
         self.refresh()
 
     def refresh(self) -> None:
-        if has_turned(self._services, self._performed):
+        if _has_turned(self._services, self._performed):
             self._dismiss()
         refusals = open_conditions(self._services, self.act)
         # What is armed is visible on this page; another line in each row would move the button under the hand.
@@ -91,9 +86,9 @@ class ActRow(QFrame):
         # An old status does not disable the button: the engine asks for a new one before it decides.
         blocking = [refusal for refusal in refusals if refusal.condition is not Interlock.FRESH_STATUS]
         if self.act is Act.ZERO:
-            self.live.setText("" if shown else motion_text(self._ports))  # the condition gives the figures
+            self.live.setText("" if shown else _motion_text(self._ports))  # the condition gives the figures
         elif self._shows_verdict:
-            self.live.setText(verdict_text(self._ports.module))
+            self.live.setText(_verdict_text(self._ports.module))
         self.confirm.set_possible(not blocking and not self._job.is_running)
         notice = self._job.notice(ASKING, can_cancel=False)
         self.notice_bar.show_notice(notice)
@@ -138,3 +133,44 @@ class ActRow(QFrame):
         self._words.setMinimumHeight(2 * QFontMetrics(font()).lineSpacing() + Space.M)  # that of a notice
         stacked(self._place, self._words, self.notice_bar)
         in_row((self._place, 1), self.confirm, of=self, spacing=Space.L, margins=(Space.M, Space.XS))
+
+
+def _has_turned(services: Services, done: Performed | None) -> bool:
+    """Whether a notice of an activation is no longer true: it was confirmed, and the module reports that it is not
+    active any more; or it is unknown, and the module was locked since."""
+    if done is None or done.act is not Act.ACTIVATE:
+        return False
+    module = services.ports.module
+    is_active = module.view.fresh("active", module.now_s)
+    if done.outcome is Outcome.CONFIRMED:
+        return is_active is not True
+    return done.outcome is Outcome.UNKNOWN and services.ports.current.lock.is_reported
+
+
+def _verdict_text(module: ShownModule) -> str:
+    """The last verdict of a module with its age, or why it holds no more."""
+    if module.is_checking:
+        return labelled(tr("Verdict"), tr("checking…"))
+    held = None if module.check is None else module.check.held
+    if held is None or held.at is None:
+        return labelled(tr("Verdict"), tr("not checked"))
+    if held.verdict is None:
+        why = "" if held.void is None else held.void.message.translated()
+        return tr(Need.VOID.value, why=why)
+    age = tr("{time} ago", time=duration(module.now_s - held.at))
+    return labelled(tr("Verdict"), join_names((tr(held.verdict.value), age)))
+
+
+def _motion_text(ports: Ports) -> str:
+    """The current input of zeroing; empty if unknown."""
+    view = ports.module.view
+    motion, tilt = view.motion, view.fresh("tilt_deg", ports.clock())
+    if motion is None or tilt is None:
+        return ""
+    return tr(
+        "{tilt:.0f}°, {low:.1f}–{high:.1f} g, moved {change:.0f}° in 2 s",
+        tilt=tilt,
+        low=motion.acceleration_low_g,
+        high=motion.acceleration_high_g,
+        change=motion.tilt_change_deg,
+    )

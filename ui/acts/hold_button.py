@@ -19,19 +19,14 @@ class HoldButton(StepButton):
     hold_ended = Signal()
     """Released, or the pointer left, or something else was pressed."""
 
-    def __init__(self) -> None:
+    def __init__(self, *texts: str) -> None:
+        """With room for the longest of these texts, so that the size never changes."""
         super().__init__()
         self._share = 0.0
         self._held_by_key = False
-        self._reserved: tuple[str, ...] = ()
+        self._texts = texts
         self.setProperty("role", "danger")
         self.setFocusPolicy(Qt.FocusPolicy.StrongFocus)
-
-    def reserve(self, *texts: str) -> None:
-        """Reserve room for the longest of these texts, so that the size never changes."""
-        if texts != self._reserved:
-            self._reserved = texts
-            self.updateGeometry()
 
     def show_share(self, share: float) -> None:
         if share != self._share:
@@ -47,7 +42,7 @@ class HoldButton(StepButton):
     def sizeHint(self) -> QSize:
         """Large enough for a gloved finger."""
         hint, metrics = super().sizeHint(), self.fontMetrics()
-        longest = max((metrics.horizontalAdvance(text) for text in self._reserved), default=0)
+        longest = max((metrics.horizontalAdvance(text) for text in self._texts), default=0)
         width = hint.width() - metrics.horizontalAdvance(self.text()) + longest
         return QSize(max(_SMALLEST.width(), width), _SMALLEST.height()).expandedTo(hint)
 

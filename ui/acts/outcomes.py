@@ -4,18 +4,15 @@ from dataclasses import replace
 from typing import Final
 
 from app.engine.target import sets_rate
-from app.fleet.card import Need
 from app.procedures.act import Performed
 from app.safety.acts import TITLES, Act
 from app.safety.interlocks import Interlock, Refusal, inputs_at, refusals
 from app.safety.journal import Outcome
-from app.text.durations import duration
 from app.text.i18n import tr
 from app.text.messages import UserMessage
-from app.text.sentences import join_names, labelled
+from app.text.sentences import labelled
 from protocol.translatable import marked
 from ui.services.context import Services
-from ui.session.ports import Ports
 from ui.session.shown_module import ShownModule
 from ui.style.theme import Meaning
 from ui.widgets.notice_bar import Notice
@@ -39,18 +36,6 @@ def open_conditions(services: Services, act: Act) -> tuple[Refusal, ...]:
     return tuple(refusal for refusal in refusals(act, inputs) if refusal.condition not in _ASKED_ANYWAY)
 
 
-def has_turned(services: Services, done: Performed | None) -> bool:
-    """Whether a notice of an activation is no longer true: it was confirmed, and the module reports that it is not
-    active any more; or it is unknown, and the module was locked since."""
-    if done is None or done.act is not Act.ACTIVATE:
-        return False
-    module = services.ports.module
-    is_active = module.view.fresh("active", module.now_s)
-    if done.outcome is Outcome.CONFIRMED:
-        return is_active is not True
-    return done.outcome is Outcome.UNKNOWN and services.ports.current.lock.is_reported
-
-
 def outcome_meaning(done: Performed) -> Meaning:
     if done.is_rehearsal:
         return Meaning.INFORMATION
@@ -62,35 +47,6 @@ def outcome_meaning(done: Performed) -> Meaning:
             return Meaning.DANGER if done.act is Act.DEPLOY else Meaning.ATTENTION if is_hot else Meaning.GOOD
         case _:
             return Meaning.ATTENTION
-
-
-def verdict_text(module: ShownModule) -> str:
-    """The last verdict of a module with its age, or why it holds no more."""
-    if module.is_checking:
-        return labelled(tr("Verdict"), tr("checking…"))
-    held = None if module.check is None else module.check.held
-    if held is None or held.at is None:
-        return labelled(tr("Verdict"), tr("not checked"))
-    if held.verdict is None:
-        why = "" if held.void is None else held.void.message.translated()
-        return tr(Need.VOID.value, why=why)
-    age = tr("{time} ago", time=duration(module.now_s - held.at))
-    return labelled(tr("Verdict"), join_names((tr(held.verdict.value), age)))
-
-
-def motion_text(ports: Ports) -> str:
-    """The current input of zeroing; empty if unknown."""
-    view = ports.module.view
-    motion, tilt = view.motion, view.fresh("tilt_deg", ports.clock())
-    if motion is None or tilt is None:
-        return ""
-    return tr(
-        "{tilt:.0f}°, {low:.1f}–{high:.1f} g, moved {change:.0f}° in 2 s",
-        tilt=tilt,
-        low=motion.acceleration_low_g,
-        high=motion.acceleration_high_g,
-        change=motion.tilt_change_deg,
-    )
 
 
 def not_begun() -> Notice:

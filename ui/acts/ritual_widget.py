@@ -74,7 +74,10 @@ class RitualWidget(QFrame):
         self._words = named(QWidget(), "ritual_words")
         self.step = text_label("ritual_step", "strong")
         self.step.setWordWrap(False)
-        self.marks = [named(QLabel(), f"ritual_step_{name}") for name, _ in _STEPS]
+        self.marks = [
+            named(QLabel(tr("Step {number}: {name}", number=number, name=tr(title))), f"ritual_step_{name}")
+            for number, (name, title) in enumerate(_STEPS, 1)
+        ]
         self.countdown = control(QProgressBar(), "ritual_countdown", says=tr("Disarms in"))
         self.countdown.setTextVisible(False)
         self.countdown.setRange(0, round(ARMED_FOR_S * 1000))
@@ -92,7 +95,8 @@ class RitualWidget(QFrame):
             slot=partial(self._choose, is_rehearsal=True),
         )
         self.arm = named(StepButton(tr("Arm for 10 s")), "ritual_arm", "danger")
-        self.hold = control(HoldButton(), "ritual_hold", tip=tr("Mouse or space bar"))
+        self._hold_texts = (tr("Hold to DEPLOY"), tr("Hold to rehearse"))
+        self.hold = control(HoldButton(*self._hold_texts), "ritual_hold", tip=tr("Mouse or space bar"))
         self.cancel = control(
             StepButton(tr("Cancel"), is_safe=True), "ritual_cancel", tip=tr("Nothing is sent."), key="Esc"
         )
@@ -277,8 +281,7 @@ class RitualWidget(QFrame):
         self.countdown.setValue(round(ritual.armed_left_s(now) * 1000))
         self.hold.show_share(ritual.held_s(now) / HOLD_S)
         self._show_step(now)
-        in_earnest, as_rehearsal = tr("Hold to DEPLOY"), tr("Hold to rehearse")
-        self.hold.reserve(in_earnest, as_rehearsal)
+        in_earnest, as_rehearsal = self._hold_texts
         self.hold.setText(as_rehearsal if ritual.is_rehearsal else in_earnest)
         self.refresh()
 
@@ -289,13 +292,11 @@ class RitualWidget(QFrame):
         set_role(self.hold, "" if is_rehearsal else "danger")
         set_role(self.arm, "" if is_rehearsal else "danger")
         due = {Stage.CHOSEN: 1, Stage.ARMED: 2, Stage.HOLDING: 2}.get(stage, 0)
-        for number, (mark, (_, title)) in enumerate(zip(self.marks, _STEPS, strict=True)):
+        for number, mark in enumerate(self.marks):
             is_now = number == due and self.is_under_way
             state = tr("done") if number < due else tr("now") if is_now else ""
-            text = tr("Step {number}: {name}", number=number + 1, name=tr(title))
-            spoken = ", ".join(filter(None, (text, state)))
-            if (mark.text(), mark.accessibleName()) != (text, spoken):
-                mark.setText(text)
+            spoken = ", ".join(filter(None, (mark.text(), state)))
+            if mark.accessibleName() != spoken:
                 mark.setAccessibleName(spoken)
             set_role(mark, ("strong" if is_rehearsal else "danger") if is_now else "caption")
         frame = REQUESTS[Act.DEPLOY].encode().hex(" ").upper()

@@ -145,6 +145,7 @@ def test_what_can_fire_is_said_and_confirmed_each_time_and_start_sends_nothing_b
     page.choose(GuidedKind.TILT)
     bench.wait(0.3)
     assert not page.primary.isEnabled()
+    assert page.steps.text().startswith("1. Activate\n2. ")
     page.made_safe.click()
     bench.until(page.primary.isEnabled)
     page.choose(GuidedKind.BAY)
