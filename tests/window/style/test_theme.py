@@ -13,8 +13,8 @@ from pytestqt.qtbot import QtBot
 from tests.support.window.contrast import contrast, style_all, surfaces_of
 from ui.style import appearance, theme
 from ui.style.appearance import Appearance, style_sheet
-from ui.style.icons import Icon, pixmap
-from ui.style.theme import DARK, LIGHT, SUNLIGHT, THEMES, Choice, Size, Theme
+from ui.style.icons import MEANING_ICONS, Icon, battery, pixmap
+from ui.style.theme import DARK, LIGHT, SUNLIGHT, THEMES, Choice, Meaning, Size, Theme
 
 # Qt's offscreen platform says so at every window with a least size.
 each_theme = pytest.mark.parametrize("one", THEMES, ids=lambda one: one.name)
@@ -65,6 +65,15 @@ def test_lines_and_icons_stand_out(one: Theme) -> None:
             assert contrast(line, surface) >= 3, (line, surface)
     assert contrast(one.on_primary, one.primary) >= 3  # the tick in its box
     assert contrast(one.information.ink, one.selection) >= 3  # the end of a progress bar
+
+
+@each_theme
+def test_each_meaning_has_colours_and_an_icon_of_its_own(one: Theme) -> None:
+    assert set(one.meanings) == set(Meaning) == set(MEANING_ICONS)
+    assert len(set(MEANING_ICONS.values())) == len(Meaning)
+    if one is not SUNLIGHT:
+        assert len({tint.ink for tint in one.meanings.values()}) == len(Meaning)
+    assert len(set(one.curves)) == len(one.curves)
 
 
 @each_theme
@@ -121,3 +130,9 @@ def test_every_icon_draws_something(qapp: QApplication) -> None:
         image = pixmap(one, 32, "#ff0000").toImage()
         painted = [(x, y) for x in range(32) for y in range(32) if image.pixelColor(x, y).alpha() > 128]
         assert len(painted) > 20, one
+
+
+def test_the_battery_has_as_many_bars_as_it_is_full() -> None:
+    bars = [int(battery(level).value[-1]) for level in (0, 0.25, 0.5, 0.75, 1, 1.4, -1)]
+    assert bars == [0, 1, 2, 3, 4, 4, 0]
+    assert battery(None) is Icon.BATTERY_UNKNOWN
