@@ -22,8 +22,8 @@ from ui.services.page import Page
 from ui.session.left_active import LeftActiveWatch
 from ui.session.shown_module import ShownModule
 from ui.shell.actions import Actions, MenuEntry
+from ui.shell.application_filter import LOCK_ALL_KEY, LOCK_KEYS, ApplicationFilter
 from ui.shell.attention import Attention
-from ui.shell.lock_filter import LOCK_ALL_KEY, LOCK_KEYS, LockFilter
 from ui.shell.page_area import PageArea, PageMaker, Sidebar, fit_screen
 from ui.shell.shutdown import close_down
 from ui.shell.status_bar import RecordingSign, StatusBar
@@ -109,7 +109,7 @@ class MainWindow(QMainWindow):
         self.panel.shown.connect(lambda: self.area.setVisible(self.panel.isHidden()))
         self.panel.logs.clicked.connect(lambda: self.go_to("logs"))
         self.navigation.page_wanted.connect(self._show_page)
-        self._lock_filter = LockFilter(ports.lock, self)
+        self._filter = ApplicationFilter(ports.lock, self)
         self._services.exchange.limits_used.connect(self.top_bar.refresh)
         for changed in (self.panel.shown, self.stack.currentChanged, self._maker.done):
             changed.connect(self.attention.refresh)
@@ -142,7 +142,7 @@ class MainWindow(QMainWindow):
         find_rate, is_several = partial(self.take_step, NextStep.FIND_RATE), lambda: len(ports.all) > 1
         menus.add(
             "module",
-            # `LockFilter` handles their keys in every window.
+            # `ApplicationFilter` handles their keys in every window.
             MenuEntry("lock", marked("LOCK"), lock.press, "; ".join(LOCK_KEYS), is_wanted, picture=Icon.LOCK),
             MenuEntry("lock_all", marked("LOCK ALL"), lock.press_all, LOCK_ALL_KEY, is_several, picture=Icon.LOCK),
             MenuEntry("find_rate", marked("Find the baud rate"), find_rate, when=lambda: ports.current.is_open),
@@ -356,7 +356,7 @@ class MainWindow(QMainWindow):
         self._maker.end()
         for work in self.findChildren(BackgroundTask):
             work.close()  # its thread must not outlive the window
-        self._lock_filter.stop()
+        self._filter.stop()
         self.panel.hide()
         preferences = self._remembered
         preferences.geometry = self.saveGeometry()

@@ -7,6 +7,7 @@ The name is asked for when somebody wants to know it, so it may hold a measured 
 only where Qt's own property changes: see `Spoken`.
 """
 
+from functools import cache
 from typing import Final, cast
 
 from PySide6.QtCore import QObject
@@ -101,15 +102,10 @@ class Spoken:
         return self._spoken or QWidget.accessibleName(cast("QWidget", self))
 
 
-_is_installed = False
-
-
+@cache
 def install_accessible_roles() -> None:
     """Once for the application; before anybody asks."""
-    global _is_installed  # noqa: PLW0603  as Qt has one list of them
-    if not _is_installed:
-        _is_installed = True
-        QAccessible.installFactory(_make)
+    QAccessible.installFactory(_make)
 
 
 _POLITENESS = QAccessible.AnnouncementPoliteness

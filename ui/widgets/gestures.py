@@ -6,12 +6,16 @@ scrolled, moved by a layout, uncovered) is blocked until the pointer leaves it. 
 
 import time
 from collections.abc import Callable
-from typing import Final, Protocol
+from functools import cache
+from typing import TYPE_CHECKING, Final
 from weakref import WeakSet
 
-from PySide6.QtCore import QEvent, QObject, QPointF, QRect, Qt, QTimer
+from PySide6.QtCore import QEvent, QObject, QPointF, Qt, QTimer
 from PySide6.QtGui import QEnterEvent, QGuiApplication, QKeyEvent, QMouseEvent, QWindow
-from PySide6.QtWidgets import QApplication, QWidget
+from PySide6.QtWidgets import QApplication
+
+if TYPE_CHECKING:
+    from ui.widgets.step_button import StepButton
 
 PRESS_KEYS: Final = (Qt.Key.Key_Space, Qt.Key.Key_Select, Qt.Key.Key_Return, Qt.Key.Key_Enter)
 """Keys that press a button."""
@@ -25,19 +29,6 @@ _POINTER: Final = (
 )
 
 
-class Step(Protocol):
-    """A `QWidget` that accepts only deliberate presses."""
-
-    def isVisible(self) -> bool: ...
-    def rect(self) -> QRect: ...
-    def mapFromGlobal(self, position: QPointF, /) -> QPointF: ...
-    def window(self) -> QWidget: ...
-    def check_place(self) -> None: ...
-    def block_pointer(self) -> None: ...
-    def unblock_pointer(self) -> None: ...
-    def unblock_keys(self) -> None: ...
-
-
 class Gestures(QObject):
     """The application's, from `gestures()`. Filters the events of every window with a visible step."""
 
@@ -46,10 +37,10 @@ class Gestures(QObject):
         self.clock: Callable[[], float] = time.monotonic
         """Monotonic seconds."""
         self.has_paired_repeats = QGuiApplication.platformName() == "xcb"
-        self._steps: WeakSet[Step] = WeakSet()
+        self._steps: WeakSet[StepButton] = WeakSet()
         """The visible steps."""
         self._pointer: QPointF | None = None
-        self._under: Step | None = None
+        self._under: StepButton | None = None
         """The step under the pointer."""
         self._keys: set[int] = set()
         """Keys that are down."""
@@ -64,7 +55,7 @@ class Gestures(QObject):
 
     # For steps
 
-    def add(self, step: Step) -> None:
+    def add(self, step: "StepButton") -> None:
         """`step` became visible."""
         self._steps.add(step)
         window = step.window()
@@ -73,12 +64,12 @@ class Gestures(QObject):
         if handle is not None:
             handle.installEventFilter(self)
 
-    def remove(self, step: Step) -> None:
+    def remove(self, step: "StepButton") -> None:
         """`step` is no longer visible."""
         self._steps.discard(step)
         self.ignore_until_reentered(step)
 
-    def ignore_until_reentered(self, step: Step) -> None:
+    def ignore_until_reentered(self, step: "StepButton") -> None:
         """`step` appeared or moved: if it is under the pointer now, the pointer did not move onto it."""
         if self._under is step:
             self._under = None
@@ -103,7 +94,7 @@ class Gestures(QObject):
         self._pointer = QPointF(position)
         self._on_enter(self._find(position), is_move=is_move)
 
-    def _on_enter(self, step: Step | None, *, is_move: bool) -> None:
+    def _on_enter(self, step: "StepButton | None", *, is_move: bool) -> None:
         left, self._under = self._under, step
         if left is step:
             return
@@ -112,7 +103,7 @@ class Gestures(QObject):
         if step is not None and not is_move:
             step.block_pointer()
 
-    def _find(self, position: QPointF) -> Step | None:
+    def _find(self, position: QPointF) -> "StepButton | None":
         for step in self._steps:
             if step.isVisible() and step.rect().contains(step.mapFromGlobal(position).toPoint()):
                 window = step.window()
@@ -217,15 +208,10 @@ def _as_repeat(event: QKeyEvent) -> QKeyEvent:
     )
 
 
-_gestures: Gestures | None = None
-
-
+@cache
 def gestures() -> Gestures:
     """The instance of the application, made for the first step."""
-    global _gestures  # noqa: PLW0603  as Qt has one application
-    if _gestures is None:
-        _gestures = Gestures(application())
-    return _gestures
+    return Gestures(application())
 
 
 def application() -> QApplication:

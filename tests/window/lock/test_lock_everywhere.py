@@ -24,7 +24,7 @@ from ui.core.preferences import Preferences
 from ui.files import file_dialogs
 from ui.main import PAGES, Assembly, WindowOptions
 from ui.services.context import PageEntry
-from ui.shell.lock_filter import LOCK_KEYS
+from ui.shell.application_filter import LOCK_KEYS
 
 UI: Final = Path(__file__).parents[3] / "ui"
 _DIALOGS: Final = frozenset({

@@ -94,6 +94,16 @@ def test_trouble_with_files_outlives_another_module(qtbot: QtBot, qapp: QApplica
             assert notice.result_notice() is not None
 
 
+def test_what_a_person_has_to_act_on_outlives_the_page(line: Line) -> None:
+    job = line.job
+    for meaning, stays in ((Meaning.GOOD, False), (Meaning.INFORMATION, False), (Meaning.ATTENTION, True)):
+        job.notify(meaning, "said")
+        job.end(is_page_left=True)
+        assert (job.result_notice() is not None) is stays, meaning
+    job.end(is_page_left=False)  # another module
+    assert job.result_notice() is None
+
+
 def test_what_is_said_at_its_end_stands_until_it_is_closed(line: Line) -> None:
     job = line.job
     line.begin(lambda _job: job.notify(Meaning.GOOD, "done"))

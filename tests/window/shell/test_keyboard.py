@@ -87,6 +87,7 @@ def test_keys(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
             assert told - OF_MENU_AND_FOCUS <= bound, entry.key
         repeated = {action.objectName() for action in window.findChildren(QAction)
                     if action.autoRepeat() and not action.shortcut().isEmpty()}  # fmt: skip
+        repeated |= {shortcut.objectName() for shortcut in window.findChildren(Shortcut) if shortcut.autoRepeat()}
         assert {name for name in repeated if not name.endswith(("_fit", "_live"))} == set()  # of plots
 
 

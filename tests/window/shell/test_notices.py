@@ -198,3 +198,27 @@ def test_that_one_has_triggered_was_read_and_not_that_the_next_has(
             assert bar.notice is not None
             given(bar.notice.dismiss)()
             assert "has triggered" not in notice_text(bar)
+
+
+def test_a_notice_that_was_closed_comes_again_with_its_cause(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
+    with fake_window(qapp, tmp_path) as (ports, assembly):
+        bar = assembly.window.notice_bar
+        _port, worker = ports.plug_in("ttyUSB0")
+        for is_triggered in (True, False, True):
+            worker.say(triggered=is_triggered)
+            QApplication.processEvents()
+            qtbot.waitUntil(lambda wanted=is_triggered: ("has triggered" in notice_text(bar)) is wanted)  # type: ignore[misc]
+            if is_triggered:
+                given(given(bar.notice).dismiss)()
+                assert "has triggered" not in notice_text(bar)
+
+
+@pytest.mark.promise("l")
+def test_closing_asks_while_a_lock_is_not_reported(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
+    with fake_window(qapp, tmp_path) as (ports, assembly):
+        port, _worker = ports.plug_in("ttyUSB0")
+        qtbot.waitUntil(lambda: port.is_open)
+        port.lock.press()
+        assembly.window.close()
+        assert assembly.window.isVisible()
+        assert "it does not report LOCKED" in notice_text(assembly.window.notice_bar)

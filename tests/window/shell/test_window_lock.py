@@ -27,7 +27,7 @@ from ui.main import PAGES
 from ui.services.context import PageEntry, Services
 from ui.services.page import Page
 from ui.session.ports import LockControl
-from ui.shell.lock_filter import LOCK_ALL_KEY
+from ui.shell.application_filter import LOCK_ALL_KEY
 from ui.shell.main_window import MainWindow
 from ui.style.theme import Meaning
 from ui.widgets.notice_bar import Notice

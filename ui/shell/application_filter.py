@@ -1,4 +1,4 @@
-"""LOCK from everywhere: its keys in every window, the first click on its buttons while a menu is open."""
+"""What holds in every window: LOCK by its keys and by the first click while a menu is open; labels are plain text."""
 
 from collections.abc import Callable
 from typing import Final
@@ -16,9 +16,9 @@ LOCK_ALL_KEY: Final = "Ctrl+Shift+L"
 _HANDLED: Final = (QKeyEvent, QMouseEvent, QShowEvent)
 
 
-class LockFilter(QObject):
-    """Filters the events of the application, so that no new window has to remember LOCK. It also makes every label and
-    tool tip plain before it is seen: a module or a file may be named like a picture or a heading."""
+class ApplicationFilter(QObject):
+    """Filters the events of the application, so that no new window has to remember any of it. A label or a tool tip is
+    made plain before it is seen: a module or a file may be named like a picture or a heading."""
 
     def __init__(self, lock: LockControl, parent: QObject) -> None:
         super().__init__(parent)
