@@ -150,7 +150,7 @@ class LivePanel(QFrame):
         self.gauge.setFixedSize(self.gauge.width_for(height_px), height_px)
         rest = in_row(self.stream, self.boot_count, spacing=Space.M)
         values = (self.tilt, self.acceleration, self.light, self.cell)
-        in_column(self.gauge, *values, rest, 1, of=self, spacing=Space.XS, margins=(Space.M, Space.S))
+        in_column(self.gauge, *values, rest, 1, of=self, spacing=Space.S, margins=(Space.M, Space.S))
 
     def _reserve(self) -> None:
         """Reserves room for all possible notes, so that nothing moves."""
