@@ -38,7 +38,7 @@ SYNC_EVERY_S = 30.0
 RESERVE_BYTES = 256 * 1024**2
 # Batches that wait for the thread; more than a minute of the fastest stream.
 MAX_WAITING = 10_000
-# After this, or with a fifth of what the library may hold, the recording goes on in the next file.
+# After this, with a fifth of what the library may hold, or where it is full, it goes on in the next file.
 MAX_SESSION_S = 24 * 3600.0
 
 
@@ -272,7 +272,7 @@ class Recorder:
         self._writer = SessionWriter(self.library.new_path(opening.started_at), opening)
 
     def _maintain(self) -> None:
-        """Flushes, syncs, checks the disk, and goes on in the next file after a day."""
+        """Flushes, syncs, checks the disk, and goes on in the next file where this one is long enough."""
         writer, now = self._writer, self._clock()
         if writer is None or self._port is None:
             return
@@ -281,7 +281,8 @@ class Recorder:
             self._synced_at = now
             writer.sync()
             self._check_disk()
-        if now - writer.opening.start_s > MAX_SESSION_S or writer.size_bytes > self.library.max_bytes / 5:
+        is_large = writer.is_full or writer.size_bytes > self.library.max_bytes / 5
+        if is_large or now - writer.opening.start_s > MAX_SESSION_S:
             port = self._port
             self._end()
             port.begun_at = now

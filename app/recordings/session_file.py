@@ -50,7 +50,7 @@ FULL_CHUNK_BYTES: Final = 1 << 22
 """A chunk ends with `flush`; where the disk was slow, it ends earlier."""
 MAX_CHUNK_BYTES: Final = 1 << 26
 MAX_UNPACKED_BYTES: Final = 1 << 32
-"""Of a file: about a day at full line rate. Nothing is read beyond."""
+"""Of a file: eight hours at full line rate. Nothing is read beyond."""
 MAX_NS: Final = (1 << 63) - 1
 _YEARS: Final = range(1970, 2201)
 # What the libraries raise for damaged bytes.
@@ -227,6 +227,7 @@ class SessionWriter:
         self._waiting = [_CHANNEL_RECORDS]
         self._times_ns: list[int] = []
         self._waiting_bytes = 0
+        self._unpacked_bytes = 0
         self._file: IO[bytes] = open(path, "xb", opener=private_opener)  # noqa: SIM115
         try:
             lock(self._file)
@@ -271,6 +272,7 @@ class SessionWriter:
     def _write_chunk(self) -> None:
         if self._times_ns:
             records = b"".join(self._waiting)
+            self._unpacked_bytes += len(records)
             packed = zstandard.compress(records)
             first_ns, last_ns = min(self._times_ns), max(self._times_ns)
             self._file.write(_records(Chunk("zstd", packed, last_ns, first_ns, zlib.crc32(records), len(records))))
@@ -294,6 +296,11 @@ class SessionWriter:
     @property
     def size_bytes(self) -> int:
         return 0 if self._file.closed else self._file.tell()
+
+    @property
+    def is_full(self) -> bool:
+        """More would soon be more than is read of a file."""
+        return self._unpacked_bytes > MAX_UNPACKED_BYTES // 2
 
 
 # Reading

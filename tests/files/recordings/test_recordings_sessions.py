@@ -3,10 +3,22 @@
 from pathlib import Path
 
 import numpy as np
+import pytest
 
+from app.recordings import session_file
 from app.recordings.recorder import MAX_SESSION_S
 from app.recordings.recording import RecordedTraffic
-from tests.support.records.recordings_made import HEADING, WAIT_S, batch, opened, recorder_in, report, stream, talk
+from tests.support.records.recordings_made import (
+    HEADING,
+    LINE_HZ,
+    WAIT_S,
+    batch,
+    opened,
+    recorder_in,
+    report,
+    stream,
+    talk,
+)
 
 
 def test_a_session_that_is_too_large_goes_on_in_the_next_recording(tmp_path: Path) -> None:
@@ -30,6 +42,20 @@ def test_a_session_that_is_too_large_goes_on_in_the_next_recording(tmp_path: Pat
         assert times == [sample.at for one in batches for sample in one.samples]
         assert sent == 8 * len(times)
         assert polled == np.arange(1000.0, 1060.0).tolist()
+
+
+@pytest.mark.promise("f")
+def test_no_recording_is_longer_than_what_is_read_of_one(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """At full line rate that is eight hours, long before the file is as large as the library allows."""
+    monkeypatch.setattr(session_file, "MAX_UNPACKED_BYTES", 1_000_000)
+    with recorder_in(tmp_path) as bench:
+        bench.recorder.begin(*HEADING)
+        for second in range(20):
+            bench.feed(*stream(1000.0 + second, 1.0))
+        bench.finish()
+        recordings = [opened(entry.path) for entry in bench.library.entries()]
+    assert sum(len(recording.tilt) for recording in recordings) == 20 * LINE_HZ
+    assert [recording.damage for recording in recordings] == [None] * len(recordings)
 
 
 def test_after_a_day_the_next_recording_begins(tmp_path: Path) -> None:
