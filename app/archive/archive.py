@@ -8,12 +8,10 @@ here reads it.
 import logging
 import sqlite3
 from collections.abc import Callable, Iterator
-from concurrent.futures import Future
 from contextlib import closing, contextmanager
 from datetime import UTC, datetime
 from typing import NamedTuple, TypeVar
 
-from app.archive.postgres import server_url
 from app.records.verification import StationNames
 from app.store.fact_store import Facts, Store
 from app.store.kinds import StationNamed
@@ -96,10 +94,6 @@ class Archive:
         """The address of the one that is set, without its password."""
         server: str | None = self.store.state("server")
         return server
-
-    def use_server(self, address: str) -> "Future[None]":
-        """Only without its password it is kept; "" forgets the one that is set. Raises `UserError`."""
-        return self.store.set_state("server", server_url(address).shown if address.strip() else None)
 
     def exchanged(self, place: str) -> Exchanged:
         """Quick; only of this station's store."""

@@ -248,7 +248,7 @@ def test_the_command_exchanges_and_says_what_was_altered(
     _sync(one, server.url())
     found: list[dict[str, Any]] = []
     with closing(open_store()) as here:
-        Archive(here).use_server(server.url()).result()
+        here.set_state("server", server_url(server.url()).shown).result()
     for words, code in (([server.url()], 0), ([], 0), ([], 4)):
         if len(found) == 2:
             server.run("UPDATE dps_s_facts SET made_at = '2020-01-01T00:00:00.000000+00:00' WHERE module = 'M-07'")

@@ -65,7 +65,7 @@ class ArchiveExchange(QObject):
         from app.archive.postgres import server_url
 
         self.server = server_url(text).shown if text.strip() else None
-        archive_of(self._storage).use_server(text)
+        archive_of(self._storage).store.set_state("server", self.server)
         if self.server is None:
             self._timer.stop()
         else:
