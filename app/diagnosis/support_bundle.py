@@ -32,8 +32,6 @@ USER = "<user>"
 COMPUTER = "<computer>"
 SHORTEST_NAME = 3
 """Shorter names occur in ordinary words and are not replaced."""
-MAX_PART_LENGTH = 2_000_000
-"""Characters of one file in the bundle; the end of a longer one is kept."""
 _HOME = re.compile(
     r"((?:/home/|/Users/|[A-Za-z]:[\\/]+(?:Users|Documents and Settings)[\\/]+))"
     r"([^/\\\n\"'<>|:]{1,64}?(?=[/\\])|[^/\\\s\"'<>|:]+)"
@@ -104,7 +102,7 @@ class SupportBundle:
             "log.txt": contents.log,
             "capture.txt": _capture(contents.traffic),
         }
-        self.files = tuple(BundleFile(name, _end_of(scrub(text, names))) for name, text in texts.items() if text)
+        self.files = tuple(BundleFile(name, scrub(text, names)) for name, text in texts.items() if text)
 
     def write(self, path: Path) -> None:
         """Writes the zip atomically. Raises OSError."""
@@ -119,12 +117,6 @@ class SupportBundle:
 
 def _json(value: object) -> str:
     return json.dumps(value, indent=2, ensure_ascii=False, default=str) + "\n"
-
-
-def _end_of(text: str) -> str:
-    if len(text) <= MAX_PART_LENGTH:
-        return text
-    return "…\n" + text[-MAX_PART_LENGTH:].partition("\n")[2]
 
 
 def _capture(traffic: Sequence[Event]) -> str:

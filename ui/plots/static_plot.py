@@ -23,8 +23,6 @@ class StaticPlot(PaintedWidget):
     accessible_role: ClassVar = QAccessible.Role.Chart
     usual: ClassVar = QSize(320, 130)
     least: ClassVar = QSize(220, 90)
-    head_rows: ClassVar = 0
-    """Of `column`, above the view."""
 
     def __init__(self, name: str) -> None:
         super().__init__()
@@ -59,7 +57,7 @@ class StaticPlot(PaintedWidget):
             axis.setCacheMode(axis.CacheMode.NoCache)
         canvas.addItem(self.axes["left"], 0, 0)
         canvas.addItem(self.axes["bottom"], 1, 1)
-        self.column.insertWidget(self.head_rows, canvas, 1)
+        self.column.insertWidget(0, canvas, 1)
 
     def redraw(self) -> None:
         """Draws all again, in the theme and language in use; a hidden chart is drawn when it is shown."""
@@ -86,16 +84,12 @@ class StaticPlot(PaintedWidget):
         for item in items:
             self.view.addItem(item)
 
-    def add_text(self, text: str, colour: str, place: tuple[float, float], anchor: tuple[float, float]) -> None:
-        """A text whose point `anchor` (0 to 1 from its left and top) is at a place."""
-        item = pg.TextItem(text, QColor(colour), anchor=anchor)
-        item.setFont(font(Size.SMALL))
-        item.setPos(*place)
-        self.add(item)
-
     def show_nothing(self, word: str) -> None:
         self.set_range((0.0, 1.0), (0.0, 1.0))
-        self.add_text(word, current().muted, (0.5, 0.5), (0.5, 0.5))
+        item = pg.TextItem(word, QColor(current().muted), anchor=(0.5, 0.5))
+        item.setFont(font(Size.SMALL))
+        item.setPos(0.5, 0.5)
+        self.add(item)
 
     def set_range(self, across: tuple[float, float], up: tuple[float, float]) -> None:
         self.view.setRange(xRange=across, yRange=up, padding=0.0, disableAutoRange=False)

@@ -21,7 +21,7 @@ from ui.widgets.layouts import in_column, in_row
 from ui.widgets.readout import StateChip
 from ui.widgets.visibility_timer import VisibilityTimer
 
-_LENGTHS_S: Final = {10.0: ("{value} s", 10), 60.0: ("{value} s", 60), 600.0: ("{value:.0f} min", 10)}
+_LENGTHS_S: Final = (10.0, 60.0, 600.0)
 
 
 class TimePlot(QWidget):
@@ -114,9 +114,8 @@ class PlotHeader(QWidget):
             in_row(self.chip, (controls, 1), of=self, margins=0)
 
     def _segment(self, length_s: float) -> ChoiceButton:
-        text, value = _LENGTHS_S[length_s]
         button = named(ChoiceButton(), f"time-plot-window-{length_s:g}", "segment")
-        button.setText(tr(text, value=value))
+        button.setText(duration(length_s))
         button.setToolTip(tr("Length of the time line"))
         button.setAccessibleDescription(tr("Length of the time line"))
         button.clicked.connect(lambda: self._time_range.choose_length(length_s))

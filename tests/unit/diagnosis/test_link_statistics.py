@@ -172,15 +172,6 @@ def test_a_bundle_of_a_version_alone_can_be_made() -> None:
     assert names == ["about.json", "link.json", "module.json", "preferences.json"]
 
 
-def test_the_end_of_a_long_log_is_kept(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("app.diagnosis.support_bundle.MAX_PART_LENGTH", 100)
-    log = "".join(f"line {number}\n" for number in range(100))
-    parts = {part.name: part.text for part in SupportBundle(Contents(version="1", log=log), names=NAMES).files}
-    assert parts["log.txt"].startswith("…\nline ")
-    assert parts["log.txt"].endswith("line 99\n")
-    assert len(parts["log.txt"]) < 110
-
-
 def test_a_bundle_that_cannot_be_written_leaves_the_old_file(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     path = tmp_path / "support.zip"
     path.write_bytes(b"old")
