@@ -143,3 +143,15 @@ def test_a_lock_that_is_not_confirmed_ends_nothing(dps_s: Program) -> None:
     said = dps_s(["lock", "--yes", "--same-module", "--port", "/dev/no-such-port"], 3).err
     assert said.count("M-07 was left ACTIVE on ") == 1
     assert left() == ["M-07"]
+
+
+@pytest.mark.promise("l")
+def test_a_lock_of_what_may_be_another_module_ends_nothing(dps_s: Program) -> None:
+    bench = SimulatedBench()
+    with serving(bench, TcpEndpoint("127.0.0.1", 0)) as line:
+        dps_s(["history", "--module", "M-07", "--port", line])
+        leave(line, "M-07")
+        bench.module.memory.boot_count = 30  # it was 37
+        said = dps_s(["lock", "--module", "M-07", "--port", line]).err
+    assert "This may be another module: boot count 30, was 37." in said
+    assert left() == ["M-07"]
