@@ -135,7 +135,10 @@ class Sidebar(QListWidget):
         self.setHorizontalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAlwaysOff)
         self.setMouseTracking(True)
         self.setAccessibleName(tr("Pages"))
-        scale = scale_in_use() if scale_in_use() <= _LARGEST_SCALE else 1.0
+        scale = 1.0
+        if scale_in_use() <= _LARGEST_SCALE:
+            scale = scale_in_use()
+            self.setSpacing(Space.XS // 2)
         self.setIconSize(QSize(1, 1) * round(scale * IconSize.NOTICE))
         letters = font()
         letters.setPixelSize(round(scale * Size.SMALL))

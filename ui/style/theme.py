@@ -53,7 +53,6 @@ class Size(IntEnum):
     BODY = 14
     TITLE = 18
     NUMBER = 28
-    HERO = 48
 
 
 class IconSize(IntEnum):

@@ -8,10 +8,8 @@ from ui.widgets.controls import control, named
 from ui.widgets.layouts import in_row
 from ui.widgets.number_line import NumberKind, NumberLine
 
-NUMBER_PX = 104
-"""Width of a number box with its unit, smaller than Qt's size hint."""
 _BARE_NUMBER_PX = 72
-"""The same of a number whose unit stands beside it."""
+"""Width of a number whose unit stands beside it, smaller than Qt's size hint."""
 
 
 class WheelGuard(QObject):

@@ -4,7 +4,7 @@ import json
 from pathlib import Path
 
 import pytest
-from PySide6.QtCore import QRect, Qt
+from PySide6.QtCore import Qt
 from PySide6.QtWidgets import QApplication, QPushButton, QWidget
 from pytestqt.qtbot import QtBot
 
@@ -174,9 +174,6 @@ def test_beyond_a_second_of_lag_nothing_is_shown_as_current(qtbot: QtBot, qapp: 
         one.until(lambda: "late" in main.top_bar.port.word.text())
         one.bench.change(lag_ms=0.0)
         one.until(lambda: connector.current.state.phase is Phase.ONLINE)
-
-
-FREE = QRect(0, 24, 960, 490)
 
 
 SHOWN = """
