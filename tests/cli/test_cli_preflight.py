@@ -192,7 +192,7 @@ def test_the_installed_program_prints_without_a_screen(tmp_path: Path, user_file
         words += ["--profile", str(busy)]
         words += ["--report", str(tmp_path / "r.pdf")]
         done = ran(*PROGRAM, *words, QT_QPA_PLATFORM="", DISPLAY="", LC_ALL="zh_CN.UTF-8")
-    assert done.returncode == 0, done.stderr
+    assert done.returncode == 0, done.stdout + done.stderr
     assert json.loads(done.stdout)["verdict"] == "READY"
     assert (tmp_path / "r.pdf").read_bytes().startswith(b"%PDF")
     assert list(user_files.rglob(FILE_NAME))
