@@ -39,7 +39,7 @@ class NumberEditor(NumberLine):
 
     def show_value(self, edited: Value | None, held: Value | None) -> None:
         """The edited value, else the one that the module holds."""
-        if edited is None and self.hasFocus() and not self.text():
+        if edited is None and self.hasFocus() and not self.text().strip():
             return  # the person has emptied it to type another one
         value = held if edited is None else edited
         self.show_number(None if value is None else float(value), "muted" if edited is None else "")

@@ -226,7 +226,8 @@ def test_what_cannot_be_sent_stays_as_typed_and_nothing_is_written(
     assert state(one, "freefall_acceleration_g") is RowState.VERIFIED
 
 
-def test_an_emptied_field_waits_for_another_number(qtbot: QtBot, one: Desk) -> None:
+@pytest.mark.parametrize("typed", ["75", " 75"])
+def test_an_emptied_field_waits_for_another_number(typed: str, qtbot: QtBot, one: Desk) -> None:
     box = one.find(QLineEdit, "attitude_threshold_wanted")
     one.until(lambda: box.text() == "60")
     box.setFocus()
@@ -235,7 +236,8 @@ def test_an_emptied_field_waits_for_another_number(qtbot: QtBot, one: Desk) -> N
     one.wait(1.0)
     assert box.text() == ""
     assert not one.settings.write.isEnabled()
-    qtbot.keyClicks(box, "75")
+    qtbot.keyClicks(box, typed)
+    assert box.text() == typed
     assert one.settings.work.form.edited == {TILT: 75}
 
 
