@@ -127,7 +127,6 @@ class LinkView(NamedTuple):
     `noise`: the last rejected bytes."""
 
     counters: Counters
-    round_trip_minimum_s: float | None
     round_trip_median_s: float | None
     noise: bytes = b""
 

@@ -149,7 +149,7 @@ class Session:
 
     def link_view(self) -> LinkView:
         link = self._link
-        return LinkView(link.counters.copy(), link.round_trips.quantile_s(0.0), link.lag_s, self._noise)
+        return LinkView(link.counters.copy(), link.lag_s, self._noise)
 
     def take_events(self) -> list[Event]:
         """What happened since the last call, in order."""

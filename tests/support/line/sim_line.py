@@ -281,7 +281,7 @@ def engine_view(
     """What a procedure sees of a module of which nothing is known yet."""
     known: dict[str, Any] = {"proven_rate": None, "is_rate_in_doubt": True, "overtaken_at": None, "sets_rate": True}
     known |= {"flags": FlagAnswers(now), "told": ToldValues()}
-    link = LinkView(counters or Counters(), None, None)
+    link = LinkView(counters or Counters(), None)
     return EngineView(now, 115200, conversation or ConversationView(), link, **(known | more))
 
 

@@ -308,10 +308,10 @@ def test_the_status_bar_tells_of_the_line_that_is_shown_when_its_frames_came(qtb
     ports.plug_in(USB0)
     second, module = ports.plug_in(USB1)
     broken = Counters(frames=5, rejected_bytes=Counter({Reason.CHECKSUM: 3}))
-    module.hand_over(link=LinkView(broken, None, None))
+    module.hand_over(link=LinkView(broken, None))
     qtbot.waitUntil(lambda: second.module.statistics.totals.frames > 0)
     ports.now_s += 300
-    module.hand_over(link=LinkView(broken, None, None))
+    module.hand_over(link=LinkView(broken, None))
     QApplication.processEvents()
     ports.ports.choose(second)
     assert bar.age.text() == "5 min ago"

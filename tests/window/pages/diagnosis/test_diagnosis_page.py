@@ -182,7 +182,7 @@ def test_never_more_requests_time_out_than_were_sent() -> None:
 
 
 def link(counters: Counters) -> LinkView:
-    return LinkView(counters + Counters(bytes_received=0 if counters.bytes_received else 1000), 0.002, 0.003)
+    return LinkView(counters + Counters(bytes_received=0 if counters.bytes_received else 1000), 0.003)
 
 
 def exchanges(at: float, trips_s: list[float]) -> tuple[Answered, ...]:
