@@ -48,8 +48,8 @@ def assembled(raw: RawLog) -> FlightLog:
     """Raises `UserError` where neither attitude nor acceleration can be judged."""
     raw = replace(raw, problems=[*raw.problems])
     # Of the attitudes the first that is usable, and of all sensors what can be believed.
-    tilts = list(islice(_usable(raw.tilts_deg, raw), 1))
-    forces = list(_usable(raw.forces_g, raw))
+    tilts = list(islice(_usable(raw.tilts_deg, raw, is_tilt=True), 1))
+    forces = list(_usable(raw.forces_g, raw, is_tilt=False))
     if not tilts and not forces:
         raise unreadable(marked("no attitude and no acceleration"))
     if not tilts:
@@ -58,8 +58,8 @@ def assembled(raw: RawLog) -> FlightLog:
         raw.note(marked("No acceleration: free-fall trigger not judged."))
     bounds_s = np.concatenate([raw.span_s or (), *(sensor.time_s[[0, -1]] for sensor in (*tilts, *forces))])
     start_s = float(bounds_s.min())
-    held = [_held(sensor, start_s, TILT_GAP_S, raw) for sensor in tilts]
-    held += [_held(sensor, start_s, MAX_GAP_S, raw) for sensor in forces]
+    held = [_held(sensor, start_s, raw, is_tilt=True) for sensor in tilts]
+    held += [_held(sensor, start_s, raw, is_tilt=False) for sensor in forces]
     time_s = np.unique(np.concatenate([channel.time_s for channel in held]))
     columns = [_column(channel, time_s) for channel in held]
     tilt_deg = columns.pop(0) if tilts else np.full(len(time_s), np.nan)
@@ -99,14 +99,15 @@ def _note_what_is_missing(log: FlightLog, raw: RawLog) -> None:
         raw.note(text, seconds=log.duration_s)
 
 
-def _usable(channels: Iterable[Channel], raw: RawLog) -> Iterator[_Sensor]:
+def _usable(channels: Iterable[Channel], raw: RawLog, *, is_tilt: bool) -> Iterator[_Sensor]:
     """Those with valid samples, and of these no others, in order of time."""
     for time_s, values in channels:
         is_number = np.isfinite(time_s) & (np.abs(time_s) <= LATEST_S) & np.isfinite(values)
         _note_left_out(marked("Invalid samples left out: {count}."), is_number, raw)
-        # Of samples with equal times the last one is used; the others are no loss.
-        is_last = np.diff(time_s[is_number], append=np.inf) != 0
-        known_s, known = time_s[is_number][is_last], values[is_number][is_last]
+        # Of samples with equal times the last one is used, and of tilts the largest; the others are no loss.
+        places = np.flatnonzero(np.diff(time_s[is_number], prepend=np.inf))
+        known_s, known = time_s[is_number][places], values[is_number]
+        known = np.maximum.reduceat(known, places) if is_tilt else known[np.append(places, len(known))[1:] - 1]
         is_kept = ascending(known_s)
         _note_left_out(marked("The clock jumps back; samples left out: {count}."), is_kept, raw)
         if is_kept.any():
@@ -129,20 +130,25 @@ def ascending(time_s: Floats) -> Flags:
     return kept
 
 
-def _held(sensor: _Sensor, start_s: float, longest_s: float, raw: RawLog) -> Channel:
-    """A sample for each report: the newest one before it, none in a pause of more than `longest_s`."""
+def _held(sensor: _Sensor, start_s: float, raw: RawLog, *, is_tilt: bool) -> Channel:
+    """A sample for each report: the newest one before it, none in a pause that is too long. Of several tilts since the
+    report before, the largest: one that would fire must not fall between two rows."""
     time_s = sensor.time_s - start_s
     if raw.is_of_module:
         return Channel(time_s, sensor.values)
     ticks = np.ceil(time_s * REPORT_HZ - _TICK).astype(np.int64)
     counts = np.ones(len(ticks), np.int64)
-    goes_on = np.diff(time_s) <= longest_s + GAP_TOLERANCE_S
+    goes_on = np.diff(time_s) <= (TILT_GAP_S if is_tilt else MAX_GAP_S) + GAP_TOLERANCE_S
     counts[:-1][goes_on] = np.diff(ticks)[goes_on]
     if counts.sum() > MAX_ROWS:
         raise unreadable(marked("longer than 48 hours"))
     rows = np.repeat(np.arange(len(ticks)), counts)
     number_of_sample = np.arange(len(rows)) - np.repeat(np.cumsum(counts) - counts, counts)
-    return Channel((ticks[rows] + number_of_sample) / REPORT_HZ, sensor.values[rows])
+    values = sensor.values[rows]
+    if is_tilt:
+        first_of_tick = np.flatnonzero(np.diff(ticks, prepend=ticks[0] - 1))
+        values[number_of_sample == 0] = np.maximum.reduceat(sensor.values, first_of_tick)
+    return Channel((ticks[rows] + number_of_sample) / REPORT_HZ, values)
 
 
 def _column(channel: Channel, time_s: Floats) -> Floats:

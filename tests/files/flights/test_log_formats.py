@@ -11,7 +11,7 @@ from app.captures.traffic import CaptureEntry, Way
 from app.flights.assembly import assembled
 from app.flights.flight_log import FlightLog
 from app.flights.judge import TriggerLimits
-from app.flights.judging import RuleReading, coverage_of
+from app.flights.judging import RuleReading, coverage_of, summarise
 from app.flights.raw_log import Channel, RawLog, tilt_of_quaternion
 from app.flights.read_log import find_logs, read_flight_log
 from app.flights.table import parse_choice
@@ -249,6 +249,16 @@ def test_two_samples_of_one_time_are_no_jump() -> None:
     log = assembled(raw_log(tilt=Channel(times, tilt)))
     assert problems(log) == []
     assert first_fires(log)[0] == pytest.approx(20.0)  # the newer one is used
+
+
+@pytest.mark.promise("g")
+def test_a_tilt_between_two_rows_is_not_missed() -> None:
+    """The flight controller logs it five times as often as a module reports."""
+    times = np.arange(0, 60, 0.004)
+    tilt = np.where((times > 30.001) & (times < 30.015), 85.0, 5.0)
+    log = assembled(raw_log(tilt=Channel(times, tilt)))
+    assert fires(log) == [(30.02, Source.ATTITUDE)]
+    assert summarise(log).tilt_max_deg == 85.0
 
 
 def test_values_that_are_not_numbers_are_left_out() -> None:

@@ -220,6 +220,13 @@ def test_stamps_that_are_coarser_than_a_tilt_prove_nothing(tmp_path: Path) -> No
     assert answer(written(tmp_path / "a.csv", table(rows))) is Answer.NOT_JUDGED
 
 
+@pytest.mark.promise("g")
+def test_of_several_tilts_of_one_time_the_largest_counts(tmp_path: Path) -> None:
+    """As of a logger whose clock is coarser than its rows."""
+    rows = [(at_s, 62.0 if at_s == 3 and part == 0 else tilt, force) for at_s, tilt, force in REST for part in (0, 1)]
+    assert answer(written(tmp_path / "a.csv", table(rows))) is Answer.FIRES
+
+
 def test_a_unit_against_the_line_of_units_is_refused(tmp_path: Path) -> None:
     path = written(tmp_path / "a.csv", table(FALL).replace("\n", "\ns,deg,g\n", 1).replace("time_s", "when"))
     assert answer(path, "time_s=when") is Answer.FIRES
