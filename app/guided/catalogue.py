@@ -42,7 +42,7 @@ class GuidedTest(NamedTuple):
     is_active: bool = False
     statement: str = ""
     confirms: tuple[str, ...] = ()
-    # Of the job that measures.
+    # The ends of its conversation that are a result of the test.
     expects: frozenset[EndReason] = frozenset()
 
     @property

@@ -14,9 +14,9 @@ from protocol.fields import Value
 from protocol.translatable import marked
 
 CHECK_LINE = message(marked("Make sure that one module only is on this line; else do not fly."))
-# Of about forty in two seconds.
+# About forty come in two seconds.
 REPORTS_NEEDED = 15
-# Answers, of three, for cell voltage, charging and light to be known.
+# So many of three answers make cell voltage, charging and light known.
 _RAW_NEEDED = 2
 
 

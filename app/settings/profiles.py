@@ -39,7 +39,7 @@ class CheckLimit(NamedTuple):
     shown: str
 
 
-# All are our choice; the vendor gives voltage steps only.
+# They are our choice; the vendor gives steps of the cell voltage only.
 LIMITS: Mapping[str, CheckLimit] = MappingProxyType({
     # Of 20. A cable of a metre loses none.
     "heartbeats_lost_max": CheckLimit(

@@ -39,7 +39,7 @@ class PreflightForm(QWidget):
         self._services, self._result = services, result
         self.ask_open: AskOpen = ask_profile
         self.profile: Profile | None = None
-        # Of the profile.
+        # The profile's file.
         self.path: Path | None = None
         self.who = named(QLineEdit(services.preferences.who), "preflight_who")
         self.who.setAccessibleName(tr("Checked by"))
@@ -57,7 +57,7 @@ class PreflightForm(QWidget):
         self.menu = named(QMenu(self.choose), "preflight_profile_menu")
         self.menu.aboutToShow.connect(self._fill_menu)
         self.choose.setMenu(self.menu)
-        # Person and aircraft.
+        # Person and aircraft, as they were entered last.
         self.committed = self._entered()
         self.enter_aircraft()
         self.who.editingFinished.connect(self.commit)
