@@ -15,7 +15,6 @@ from tests.vendor.frames import BY_ID
 pytest_plugins = ["tests.support.cli_fixtures"]
 
 STATUS = "41 75 32 07 0A 00 01 44"
-MISPRINT = "41 75 20 01 3C 50"
 LIKE_A_VOLTAGE = BY_ID["trigger-record-that-begins-like-a-voltage"].hex
 
 

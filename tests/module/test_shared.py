@@ -27,7 +27,6 @@ pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="Windows has no 
 
 LOCK = bytes.fromhex("42 61 10 02 00 12")
 STATUS_QUERY, BOOTS_QUERY, RECORDS_QUERY = (with_sum(FROM_HOST + bytes((code, 1, 0))) for code in (0x32, 0x23, 0x35))
-LIGHT_QUERY = with_sum(FROM_HOST + bytes((0x14, 1, 1)))
 ZERO = bytes.fromhex("42 61 25 01 00 26")
 SETS = [with_sum(FROM_HOST + bytes((one.code, 2, raw))) for one in COMMANDS for raw in (0, 1, 6, 60)]
 

@@ -92,11 +92,6 @@ def _choose(bench: GestureBench) -> None:
     bench.hand_s += 1.0
 
 
-def _arm(bench: GestureBench) -> None:
-    _choose(bench)
-    bench.go_and_click(bench.commands.ritual.arm)
-
-
 ACTS: Final = (
     *(_row(act) for act in (Act.ACTIVATE, Act.ZERO, Act.SHUTDOWN, Act.FORBID_DEPLOY)),
     _question("activate, in the tilt test", "preflight", lambda bench: bench.guided.activate.confirm, _prepare_tilt),

@@ -241,7 +241,6 @@ def test_a_column_that_is_there_twice_is_not_chosen(tmp_path: Path) -> None:
 
 
 TIMES = [(1.0, "time_s"), (1e3, "time_ms"), (1e3, "timestamp"), (1e6, "time (us)")]
-FORCES = [(1.0, "acceleration_g"), (9.80665, "acceleration_m_s2")]
 GAPS = st.tuples(st.integers(5, 70), st.integers(0, 30))
 
 

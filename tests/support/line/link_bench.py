@@ -125,9 +125,6 @@ class Bench:
         """How often it left."""
         return [event.request for event in self.taken(Sent)].count(request)
 
-    def sent_at(self, request: Request) -> list[float]:
-        return [event.at for event in self.taken(Sent) if event.request == request]
-
     @property
     def begins(self) -> int:
         return len(self.taken(Began))

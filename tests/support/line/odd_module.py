@@ -24,8 +24,8 @@ from app.simulator.module import ACCEPTED, BITS_PER_BYTE, BOOT_GAP_S, EMPTY_SLOT
 from app.simulator.physics import LIGHT_BAY_CLOSED_V, LIGHT_BAY_OPEN_V, Physics
 from app.simulator.setup import Setup, number, option, switch
 from app.simulator.wire import Wire
-from protocol.catalogue import BAUD_RATE, FLAG, INVERTED, LOCK, MAX_RECORDS, RECORD_CODE, SETTINGS, TENTH_VOLT, Request
-from protocol.fields import Flag, Value
+from protocol.catalogue import FLAG, INVERTED, LOCK, MAX_RECORDS, RECORD_CODE, TENTH_VOLT, Request
+from protocol.fields import Flag
 from protocol.frame import encode_reply
 
 Mark = int | tuple[int, int]
@@ -162,12 +162,6 @@ def read_raw(module: SimulatedModule, code: int) -> int:
         return int(getattr(module.memory, IN_MEMORY[code]))
     name, field = IN_STATE[code]
     return field.encode(getattr(module.state, name))
-
-
-def settings_held(module: SimulatedModule) -> dict[str, Value]:
-    """Every setting but the baud rate, by its key and in its field's unit."""
-    commands = [command for command in SETTINGS if command is not BAUD_RATE]
-    return {one.key: one.reply.decode(read_raw(module, one.code)) for one in commands if one.reply is not None}
 
 
 def forget_settings(memory: Memory) -> None:
