@@ -25,6 +25,8 @@ LATEST_S: Final = 1e10
 """Latest plausible time, since boot or since 1970."""
 AFTER_DISARM_S: Final = 5.0
 """Also judged after disarming: an aircraft whose motors stop in the air still falls."""
+LATE_S: Final = 1.0
+"""A sample that stands so far behind its place is late; a step back of more is a clock that jumps."""
 _TICK: Final = 1e-6
 
 AVERAGED_S: Final = 1.0
@@ -105,8 +107,12 @@ def _usable(channels: Iterable[Channel], raw: RawLog, *, is_tilt: bool) -> Itera
         is_number = np.isfinite(time_s) & (np.abs(time_s) <= LATEST_S) & np.isfinite(values)
         _note_left_out(marked("Invalid samples left out: {count}."), is_number, raw)
         # Of samples with equal times the last one is used, and of tilts the largest; the others are no loss.
-        places = np.flatnonzero(np.diff(time_s[is_number], prepend=np.inf))
-        known_s, known = time_s[is_number][places], values[is_number]
+        known_s, known = time_s[is_number], values[is_number]
+        if not (np.diff(known_s) < -LATE_S).any():
+            order = np.argsort(known_s, kind="stable")
+            known_s, known = known_s[order], known[order]
+        places = np.flatnonzero(np.diff(known_s, prepend=np.inf))
+        known_s = known_s[places]
         known = np.maximum.reduceat(known, places) if is_tilt else known[np.append(places, len(known))[1:] - 1]
         is_kept = ascending(known_s)
         _note_left_out(marked("The clock jumps back; samples left out: {count}."), is_kept, raw)

@@ -227,6 +227,12 @@ def test_of_several_tilts_of_one_time_the_largest_counts(tmp_path: Path) -> None
     assert answer(written(tmp_path / "a.csv", table(rows))) is Answer.FIRES
 
 
+@pytest.mark.promise("g")
+def test_a_row_that_is_a_little_late_counts(tmp_path: Path) -> None:
+    rows = [*REST[:32], (3.05, 62.0, 1.0), *REST[32:]]
+    assert answer(written(tmp_path / "a.csv", table(rows))) is Answer.FIRES
+
+
 def test_a_unit_against_the_line_of_units_is_refused(tmp_path: Path) -> None:
     path = written(tmp_path / "a.csv", table(FALL).replace("\n", "\ns,deg,g\n", 1).replace("time_s", "when"))
     assert answer(path, "time_s=when") is Answer.FIRES
