@@ -119,6 +119,8 @@ class PortLock(QObject):
             if self._shown_count >= SHOWN_FROM:
                 self.notified.emit("")  # the notice says it from now on
         if activation.state is Activation.ACTIVE:
+            if self.confirmed is not None:
+                self.notified.emit("")  # that it reports LOCKED is no longer true
             self.confirmed = None
         elif activation.state is Activation.LOCKED and self.failed is not None and not self.is_repeating:
             self.failed = None

@@ -42,6 +42,9 @@ def test_lock_is_one_gesture(one: Rig, way: str) -> None:
     one.until(lambda: not one.bench.module.state.is_active)
     one.until(lambda: one.assembly.window.top_bar.activation.word == "LOCKED")
     one.until(lambda: "LOCKED" in one.assembly.window.status_bar.passing.text())
+    one.bench.module.state.is_active = True  # by somebody else
+    one.until(lambda: one.assembly.window.top_bar.activation.word == "ACTIVE")
+    one.until(lambda: one.assembly.window.status_bar.passing.text() == "", limit_s=1.0)
 
 
 def lossy(bench: SimulatedBench, lost: int) -> list[float]:
