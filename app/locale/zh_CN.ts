@@ -3482,6 +3482,10 @@
         <translation>接有外接供电时为充电电压。</translation>
     </message>
     <message>
+        <source>Withdrawn in</source>
+        <translation>撤回倒计时</translation>
+    </message>
+    <message>
         <source>Without a name the result counts for no check.</source>
         <translation>测试时模块未命名：此结果不计入任何检查。</translation>
     </message>

@@ -1,5 +1,6 @@
 """Two-step confirmation in the page: ask, then perform or cancel, each button in its own place."""
 
+from math import ceil
 from typing import Final
 
 from PySide6.QtCore import Qt, QTimer, Signal
@@ -8,9 +9,10 @@ from PySide6.QtWidgets import QWidget
 
 from app.text.i18n import tr
 from ui.style.theme import Space, is_text_large
-from ui.widgets.controls import control
+from ui.widgets.controls import control, named
 from ui.widgets.gestures import gestures
-from ui.widgets.layouts import in_column, in_row
+from ui.widgets.labels import TickingLabel
+from ui.widgets.layouts import in_column, in_row, retain_size
 from ui.widgets.step_button import StepButton, bring_into_sight, is_in_sight, leave_focus
 
 # An unanswered question is withdrawn after this time.
@@ -43,11 +45,17 @@ class Confirm(QWidget):
             key="Esc",
             slot=self.withdraw,
         )
+        self.left = named(TickingLabel(), f"{name}_left", "small")
+        self.left.setAccessibleName(tr("Withdrawn in"))
+        # Its room is that of the longest time: the buttons beside it never move.
+        self._show_left(ASKS_FOR_S)
+        self.left.setMinimumWidth(self.left.sizeHint().width())
+        retain_size(self.left)
         if is_text_large():  # there is no room for all in one row
             answers = in_row(1, self.go, self.cancel, spacing=Space.S)
-            in_column(in_row(1, self.ask), answers, of=self, spacing=Space.S, margins=0)
+            in_column(in_row(1, self.left, self.ask), answers, of=self, spacing=Space.S, margins=0)
         else:
-            in_row(1, self.go, self.cancel, self.ask, of=self, spacing=Space.S, margins=0)
+            in_row(1, self.left, self.go, self.cancel, self.ask, of=self, spacing=Space.S, margins=0)
         self.setTabOrder(self.ask, self.cancel)
         self.setTabOrder(self.cancel, self.go)
         self._asked_at = 0.0
@@ -69,8 +77,15 @@ class Confirm(QWidget):
 
     def check(self) -> None:
         """Withdraw a question that was not answered in time, or is no longer entirely visible."""
-        if self.is_asking and (gestures().clock() - self._asked_at >= ASKS_FOR_S or not is_in_sight(self)):
+        if not self.is_asking:
+            return
+        left_s = self._asked_at + ASKS_FOR_S - gestures().clock()
+        self._show_left(left_s)
+        if left_s <= 0 or not is_in_sight(self):
             self.withdraw()
+
+    def _show_left(self, left_s: float) -> None:
+        self.left.setText(tr("{value} s", value=ceil(left_s)))
 
     def _ask(self) -> None:
         if not is_in_sight(self):
@@ -78,6 +93,7 @@ class Confirm(QWidget):
             return
         self.is_asking, self._asked_at = True, gestures().clock()
         self._timer.start()
+        self._show_left(ASKS_FOR_S)
         self._show()
         self.cancel.setFocus()
         self.asked.emit()
@@ -95,6 +111,7 @@ class Confirm(QWidget):
         self._show()
 
     def _show(self) -> None:
+        self.left.setVisible(self.is_asking)
         self.go.setVisible(self.is_asking)
         self.cancel.setVisible(self.is_asking)
         self.ask.setVisible(not self.is_asking)

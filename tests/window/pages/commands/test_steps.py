@@ -116,9 +116,12 @@ def test_a_question_that_nobody_answers_leaves_nothing_dead(bench: GestureBench)
     confirm = bench.commands.acts[Act.ACTIVATE].confirm
     bench.go_and_click(confirm.ask)
     assert (confirm.is_asking, confirm.go.isVisible(), confirm.ask.isVisible()) == (True, True, False)
+    assert confirm.left.isVisible()
+    assert "10" in confirm.left.text()
     bench.hand_s += 9.9
     confirm.check()
     assert confirm.is_asking
+    assert confirm.left.text().startswith("1 ")
     bench.hand_s += 0.2
     confirm.check()
     assert (confirm.go.isVisible(), confirm.cancel.isVisible(), confirm.ask.isVisible()) == (False, False, True)
