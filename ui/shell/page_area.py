@@ -27,7 +27,7 @@ from ui.widgets.controls import named
 FRAME: Final = QMargins(2, 34, 2, 2)
 # Between two pages that are made; with 0 Qt would process no other events.
 BREATH_MS: Final = 1
-# Rows that are larger would not all be in sight in a low window.
+# Larger names would take the pages' room; above this scale they stand without their icons, so that all are in sight.
 _LARGEST_SCALE: Final = 1.25
 _IN_SIGHT: Final = QSizePolicy(QSizePolicy.Policy.Preferred, QSizePolicy.Policy.Preferred)
 _OUT_OF_SIGHT: Final = QSizePolicy(QSizePolicy.Policy.Ignored, QSizePolicy.Policy.Ignored)
@@ -125,7 +125,7 @@ class PageMaker(QObject):
 
 
 class Sidebar(QListWidget):
-    """One row for each page: its icon above its name."""
+    """One row for each page: its icon above its name; in large text its name alone."""
 
     page_wanted = Signal(str)
 
@@ -135,17 +135,16 @@ class Sidebar(QListWidget):
         self.setHorizontalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAlwaysOff)
         self.setMouseTracking(True)
         self.setAccessibleName(tr("Pages"))
-        scale = 1.0
-        if scale_in_use() <= _LARGEST_SCALE:
-            scale = scale_in_use()
-            self.setSpacing(Space.XS // 2)
+        scale = min(scale_in_use(), _LARGEST_SCALE)
+        has_icons = scale_in_use() <= _LARGEST_SCALE
+        self.setSpacing(Space.XS // 2)
         self.setIconSize(QSize(1, 1) * round(scale * IconSize.NOTICE))
         letters = font()
         letters.setPixelSize(round(scale * Size.SMALL))
         self.setFont(letters)
         for number, entry in enumerate(entries, start=1):
             title = tr(entry.title)
-            item = QListWidgetItem(icon(entry.icon), title)
+            item = QListWidgetItem(icon(entry.icon), title) if has_icons else QListWidgetItem(title)
             item.setData(Qt.ItemDataRole.UserRole, entry.key)
             item.setToolTip(title + in_brackets(f"Ctrl+{number % 10}"))
             self.addItem(item)
