@@ -31,6 +31,7 @@ def run(args: argparse.Namespace) -> int:
         raise console.Refused(message(RATE_SET_ELSEWHERE))
     first = args.baud or USUAL_RATE
     with connected(args.port, first, is_greeted=False) as opened:
+        console.note_wait(tr("Each rate may take some seconds."))
         search = opened.run(find_rate(first), outlives=True)
     page = [] if search.baud_rate is None else [tr("{port}, {rate} baud", port=args.port, rate=search.baud_rate)]
     console.emit(args, FindJson.of(search), page)

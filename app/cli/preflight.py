@@ -130,6 +130,7 @@ class _Check:
             journal=journal if args.activate else None,
         ) as opened:
             refuse_another(opened.conversation, self._records, args)
+            console.note_wait(tr("Checking takes about ten seconds."))
             is_enabling = args.enable_triggers or args.activate
             try:
                 with interruption_told(is_sending=is_enabling):

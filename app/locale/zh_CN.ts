@@ -512,6 +512,10 @@
         <translation>检查人</translation>
     </message>
     <message>
+        <source>Checking takes about ten seconds.</source>
+        <translation>检查约需十秒。</translation>
+    </message>
+    <message>
         <source>Checks</source>
         <translation>检查项目</translation>
     </message>
@@ -806,6 +810,10 @@
     <message>
         <source>Each module gets these settings and both triggers, is checked and named:</source>
         <translation>每个接入的模块将写入以下参数、启用两种触发、接受检查并命名：</translation>
+    </message>
+    <message>
+        <source>Each rate may take some seconds.</source>
+        <translation>每个波特率可能需要几秒。</translation>
     </message>
     <message>
         <source>Earlier values no longer count.</source>

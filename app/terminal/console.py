@@ -101,6 +101,12 @@ def note(sentence: str) -> None:
         notify(sentence)
 
 
+def note_wait(sentence: str) -> None:
+    """Like `note`, for a person at a terminal who waits for the result."""
+    if sys.stderr.isatty():
+        note(sentence)
+
+
 def notify(sentence: str) -> None:
     """Print a line on standard error; an error of writing it is ignored."""
     try:
