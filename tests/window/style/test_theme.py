@@ -7,7 +7,7 @@ import pytest
 import shiboken6
 from PySide6.QtCore import Qt
 from PySide6.QtGui import QColor, QFont, QFontMetricsF
-from PySide6.QtWidgets import QApplication
+from PySide6.QtWidgets import QApplication, QComboBox, QVBoxLayout, QWidget
 from pytestqt.qtbot import QtBot
 
 from tests.support.window.contrast import contrast, style_all, surfaces_of
@@ -83,6 +83,24 @@ def test_the_style_sheet_uses_only_colours_of_the_theme(one: Theme) -> None:
     used = set(re.findall(r"#[0-9A-Fa-f]{6}\b", style_sheet(one)))
     assert used <= known
     assert "$" not in style_sheet(one)
+
+
+@pytest.mark.parametrize("count", [2, 8])
+def test_a_list_of_choices_shows_all_of_them(count: int, qtbot: QtBot, qapp: QApplication) -> None:
+    window, box = QWidget(), QComboBox()
+    qtbot.addWidget(window)
+    QVBoxLayout(window).addWidget(box)
+    box.addItems([f"Choice {number}" for number in range(count)])
+    Appearance(qapp, Choice.LIGHT).style(window)
+    window.show()
+    window.activateWindow()
+    box.setFocus()
+    qtbot.waitUntil(box.hasFocus)  # its wider border is what the list was too low for
+    box.showPopup()
+    qtbot.waitUntil(lambda: box.view().isVisible())
+    qapp.processEvents()
+    view = box.view()
+    assert view.viewport().height() >= count * view.sizeHintForRow(0)
 
 
 def test_figures_are_of_one_width(qapp: QApplication) -> None:
