@@ -187,9 +187,10 @@ class PastChecks(QWidget):
         if checks:
             select_row(self.table, 0)
         self._enable()
-        measured = voltages_of(checks)
+        is_named = self.filter.currentData() is not None
+        measured = voltages_of(checks) if is_named else []  # what has no name may be several modules
         self.trend.show_measured(measured)
-        self.trend.show()
+        self.trend.setVisible(is_named)
         weeks = weeks_since_charge(measured)
         about = tr("Cell: last charge about {weeks} weeks before the last check.", weeks=weeks)
         self.charged.setText("" if weeks is None else about)

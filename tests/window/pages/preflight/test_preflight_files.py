@@ -64,6 +64,17 @@ def test_a_simulated_module_of_this_name_passes_for_no_check_of_it(tmp_path: Pat
     assert history.trend.values == (4.0,)
 
 
+def test_what_has_no_name_makes_no_curve(rig: OnBench) -> None:
+    """It may be of several modules."""
+    store, history = store_of(rig.assembly.storage), rig.preflight.past
+    for cell_v in (4.0, 3.6):
+        check = PreflightCheck(verdict="GO", is_void=False, is_simulated=False, cell_voltage_v=cell_v, document="{}")
+        store.add(check).result()
+    rig.preflight.show_view("past")
+    rig.until(lambda: len(history.checks) == 2)
+    assert history.trend.values == ()
+
+
 def test_what_was_typed_last_is_on_the_report(tmp_path: Path, rig: OnBench) -> None:
     """Also where the field still has the focus: the report waits for the record that says it."""
     page, target = rig.preflight, tmp_path / "report.pdf"
