@@ -23,7 +23,7 @@ _log = logging.getLogger(__name__)
 WAIT_S = 1.5
 # At the old and the new rate after a change: enough for a line that loses every other frame.
 LIKELY_WAIT_S = 3.0
-LOOK_EVERY_S = 0.02
+LOOK_EVERY_S = 0.005
 # A heartbeat of MAVLink 1 or 2 (message 0, nine bytes, of which the last is its version, 3), or a message of MSP.
 _FLIGHT_CONTROLLER = re.compile(
     rb"\xfe\x09.{3}\x00.{8}\x03|\xfd\x09[\x00\x01]\x00.{3}\x00{3}.{8}\x03|\$M[<>!]|\$X[<>!]\x00", re.DOTALL

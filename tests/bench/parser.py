@@ -30,10 +30,13 @@ def corrupted(data: bytes, share: float) -> bytes:
 
 def parse(chunks: list[bytes]) -> int:
     """Return the frames found. Every byte is in one of them, or rejected with a reason."""
-    parser = StreamParser()
-    pieces = [piece for chunk in chunks for piece in parser.feed(chunk)] + parser.flush()
-    assert sum(len(piece.raw) for piece in pieces) == sum(map(len, chunks)), "bytes went missing"
-    return sum(isinstance(piece, Frame) for piece in pieces)
+    parser, frames, covered = StreamParser(), 0, 0
+    for chunk in [*chunks, b""]:
+        for piece in parser.feed(chunk) if chunk else parser.flush():
+            covered += len(piece.raw)
+            frames += isinstance(piece, Frame)
+    assert covered == sum(map(len, chunks)), "bytes went missing"
+    return frames
 
 
 def figures(frames: int = 100_000, rounds: int = 7) -> Iterator[Figure]:
