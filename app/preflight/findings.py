@@ -6,7 +6,7 @@ from enum import Enum
 from typing import NamedTuple
 
 from app.limits.past import Past
-from app.preflight.evidence import Evidence
+from app.preflight.evidence import CANCELLED, Evidence
 from app.settings.fingerprint import fingerprint
 from app.settings.profiles import Profile
 from app.text.messages import UserMessage, message
@@ -69,7 +69,8 @@ class Case:
         why = self.evidence.faults.get(key)
         if why is None and self.evidence.void is not None:
             why = self.evidence.void.message
-        return unknown(why or message(marked("not asked")), limit, do=CHECK_LINK)
+        do = CHECK_AGAIN if self.evidence.void == CANCELLED else CHECK_LINK
+        return unknown(why or message(marked("not asked")), limit, do=do)
 
 
 class Finding(NamedTuple):
@@ -102,4 +103,5 @@ def judged(measured: Value | str, shown: str | UserMessage, limit: UserMessage, 
 
 
 YES = message(marked("yes"))
+CHECK_AGAIN = message(marked("Check again."))
 CHECK_LINK = message(marked("Check cable and power."))

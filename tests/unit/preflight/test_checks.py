@@ -14,7 +14,7 @@ from app.limits.past import LastAnswer, LastTested, Past
 from app.modules.names import Remembered
 from app.modules.service import DueService
 from app.preflight.evidence import CANCELLED, STILL_S, UNFINISHED, Evidence, StateReading, TriggerFlag, void_of_end
-from app.preflight.findings import CHECK_LINK, Case, CheckResult, Finding, Person
+from app.preflight.findings import CHECK_AGAIN, CHECK_LINK, Case, CheckResult, Finding, Person
 from app.preflight.line_checks import REPORTS_NEEDED
 from app.preflight.module_checks import RecordsWord, records_word
 from app.preflight.verdict import CHECKS
@@ -398,3 +398,4 @@ def test_what_is_kept_under_a_name_is_used_with_the_words_by_what_the_module_is_
 def test_what_is_not_known_says_nothing_of_the_module() -> None:
     for check_id in ("light", "tilt", "cell_voltage", "round_trip"):
         assert finding(check_id).do == CHECK_LINK
+        assert finding(check_id, void=CANCELLED).do == CHECK_AGAIN, "a cable has nothing to do with that"
