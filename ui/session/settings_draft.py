@@ -18,7 +18,7 @@ from app.engine.procedure import Cancelled, Job
 from app.procedures.act import Armed
 from app.procedures.light import Band, CalibrationFault, Proposal, measure_light, propose
 from app.procedures.read import READABLE, Everything, read_everything
-from app.procedures.write import SettingChange, WriteContext, WriteReport, risk_message, why_not_verified, write_all
+from app.procedures.write import SettingChange, WriteContext, WriteFault, WriteReport, risk_message, write_all
 from app.safety.interlocks import Interlock, Refusal
 from app.settings.form import FORM_COMMANDS, FormRow, ProfileRow, SettingsForm, compare, is_confirmed
 from app.settings.profiles import Profile
@@ -349,6 +349,9 @@ def _interrupted_message(report: WriteReport) -> UserMessage:
     """What became of each setting: "Tilt threshold: verified then, before the interruption"."""
     told = []
     for written in report.results:
-        why = why_not_verified(written, report) or message(marked("verified"))
+        # Why it was interrupted stands above.
+        why = message(marked("verified") if written.fault is None else written.fault.value)
+        if written.fault is WriteFault.INTERRUPTED:
+            why = message(marked("unknown"))
         told.append(message(marked("{name}: {value}"), name=message(written.command.title), value=why))
     return joined(told)

@@ -164,6 +164,7 @@ def test_of_an_interrupted_write_it_is_said_what_became_of_each_setting(one: Des
     assert "Light threshold: verified then" in report
     assert "Attitude threshold: unknown" in report
     assert "Free-fall time: not sent" in report
+    assert ".," not in report
     assert kept.remainders[1].drafts == {TILT: 70, TIME: 1.2}
     one.bench.change(mute_codes=frozenset())
     one.bench.plug()
