@@ -19,8 +19,7 @@ from app.cli.commands import BY_NAME, WINDOW, is_file_name, whole_parser
 from app.terminal import console
 from app.terminal.interruption import TimedOut, limit_time, signals_noted
 from app.text.i18n import set_language, system_language, tr
-from app.text.sentences import join_names
-from app.text.user_error import ErrorCode, UserError
+from app.text.messages import ErrorCode, UserError, join_names
 
 if TYPE_CHECKING:
     from app.modules.labels import Paper
@@ -162,7 +161,7 @@ def _usual_port() -> str:
 
 def _say_left_active(args: argparse.Namespace) -> None:
     from app.engine.target import is_simulated
-    from app.system.folders import data_folder
+    from app.system.files import data_folder
 
     real = [port for port in args.ports if not is_simulated(port)]
     if real and os.access(data_folder(), os.F_OK):  # else nothing of the store is loaded
@@ -268,7 +267,7 @@ def _code_of(error: Exception) -> ErrorCode:
 
 def _why_not_loaded(error: ImportError) -> str | None:
     """A sentence on the system's libraries or the package that is missing; None where a part of the program is."""
-    from app.system.screen import missing_libraries
+    from app.system.libraries import missing_libraries
 
     package = (error.name or "").partition(".")[0]
     if isinstance(error, ModuleNotFoundError) and package not in ("", "app", "protocol", "ui"):

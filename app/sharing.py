@@ -26,7 +26,7 @@ from app.engine.worker import Batch
 from app.procedures.lock import Locked
 from app.system.clock import steady_time
 from app.text.i18n import tr
-from app.text.sentences import join_names, labelled
+from app.text.messages import join_names, labelled
 from protocol.catalogue import HEARTBEAT_REPLY, LOCK, Request
 from protocol.events import Answered, Ended, EndReason, Received, Role
 from protocol.frame import Direction, Frame, decode_request, encode_reply

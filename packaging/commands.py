@@ -59,7 +59,7 @@ def _why_no_window() -> str:
     platform = os.environ.get("QT_QPA_PLATFORM", "")
     if platform in ("offscreen", "minimal"):
         return f"QT_QPA_PLATFORM asks for no screen ({platform})."
-    question = "from app.system.screen import window_obstacle; print(window_obstacle() or '')"
+    question = "from app.system.libraries import window_obstacle; print(window_obstacle() or '')"
     return run([str(VENV_PYTHON), "-c", question], None).strip()
 
 

@@ -14,7 +14,7 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from subprocess import DEVNULL, PIPE, STDOUT
 
-from app.system.qt_libraries import ALWAYS, FOR_X, install_command, missing
+from app.system.libraries import ALWAYS, FOR_X, install_command, missing
 
 ROOT = Path(__file__).resolve().parent.parent
 LOCK = ROOT / "packaging" / "lock.txt"

@@ -22,7 +22,6 @@ ROOMS = (
     "app/system",
     "app/engine",
     "app/safety",
-    "app/stations",
     "app/store",
     "app/procedures",
     "app/guided",

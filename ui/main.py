@@ -28,24 +28,20 @@ from app.text.i18n import ENGLISH, LANGUAGES, system_language, tr
 from protocol.translatable import marked
 from ui.connect.connect_panel import SIMULATED_PORT
 from ui.core.background_task import BackgroundTask
-from ui.core.garbage_collector import garbage_freed_here
-from ui.core.language import has_font_for, use_language
+from ui.core.bridge import garbage_freed_here
 from ui.core.port_watcher import PortWatcher
-from ui.core.preferences import Preferences
-from ui.help.help_actions import HelpActions
+from ui.core.preferences import Preferences, has_font_for, use_language
+from ui.help.windows import HelpActions
 from ui.services.context import PageEntry, Services
 from ui.services.page import Page
 from ui.services.storage import Storage
 from ui.session.left_active import LeftActiveWatch
 from ui.session.ports import Ports
+from ui.shell.announcements import Sounds, announce_states
 from ui.shell.attention import UncaughtErrors
 from ui.shell.label_actions import LabelActions
-from ui.shell.main_window import MainWindow
-from ui.shell.shutdown import end_process, has_seen_status, write_evidence
-from ui.shell.sounds import Sounds
-from ui.shell.state_announcer import announce_states
-from ui.style.accessible_roles import install_accessible_roles
-from ui.style.appearance import Appearance
+from ui.shell.main_window import MainWindow, end_process, has_seen_status, write_evidence
+from ui.style.appearance import Appearance, install_accessible_roles
 from ui.style.icons import Icon, app_icon
 from ui.style.theme import Choice, Meaning, zoom
 from ui.widgets.notice_bar import Notice
@@ -100,7 +96,7 @@ def _load_libraries() -> None:
     Qt's while the event loop runs, PySide6 6.11 ends the program now and then (null `TypeUserData` in
     `SignalManager::retrieveMetaObject`)."""
     _log.info("DPS-S Configurator %s on %s, Python %s", version(), platform.platform(), platform.python_version())
-    for module in ("app.recordings.recording", "app.trigger_records.csv_file"):
+    for module in ("app.recordings.recording", "app.trigger_records.history"):
         import_module(module)
 
 

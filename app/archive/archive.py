@@ -14,10 +14,8 @@ from typing import NamedTuple, TypeVar
 
 from app.records.verification import StationNames
 from app.store.fact_store import Facts, Store
-from app.store.kinds import StationNamed
-from app.store.opening import connect
-from app.store.rows import AHEAD, last_id_of
-from app.store.trouble import StoreTrouble, trouble_of
+from app.store.opening import StoreTrouble, connect, trouble_of
+from app.store.rows import AHEAD, StationNamed, last_id_of
 
 _log = logging.getLogger(__name__)
 Result = TypeVar("Result")

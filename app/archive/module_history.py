@@ -11,13 +11,12 @@ from app.guided.guided_store import told_test
 from app.guided.results import TITLES as TEST_TITLES
 from app.guided.results import VERDICT_WORDS
 from app.modules.service import service_summary
-from app.records.checks import CheckLine, check_line, noted
-from app.safety.acts import TITLES, Act
-from app.safety.journal import Outcome
+from app.records.filing import CheckLine, check_line, noted
+from app.safety.journal import TITLES, Act, Outcome
 from app.settings.values import field_of, fitting, kept_value_message, setting_message
+from app.store.acts import all_fired
 from app.store.fact_store import Facts, Kept
-from app.store.fired import all_fired
-from app.store.kinds import (
+from app.store.rows import (
     KIND_OF,
     ActEnded,
     ActIntended,
@@ -28,14 +27,13 @@ from app.store.kinds import (
     ModuleProvisioned,
     ModuleVisited,
     PreflightCheck,
+    Row,
     Serviced,
     SettingsSeen,
     TriggerRecordJudged,
     TriggerRecordSeen,
 )
-from app.store.rows import Row
-from app.text.messages import UserMessage, clean, joined, message
-from app.text.user_error import UserError
+from app.text.messages import UserError, UserMessage, clean, joined, message
 from app.trigger_records.history import JUDGEMENT_WORDS, Judgement, record_of, sentence
 from protocol.catalogue import BOOTS, READABLE_SETTINGS
 from protocol.fields import Value

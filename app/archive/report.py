@@ -14,14 +14,20 @@ from app.archive.archive import Archive
 from app.guided.guided_store import last_tests
 from app.guided.results import TITLES, VERDICT_WORDS, GuidedVerdict, StoredTest
 from app.modules.service import COUNTS_ANEW, service_due
-from app.records.checks import CheckLine, check_line
+from app.records.filing import CheckLine, check_line
+from app.store.acts import all_fired
 from app.store.fact_store import Facts
-from app.store.fired import all_fired
-from app.store.kinds import KIND_OF, ModuleVisited, PreflightCheck, Serviced, TriggerRecordJudged, TriggerRecordSeen
-from app.store.rows import time_text
-from app.system.wall_clock import age_days
-from app.text.messages import UserMessage, message
-from app.text.sentences import join_sentences
+from app.store.rows import (
+    KIND_OF,
+    ModuleVisited,
+    PreflightCheck,
+    Serviced,
+    TriggerRecordJudged,
+    TriggerRecordSeen,
+    time_text,
+)
+from app.system.clock import age_days
+from app.text.messages import UserMessage, join_sentences, message
 from protocol.catalogue import BOOTS
 from protocol.translatable import marked
 

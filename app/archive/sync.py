@@ -17,12 +17,10 @@ from msgspec import Struct, field
 
 from app import version
 from app.archive.archive import Archive
-from app.archive.file_place import FilePlace, digests, lengths_in, rows_in
-from app.archive.postgres import PostgresPlace, is_server
+from app.archive.places import FilePlace, PostgresPlace, digests, is_server, lengths_in, rows_in
 from app.records.verification import is_of_row
 from app.store.fact_store import INSERT
-from app.store.kinds import MAX_CONTENT_BYTES, PreflightCheck
-from app.store.rows import BadRow, Row, check_row, content_of
+from app.store.rows import MAX_CONTENT_BYTES, BadRow, PreflightCheck, Row, check_row, content_of
 from app.text.messages import clean
 
 PAGE_ROWS = 1000

@@ -17,8 +17,8 @@ from typing import NamedTuple
 from app.engine.conversation import reason_message
 from app.settings.values import value_text
 from app.text.i18n import tr
-from app.text.sentences import join_names, labelled
-from app.trigger_records.fields import JsonValue, record_values
+from app.text.messages import join_names, labelled
+from app.trigger_records.history import JsonValue, record_values
 from app.trigger_records.history import sentence as told
 from protocol.catalogue import BY_NAME, COMMANDS, SET, STATUS, STATUS_PARTS, TRIGGER_RECORDS, Command, Request
 from protocol.events import Began, Ended, Event, OutcomeUnknown, Received, Rejected, Role, Sent, Unanswered

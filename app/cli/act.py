@@ -13,10 +13,8 @@ from typing import Literal
 
 from app.procedures.act import Performed, perform
 from app.procedures.lock import Locked
-from app.safety.acts import EFFECTS, Act
-from app.safety.interlocks import Interlock
-from app.safety.journal import Outcome
-from app.safety.permit import Origin, Permit
+from app.safety.journal import EFFECTS, Act, Outcome
+from app.safety.permit import Interlock, Origin, Permit
 from app.system.clock import steady_time
 from app.terminal import console
 from app.terminal.arguments import add, add_port
@@ -25,7 +23,7 @@ from app.terminal.interruption import limit_time, signals_noted
 from app.terminal.records import records_of
 from app.terminal.results import Result
 from app.text.i18n import tr
-from app.text.sentences import join_sentences
+from app.text.messages import join_sentences
 
 
 class ActJson(Result):

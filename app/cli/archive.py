@@ -15,21 +15,20 @@ from msgspec import field
 
 from app.archive.archive import Archive
 from app.archive.module_history import module_history
-from app.archive.postgres import is_server, server_url
+from app.archive.places import is_server, server_url
 from app.archive.report import ModuleToday, report
 from app.archive.sync import sync
 from app.modules.service import ServiceKind, service_summary, serviced
 from app.records.filing import local_now
-from app.stations.station import fingerprint_of
-from app.system.wall_clock import MINUTE, local_time
+from app.store.station import fingerprint_of
+from app.system.clock import MINUTE, local_time
 from app.terminal import console
 from app.terminal.arguments import add, add_verbosity, any_name, day, name
 from app.terminal.records import opened_store
 from app.terminal.results import Count, Result, Time
 from app.text.csv_cells import csv_text, utc_cell
 from app.text.i18n import tr
-from app.text.sentences import in_brackets, labelled
-from app.text.user_error import ErrorCode
+from app.text.messages import ErrorCode, in_brackets, labelled
 
 SERVER = "postgresql://USER@HOST/DATABASE"
 REPORT_HEAD = (

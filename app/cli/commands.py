@@ -12,7 +12,7 @@ from typing import Any, Final, NamedTuple
 
 from app.terminal import console
 from app.terminal.arguments import Parser, add_verbosity
-from app.text.sentences import capitalised
+from app.text.messages import capitalised
 
 WINDOW: Final = "gui"
 # Commands with commands of their own, before whose words no option of theirs may stand.

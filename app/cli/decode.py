@@ -20,14 +20,12 @@ import msgspec
 from msgspec import UNSET, Struct, UnsetType
 
 from app.captures.explain import meaning, sentence
-from app.captures.text import NotHex, TextReader, hex_bytes, lines_in
-from app.captures.traffic import Explained, Explainer, Way
+from app.captures.traffic import Explained, Explainer, NotHex, TextReader, Way, hex_bytes, lines_in
 from app.terminal import console
 from app.terminal.arguments import add, add_file
 from app.terminal.results import CommandName, Count, Hex, Result, Value
 from app.text.i18n import tr
-from app.text.sentences import error_text
-from app.text.user_error import ErrorCode, UserError
+from app.text.messages import ErrorCode, UserError, error_text
 from protocol.catalogue import BY_NAME, COMMANDS, RECORD_PART, STATUS_PARTS
 from protocol.frame import Direction, Frame, Noise
 

@@ -4,7 +4,7 @@ import argparse
 
 from app.engine.target import sets_rate
 from app.procedures.find import find_rate
-from app.safety.interlocks import RATE_SET_ELSEWHERE
+from app.safety.permit import RATE_SET_ELSEWHERE
 from app.terminal import console
 from app.terminal.arguments import USUAL_RATE, add, add_port
 from app.terminal.connection import connected, no_module_found

@@ -22,8 +22,7 @@ from app.terminal.arguments import add, add_file
 from app.terminal.results import Result
 from app.terminal.setting_words import parse_settings, typed
 from app.text.i18n import tr
-from app.text.messages import UserMessage, message
-from app.text.sentences import join_names, join_sentences, labelled
+from app.text.messages import UserMessage, join_names, join_sentences, labelled, message
 from protocol.messages import Source
 from protocol.translatable import marked
 

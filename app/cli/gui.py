@@ -26,7 +26,7 @@ def run(args: argparse.Namespace) -> int:
     if args.file is not None and not args.file.is_file():
         why = os.strerror(errno.EISDIR if args.file.is_dir() else errno.ENOENT)
         raise console.Refused(tr("{file} cannot be read: {why}.", file=args.file, why=why))
-    from app.system.screen import window_obstacle
+    from app.system.libraries import window_obstacle
 
     obstacle = window_obstacle()
     if obstacle is not None:

@@ -22,12 +22,19 @@ from app.terminal.records import Records, name_given, other_module, records_of, 
 from app.terminal.results import Byte, Count, Hex, Result
 from app.text.csv_cells import csv_text
 from app.text.i18n import tr
-from app.text.sentences import in_brackets, join_names, labelled, not_written, saved_text
-from app.text.user_error import UserError
-from app.trigger_records.fields import FIELDS, fields_of, source_message
-from app.trigger_records.filing import PossiblyOther, TriggersReading, file_triggers, read_triggers
-from app.trigger_records.history import cell_text, uptime_message
-from app.trigger_records.kept import Visit
+from app.text.messages import UserError, in_brackets, join_names, labelled, not_written, saved_text
+from app.trigger_records.history import (
+    FIELDS,
+    PossiblyOther,
+    TriggersReading,
+    Visit,
+    cell_text,
+    fields_of,
+    file_triggers,
+    read_triggers,
+    source_message,
+    uptime_message,
+)
 from protocol.messages import TriggerRecord
 
 HEAD = (*FIELDS, "confirmed")

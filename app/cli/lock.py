@@ -8,7 +8,7 @@ import argparse
 
 from app.cli.act import interruption_told, print_outcome
 from app.procedures.lock import lock
-from app.safety.acts import Act
+from app.safety.journal import Act
 from app.terminal.arguments import add, add_module, add_port
 from app.terminal.connection import connected
 from app.terminal.interruption import signals_noted

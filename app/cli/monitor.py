@@ -16,8 +16,7 @@ from app.terminal.interruption import signals_noted
 from app.terminal.results import Result
 from app.terminal.streaming import Watching
 from app.text.i18n import tr
-from app.text.sentences import labelled
-from app.text.user_error import ErrorCode
+from app.text.messages import ErrorCode, labelled
 
 LINE_EVERY_S = 0.1
 

@@ -10,8 +10,7 @@ from app.terminal import console
 from app.terminal.arguments import add
 from app.terminal.results import Result
 from app.text.i18n import tr
-from app.text.sentences import in_brackets
-from app.text.user_error import ErrorCode, UserError
+from app.text.messages import ErrorCode, UserError, in_brackets
 
 UsbNumber = Annotated[int, Meta(ge=0, le=65535)]
 

@@ -18,20 +18,17 @@ import msgspec
 from app.cli.act import interruption_told, pay_owed_lock, permit_for, refuse_without_yes
 from app.engine.conversation import Interrupted
 from app.limits.past import Past
-from app.preflight.activation import activate_ready
 from app.preflight.contract import contract_of
 from app.preflight.evidence import Evidence
 from app.preflight.findings import RESULT_WORDS, CheckResult, Person
 from app.preflight.reading_object import ReadJson
-from app.preflight.run import run_preflight
+from app.preflight.run import activate_ready, run_preflight
 from app.preflight.verdict import MANUAL_WORDS, Verdict, verdict_sentence
 from app.records.filing import Filed, file_check
-from app.records.report_files import check_target, write_report
-from app.safety.acts import Act
-from app.safety.journal import Outcome
+from app.records.report import check_target, write_report
+from app.safety.journal import Act, Outcome
 from app.safety.left_active import note_go
-from app.settings.profile_file import read_profile
-from app.settings.profiles import NO_PROFILE, Profile
+from app.settings.profiles import NO_PROFILE, Profile, read_profile
 from app.terminal import console
 from app.terminal.arguments import add, add_file, add_module, add_port, any_name
 from app.terminal.connection import LOST, OpenPort, connected, loss_sentence
@@ -39,9 +36,7 @@ from app.terminal.console import Colour, Line
 from app.terminal.records import Records, name_given, opened_store, records_on, refuse_another
 from app.terminal.results import Result, Value
 from app.text.i18n import tr
-from app.text.messages import UserMessage, clean
-from app.text.sentences import in_brackets, join_names, not_written
-from app.text.user_error import ErrorCode, UserError
+from app.text.messages import ErrorCode, UserError, UserMessage, clean, in_brackets, join_names, not_written
 
 _log = logging.getLogger(__name__)
 

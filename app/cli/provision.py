@@ -15,6 +15,7 @@ from app.cli.act import interruption_told
 from app.cli.set import warn
 from app.engine.conversation import Interrupted
 from app.fleet.batch import (
+    EXAMPLE,
     OPEN,
     READY,
     SET_ASIDE,
@@ -24,15 +25,15 @@ from app.fleet.batch import (
     await_gone,
     batch_of,
     check_labels_target,
+    counted_names,
     write_batch_labels,
 )
-from app.fleet.batch_names import EXAMPLE, counted_names
 from app.modules.labels import PAPERS
 from app.preflight.evidence import Evidence
 from app.preflight.findings import Person
 from app.procedures.write import WriteContext
 from app.store.fact_store import Store
-from app.store.trouble import StoreTrouble
+from app.store.opening import StoreTrouble
 from app.terminal import console
 from app.terminal.arguments import add, add_file, add_port, any_name, expected
 from app.terminal.connection import LOST, OpenPort, connected, loss_sentence
@@ -42,9 +43,7 @@ from app.terminal.records import opened_store, records_on
 from app.terminal.results import Result
 from app.terminal.setting_words import typed
 from app.text.i18n import tr
-from app.text.messages import UserMessage
-from app.text.sentences import not_written
-from app.text.user_error import UserError
+from app.text.messages import UserError, UserMessage, not_written
 
 LOOK_EVERY_S: Final = 0.5  # between two attempts to find a module
 

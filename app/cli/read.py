@@ -9,15 +9,14 @@ import argparse
 from app.engine.conversation import STATUS_KEYS, Interrupted
 from app.engine.procedure import EngineView, Inspect, Pause, Procedure
 from app.engine.target import sets_rate
-from app.limits.out_of_limits import LimitsInUse, outside_of
+from app.limits.limits import LimitsInUse, outside_of
 from app.preflight.reading_object import LIVE_KEYS, SETTING_KEYS, reading_object
 from app.procedures.read import ANSWERED_TWICE, NO_REPLY, Everything, contradictions, read_everything
 from app.terminal import console
 from app.terminal.arguments import add, add_port
 from app.terminal.connection import OpenPort, connected
 from app.text.i18n import tr
-from app.text.messages import UserMessage, message
-from app.text.sentences import in_brackets, join_names
+from app.text.messages import UserMessage, in_brackets, join_names, message
 from protocol.catalogue import BAUD_RATE, BY_NAME, SERIAL_OUTPUT, SETTINGS
 from protocol.events import Unanswered
 from protocol.fields import Choice, Quantity, Value

@@ -21,8 +21,7 @@ from app.terminal.arguments import add, add_port, add_seconds
 from app.terminal.interruption import signals_noted
 from app.terminal.streaming import Watching
 from app.text.i18n import tr
-from app.text.sentences import join_sentences
-from app.text.user_error import UserError
+from app.text.messages import UserError, join_sentences
 
 SETTLE_LIMIT_S = 10.0  # how long writing the rest may take at the end
 

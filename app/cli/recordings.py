@@ -17,10 +17,8 @@ from app.recordings.recording import open_recording
 from app.terminal import console
 from app.terminal.arguments import add, add_file, add_verbosity, expected
 from app.terminal.results import Count, Result, Time
-from app.text.durations import stopwatch
 from app.text.i18n import tr
-from app.text.sentences import error_text, join_names, labelled, not_written, saved_text
-from app.text.user_error import ErrorCode, UserError
+from app.text.messages import ErrorCode, UserError, error_text, join_names, labelled, not_written, saved_text, stopwatch
 
 LATEST = "latest"
 CSV, MCAP = ".csv", ".mcap"

@@ -13,9 +13,8 @@ from typing import NamedTuple
 from app.engine.target import is_simulated
 from app.preflight.reading_object import SETTING_KEYS
 from app.procedures.read import NO_REPLY, read_settings
-from app.settings.fingerprint import fingerprint
-from app.settings.profile_file import profile_text
-from app.settings.profiles import MAX_NAME_LENGTH, Profile
+from app.settings.profiles import MAX_NAME_LENGTH, Profile, profile_text
+from app.settings.values import fingerprint
 from app.system.files import write_whole
 from app.terminal import console
 from app.terminal.arguments import add, add_file, add_port
@@ -23,8 +22,7 @@ from app.terminal.connection import connected
 from app.terminal.records import adapter_of
 from app.terminal.results import Result, SettingName, Value
 from app.text.i18n import tr
-from app.text.messages import clean
-from app.text.sentences import join_names, not_written
+from app.text.messages import clean, join_names, not_written
 from protocol.catalogue import READABLE_SETTINGS
 from protocol.fields import Value as SettingValue
 

@@ -23,8 +23,7 @@ from app.terminal.connection import OpenPort, connected
 from app.terminal.interruption import Signalled, check_signals, signals_noted
 from app.terminal.records import opened_store, records_on
 from app.terminal.results import Result
-from app.text.sentences import error_text, labelled
-from app.text.user_error import ErrorCode
+from app.text.messages import ErrorCode, error_text, labelled
 
 # How long what the module says may wait.
 LOOK_EVERY_S = 0.01

@@ -32,8 +32,8 @@ from app.procedures.write import (
     why_not_verified,
     write_all,
 )
-from app.safety.acts import Act
 from app.safety.consequences import Weight, consequences
+from app.safety.journal import Act
 from app.settings.profiles import SETTINGS_BY_KEY
 from app.terminal import console
 from app.terminal.arguments import add, add_file, add_port
@@ -44,7 +44,7 @@ from app.terminal.records import Records, records_of
 from app.terminal.results import Result, SettingName, Value
 from app.terminal.setting_words import parse_settings, settings_of_profile, typed
 from app.text.i18n import tr
-from app.text.sentences import join_names, labelled
+from app.text.messages import join_names, labelled
 from protocol.catalogue import BAUD_RATE
 
 

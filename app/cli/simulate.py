@@ -22,8 +22,7 @@ from app.simulator.setup import YES_OR_NO, Setup, as_text, parse_options
 from app.terminal import console
 from app.terminal.arguments import add_file, tcp_address
 from app.text.i18n import tr
-from app.text.sentences import error_text, labelled
-from app.text.user_error import ErrorCode
+from app.text.messages import ErrorCode, error_text, labelled
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:

@@ -16,9 +16,7 @@ from app.terminal import console
 from app.terminal.arguments import add, add_file
 from app.terminal.records import existing_store, say_notice
 from app.terminal.results import Result, Time
-from app.text.messages import message
-from app.text.sentences import error_text
-from app.text.user_error import ErrorCode, UserError
+from app.text.messages import ErrorCode, UserError, error_text, message
 from protocol.translatable import marked
 
 

@@ -16,7 +16,7 @@ from app.engine.transport import PortError, PortTrouble
 from app.procedures.find import Silence
 from app.safety.last_known import keep_away
 from app.text.i18n import tr
-from app.text.sentences import in_brackets, join_sentences
+from app.text.messages import in_brackets, join_sentences
 from protocol.events import EndReason, Role
 from protocol.translatable import marked
 

@@ -21,11 +21,11 @@ from typing import NamedTuple
 
 from app.captures.traffic import entries_of
 from app.diagnosis.causes import explain
-from app.diagnosis.link_statistics import LinkStatistics
+from app.diagnosis.link_state import LinkStatistics
 from app.engine.conversation import ConversationView
 from app.engine.worker import Connection
+from app.system.clock import wall_offset_s
 from app.system.files import whole_file
-from app.system.wall_clock import wall_offset_s
 from protocol.events import Event
 
 USER = "<user>"

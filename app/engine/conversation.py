@@ -1,4 +1,4 @@
-"""One unbroken conversation with one module: what is known of it holds as long as it goes on, and no longer.
+"""Measures motion within the last seconds from the module's status reports.
 
 Only the module's own frames provide values. A value that was never received is absent and shown as "unknown"; the
 defaults of the vendor's table are never used instead. A value is stale where it is too old, delayed by the line, or of
@@ -6,14 +6,12 @@ a conversation that is over.
 """
 
 from collections import deque
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from enum import Enum
 from types import MappingProxyType
 from typing import NamedTuple
 
-from app.engine.motion import MotionExtremes, MotionWatch
-from app.text.messages import UserMessage, message
-from app.text.user_error import ErrorCode, UserError
+from app.text.messages import ErrorCode, UserError, UserMessage, message
 from protocol.catalogue import ACTIVATION, BOOT_COUNT, BY_NAME, LOCK, MAX_RECORDS, SERIAL_OUTPUT, SETTINGS, Request
 from protocol.events import Answered, Contradiction, Ended, EndReason, Event, OutcomeUnknown, Received, Role
 from protocol.fields import Quantity, Value
@@ -21,6 +19,50 @@ from protocol.messages import Acknowledgement, Reading, Status, TriggerRecord
 from protocol.stale_replies import TRIGGER_FLAGS, FlagAnswers
 from protocol.timing import SLOW_S
 from protocol.translatable import marked
+
+WATCHED_FOR_S = 2.5
+# Only the extremes of each slot are kept, as up to 1,440 reports a second may come.
+_SLOT_S = 0.1
+
+
+class MotionExtremes(NamedTuple):
+    """The extremes of the reports from `since` to `until` (monotonic seconds)."""
+
+    since: float
+    until: float
+    tilt_low_deg: float
+    tilt_high_deg: float
+    acceleration_low_g: float
+    acceleration_high_g: float
+
+    @property
+    def tilt_change_deg(self) -> float:
+        return self.tilt_high_deg - self.tilt_low_deg
+
+
+class MotionWatch:
+    def __init__(self) -> None:
+        self._slots: deque[MotionExtremes] = deque()
+
+    def feed(self, status: Status, at: float) -> None:
+        tilt, acceleration = status.tilt_deg, status.acceleration_g
+        report = MotionExtremes(at, at, tilt, tilt, acceleration, acceleration)
+        if self._slots and at - self._slots[-1].since < _SLOT_S:
+            self._slots[-1] = _joined((self._slots[-1], report))
+        else:
+            self._slots.append(report)
+
+    def view(self, now: float) -> MotionExtremes | None:
+        """The extremes of the last `WATCHED_FOR_S` seconds, from the start of a slot; None without a report."""
+        while self._slots and now - self._slots[0].until > WATCHED_FOR_S:
+            self._slots.popleft()
+        return _joined(self._slots) if self._slots else None
+
+
+def _joined(parts: Iterable[MotionExtremes]) -> MotionExtremes:
+    since, until, tilt_low, tilt_high, weak, strong = zip(*parts, strict=True)
+    return MotionExtremes(since[0], until[-1], min(tilt_low), max(tilt_high), min(weak), max(strong))
+
 
 STATUS_KEYS = ("tilt_deg", "acceleration_g", "triggered", "active")
 # Seconds after which a value is stale. Settings and the boot count do not age while the conversation goes on.

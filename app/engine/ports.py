@@ -8,8 +8,7 @@ import threading
 from concurrent.futures import Future
 from typing import NamedTuple
 
-from app.text.user_error import UserError
-from app.text.visible_text import visible
+from app.text.messages import UserError, visible
 from protocol.translatable import marked
 
 

@@ -6,12 +6,13 @@ without a name. Everything is a fact of the store, so that the same names and se
 
 import json
 import logging
+import re
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import replace
 from datetime import datetime
 from functools import partial
 from pathlib import Path
-from typing import NamedTuple
+from typing import Final, NamedTuple
 
 from msgspec import convert, to_builtins
 
@@ -27,14 +28,12 @@ from app.preflight.run import run_preflight
 from app.preflight.verdict import Verdict
 from app.procedures.write import SettingChange, WriteContext, WriteReport, why_not_verified, write_all
 from app.records.filing import judge_check, keep_check, local_now
-from app.records.report_files import carries, check_target
-from app.settings.fingerprint import fingerprint
-from app.settings.profile_file import read_profile
-from app.settings.profiles import SETTINGS_BY_KEY, Profile
+from app.records.report import carries, check_target
+from app.settings.profiles import SETTINGS_BY_KEY, Profile, read_profile
+from app.settings.values import fingerprint
 from app.store.fact_store import Facts, Store
-from app.store.kinds import MessageText, ModuleProvisioned
-from app.text.messages import UserMessage, joined, message, message_from_json
-from app.text.user_error import UserError
+from app.store.rows import MessageText, ModuleProvisioned
+from app.text.messages import UserError, UserMessage, joined, message, message_from_json, visible
 from protocol.catalogue import BAUD_RATE, BOOTS
 from protocol.fields import Value
 from protocol.translatable import marked
@@ -285,3 +284,24 @@ def write_batch_labels(path: Path, rows: Sequence[BatchRow], paper: Paper, print
     labels = [Label(row.name, datetime.fromisoformat(row.at).astimezone(), row.code) for row in done]
     if labels:
         write_labels(path, labels, paper, printer, carried=json.dumps({"format": FORMAT}).encode())
+
+
+MAX_BATCH: Final = 1000
+MAX_NAME_LENGTH: Final = 60
+EXAMPLE: Final = "M-001..M-050"
+_NUMBERED: Final = re.compile(r"(.*?)([0-9]{1,9})")
+
+
+def counted_names(text: str) -> tuple[str, ...] | None:
+    """ "M-001..M-050": names that count upwards, with as many digits; or one name. None where it is neither."""
+    first, dots, last = text.partition("..")
+    begin, end = (_NUMBERED.fullmatch(name) for name in (first, last))
+    names: tuple[str, ...] = (first,)
+    if begin is not None and end is not None and begin[1] == end[1]:
+        low, high, digits = int(begin[2]), int(end[2]), len(begin[2])
+        names = tuple(f"{begin[1]}{number:0{digits}}" for number in range(low, min(high, low + MAX_BATCH) + 1))
+        is_valid = len(names) <= MAX_BATCH and names[-1:] == (last,)
+    else:
+        is_valid = not dots
+    is_valid &= all(visible(name) == name and 0 < len(name.strip()) == len(name) <= MAX_NAME_LENGTH for name in names)
+    return names if is_valid else None

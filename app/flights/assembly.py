@@ -15,8 +15,7 @@ from app.flights.flight_log import GAP_TOLERANCE_S, REPORT_HZ, TILT_GAP_S, Fligh
 from app.flights.judge import MAX_GAP_S
 from app.flights.judging import averaged
 from app.flights.raw_log import Channel, Flags, Floats, RawLog, unreadable
-from app.text.messages import joined
-from app.text.user_error import UserError
+from app.text.messages import UserError, joined
 from protocol.translatable import marked
 
 MAX_ROWS: Final = 48 * 3600 * REPORT_HZ

@@ -19,9 +19,8 @@ import numpy as np
 from app.flights.flight_log import GAP_TOLERANCE_S, FlightLog, runs, total_s
 from app.flights.judge import MAX_GAP_S, ROUNDING_S, TriggerLimits
 from app.flights.raw_log import Flags, Floats, Places
-from app.text.durations import stopwatch
 from app.text.i18n import tr
-from app.text.messages import UserMessage, message
+from app.text.messages import UserMessage, message, stopwatch
 from protocol.catalogue import CENTISECOND, DEGREE, TENTH_G
 from protocol.messages import Source
 from protocol.translatable import marked

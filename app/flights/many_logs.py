@@ -15,8 +15,7 @@ from app.flights.judging import FlightSummary, summarise
 from app.flights.raw_log import unreadable
 from app.flights.read_log import read_flight_log
 from app.flights.table import CsvColumns, UnreadTable
-from app.text.messages import UserMessage
-from app.text.user_error import UserError
+from app.text.messages import UserError, UserMessage
 from protocol.translatable import marked
 
 FEW_LOGS: Final = 4

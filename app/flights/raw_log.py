@@ -11,8 +11,7 @@ import numpy as np
 from numpy.lib.stride_tricks import sliding_window_view
 from numpy.typing import NDArray
 
-from app.text.messages import UserMessage, message
-from app.text.user_error import UserError
+from app.text.messages import UserError, UserMessage, message
 from protocol.translatable import marked
 
 if TYPE_CHECKING:

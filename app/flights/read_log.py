@@ -22,9 +22,7 @@ from app.flights.raw_log import Channel, RawLog, kept_apart, unreadable
 from app.flights.table import CsvColumns, encoding_of, read_table
 from app.flights.telemetry import is_telemetry, read_telemetry
 from app.flights.ulog import read_ulog
-from app.text.messages import joined, message
-from app.text.sentences import error_text
-from app.text.user_error import UserError
+from app.text.messages import UserError, error_text, joined, message
 from protocol.translatable import marked
 
 if TYPE_CHECKING:

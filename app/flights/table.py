@@ -34,8 +34,7 @@ from app.flights.raw_log import (
 )
 from app.recordings.excerpt import HEAD
 from app.recordings.markers import STATE_LOST, Marker
-from app.text.messages import UserMessage, clean, message
-from app.text.user_error import UserError
+from app.text.messages import UserError, UserMessage, clean, message
 from protocol.translatable import marked
 
 # Which columns hold what

@@ -6,8 +6,7 @@ from app.engine.procedure import Procedure, Report
 from app.guided.results import GuidedKind, GuidedResult, GuidedVerdict, MeasuredValue, passed_if
 from app.guided.status_watch import NOT_READ, Measure, PersonSteps, read_setting, require_locked, wait_for_person
 from app.procedures.light import Band, CalibrationFault, LightDirection, measure_light, propose
-from app.text.messages import UserMessage, message
-from app.text.user_error import UserError
+from app.text.messages import UserError, UserMessage, message
 from protocol.translatable import marked
 
 # One step of the sensor: a threshold on a reading is none.

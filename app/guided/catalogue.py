@@ -21,11 +21,10 @@ from app.guided.link import LOOSE_ENDS, REST, SHAKE, prepare_link
 from app.guided.results import GuidedKind
 from app.guided.status_watch import Measure
 from app.guided.tilt import TILT_SLOWLY, TiltDirection, prepare_tilt
-from app.safety.acts import TITLES as ACT_TITLES
-from app.safety.acts import Act
+from app.safety.journal import TITLES as ACT_TITLES
+from app.safety.journal import Act
 from app.text.i18n import tr
-from app.text.messages import UserMessage, message
-from app.text.sentences import join_sentences
+from app.text.messages import UserMessage, join_sentences, message
 from protocol.events import EndReason
 from protocol.translatable import marked
 

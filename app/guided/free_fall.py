@@ -12,8 +12,7 @@ from app.engine.conversation import StatusSample
 from app.engine.procedure import Procedure, Report, ask_value
 from app.guided.results import GuidedKind, GuidedResult, GuidedVerdict, MeasuredValue, passed_if
 from app.guided.status_watch import Measure, PersonSteps, StatusWatch, read_setting, require_locked
-from app.text.messages import message
-from app.text.user_error import UserError
+from app.text.messages import UserError, message
 from protocol.catalogue import BOOT_COUNT
 from protocol.translatable import marked
 

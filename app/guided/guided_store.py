@@ -9,7 +9,7 @@ from msgspec import convert, to_builtins
 
 from app.guided.results import GuidedKind, GuidedResult, MeasuredValue, StoredTest, stored_test
 from app.store.fact_store import Facts, Kept
-from app.store.kinds import GuidedTestDone, TestValue
+from app.store.rows import GuidedTestDone, TestValue
 from app.text.messages import clean
 
 

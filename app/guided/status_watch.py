@@ -12,8 +12,7 @@ from app.engine.conversation import StatusSample
 from app.engine.procedure import TOO_SLOW, Await, EngineView, Inspect, Listen, Pause, Procedure, Report, ask_report
 from app.guided.results import GuidedResult
 from app.procedures.read import read_twice, who_is_there
-from app.text.messages import message
-from app.text.user_error import UserError
+from app.text.messages import UserError, message
 from protocol.catalogue import BY_NAME
 from protocol.events import Role
 from protocol.messages import Status

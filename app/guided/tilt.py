@@ -13,8 +13,7 @@ from typing import NamedTuple
 from app.engine.procedure import Procedure, Report, ask_value
 from app.guided.results import GuidedKind, GuidedResult, GuidedVerdict, MeasuredValue, passed_if
 from app.guided.status_watch import Measure, PersonSteps, StatusWatch, read_setting, require_locked
-from app.text.messages import UserMessage, message
-from app.text.user_error import UserError
+from app.text.messages import UserError, UserMessage, message
 from protocol.catalogue import BOOT_COUNT, RESET_BELOW_THRESHOLD_DEG
 from protocol.translatable import marked
 

@@ -1,16 +1,23 @@
-"""Bounds for settings in a profile, and what in it is softer than advised.
+"""Limits: the bounds of a profile, what in it is softer than advised, and whether a value is out of its limit.
 
 A limit softer than ours, or a setting outside the vendor's advice, is allowed within the bounds and shown beside the
 verdict.
 """
 
 from collections.abc import Mapping
+from enum import Enum
 from types import MappingProxyType
 from typing import NamedTuple
 
+from app.engine.conversation import ConversationView
 from app.safety.consequences import SHORT_FALL_S
-from app.settings.profiles import LIMITS, Profile
+from app.settings.profiles import LIMITS, NO_PROFILE, Profile
+from app.text.i18n import tr
 from app.text.messages import UserMessage, joined, message
+from protocol.fields import Value
+from protocol.messages import HIGHEST_CELL_V, TriggerRecord
+from protocol.timing import SLOW_S
+from protocol.translatable import marked
 
 
 class SettingBound(NamedTuple):
@@ -44,3 +51,109 @@ def softened(profile: Profile) -> Mapping[str, UserMessage]:
         if bound is not None and not bound.advised_low <= value <= bound.advised_high:
             advice[bound.check] = [message(f"{bound.advised_low:g}–{bound.advised_high:g}")]
     return {check: joined(texts) for check, texts in advice.items()}
+
+
+CELL_ABOVE_V = 0.05
+"""More than two steps above the highest cell voltage it is not the cell's."""
+
+
+DAMAGED_SHOWN_S = 10.0
+
+
+class OutOfLimit(Enum):
+    """The value is English, translatable."""
+
+    CELL_LOW = marked("low")
+    CELL_HIGH = marked("too high")
+    BAY_OPEN = marked("bay open")
+    LATE = marked("line late")
+    SLOW = marked("line slow")
+    DAMAGED = marked("invalid bytes")
+
+
+class Outside(NamedTuple):
+    """`limit`: with its unit."""
+
+    fault: OutOfLimit
+    limit: str
+
+    def beside(self, value: str) -> str:
+        """The value with its fault and the limit, translated."""
+        return tr("{value} (!) {fault}, limit {limit}", value=value, fault=tr(self.fault.value), limit=self.limit)
+
+
+class LimitsInUse:
+    """Those of the chosen profile; what it does not say is the program's own."""
+
+    def __init__(self) -> None:
+        self.profile = NO_PROFILE
+
+    def use(self, profile: Profile | None) -> None:
+        self.profile = profile or NO_PROFILE
+
+
+def least_cell_text(profile: Profile) -> str:
+    """With all its decimals: no reading below it looks like it."""
+    least = profile.limit("cell_voltage_min_v")
+    return f"{least:.2f} V" if round(least, 2) == least else f"{least:g} V"
+
+
+def cell_outside(volts: float, profile: Profile, *, is_charging: bool | None) -> Outside | None:
+    """With external power the charger's voltage is read, which is above the cell's: too low is too low then, too."""
+    if volts < profile.limit("cell_voltage_min_v"):
+        return Outside(OutOfLimit.CELL_LOW, least_cell_text(profile))
+    if is_charging is False and volts > HIGHEST_CELL_V + CELL_ABOVE_V:
+        return Outside(OutOfLimit.CELL_HIGH, f"{HIGHEST_CELL_V:.2f} V")
+    return None
+
+
+def bay_outside(light_v: float, threshold_v: float, *, is_inverted: bool = False) -> Outside | None:
+    """`is_inverted`: a calibration found that more light reads lower."""
+    is_dark = light_v > threshold_v if is_inverted else light_v < threshold_v
+    return None if is_dark else Outside(OutOfLimit.BAY_OPEN, f"{threshold_v:.1f} V")
+
+
+def value_outside(key: str, conversation: ConversationView, now: float, in_use: LimitsInUse) -> Outside | None:
+    """Judge the module's last value; None also if the value or its limit is unknown."""
+    values = {name: known.value for name in (key, "charging") if (known := conversation.known(name, now)) is not None}
+    threshold = conversation.fresh("light_threshold_v", now)
+    return outside_of(key, values if threshold is None else values | {"light_threshold_v": threshold}, in_use)
+
+
+def outside_of(key: str, values: Mapping[str, Value], in_use: LimitsInUse) -> Outside | None:
+    """Judge one of `values`, measured at the same time, by key."""
+    measured = values.get(key)
+    if measured is None:
+        return None
+    value = round(float(measured), 3)  # recordings keep four bytes of it: 3.7999999 is 3.80
+    if key == "cell_voltage_v":
+        charging = values.get("charging")
+        return cell_outside(value, in_use.profile, is_charging=None if charging is None else charging is True)
+    if key == "light_v":
+        threshold = values.get("light_threshold_v")
+        if threshold is None:
+            return None
+        return bay_outside(value, float(threshold), is_inverted=in_use.profile.is_light_inverted)
+    return None
+
+
+def record_outside(record: TriggerRecord) -> Outside | None:
+    """Judge the cell voltage in a trigger record by the program's own limits; None for an implausible record, which is
+    marked as such."""
+    if record.implausible:
+        return None
+    return cell_outside(record.cell_voltage_v, NO_PROFILE, is_charging=record.charging)
+
+
+def line_outside(
+    *, lag_s: float | None, round_trip_s: float | None, has_damaged: bool, in_use: LimitsInUse
+) -> Outside | None:
+    """The worst fault of the line. `has_damaged`: invalid bytes came, on a live line within `DAMAGED_SHOWN_S`."""
+    most_ms = in_use.profile.limit("round_trip_max_ms")
+    if lag_s is not None and lag_s > SLOW_S:
+        return Outside(OutOfLimit.LATE, f"{SLOW_S:g} s")
+    if has_damaged:
+        return Outside(OutOfLimit.DAMAGED, "0")
+    if round_trip_s is not None and round_trip_s * 1000 > most_ms:
+        return Outside(OutOfLimit.SLOW, f"{most_ms:g} ms")
+    return None

@@ -6,9 +6,8 @@ from pathlib import Path
 from typing import Final, NamedTuple
 
 from app.system.files import write_whole
-from app.text.messages import clean, message
+from app.text.messages import UserError, clean, message
 from app.text.template import page
-from app.text.user_error import UserError
 from protocol.translatable import marked
 
 MAX_NAME_LENGTH: Final = 60

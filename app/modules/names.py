@@ -15,8 +15,7 @@ from app.engine.conversation import ConversationView
 from app.modules.service import COUNTS_ANEW
 from app.settings.values import value_message
 from app.store.fact_store import Facts
-from app.store.kinds import ModuleNamed, Serviced, SettingsSeen
-from app.store.rows import Row, time_text
+from app.store.rows import ModuleNamed, Row, Serviced, SettingsSeen, time_text
 from app.text.messages import UserMessage, clean, message
 from protocol.catalogue import BOOTS, READABLE_SETTINGS
 from protocol.fields import Value

@@ -5,11 +5,10 @@ from datetime import date, datetime
 from enum import Enum
 from typing import Final, NamedTuple
 
+from app.store.acts import Fired, all_fired
 from app.store.fact_store import Facts, Kept
-from app.store.fired import Fired, all_fired
-from app.store.kinds import Serviced
-from app.text.messages import UserMessage, clean, joined, message
-from app.text.user_error import UserError
+from app.store.rows import Serviced
+from app.text.messages import UserError, UserMessage, clean, joined, message
 from protocol.translatable import marked
 
 SOON_DAYS: Final = 30

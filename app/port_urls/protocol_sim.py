@@ -16,7 +16,7 @@ from serial.serialutil import PortNotOpenError, SerialBase, SerialException
 from app.simulator import bench as benches
 from app.simulator.bench import DEFAULT_NAME, SimulatedBench
 from app.simulator.setup import parse_options
-from app.text.user_error import UserError
+from app.text.messages import UserError
 
 
 def options_of(url: str) -> dict[str, Any]:

@@ -8,8 +8,7 @@ from app.engine.conversation import Interrupted, StatusSample, reason_message
 from app.engine.procedure import Cancelled, Procedure
 from app.procedures.history import History
 from app.procedures.read import NO_REPLY, Present, SettingsReading, contradictions, read_settings, who_is_there
-from app.text.messages import UserMessage, message
-from app.text.user_error import UserError
+from app.text.messages import UserError, UserMessage, message
 from protocol.events import Ended, Event, Received, Rejected, Sent
 from protocol.fields import Value
 from protocol.translatable import marked
@@ -125,7 +124,7 @@ class Evidence:
     # Why it holds no more; set while it still runs, it is void when it ends.
     void: Void | None = None
     # The module may have fired before it restarted, and the notice about that is still open. See
-    # `app.safety.firing_doubt`.
+    # `app.safety.left_active`.
     may_have_fired: bool = False
     heartbeats_sent: int = 0
     # Not answered, or only when they were asked again.

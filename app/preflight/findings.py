@@ -7,8 +7,8 @@ from typing import NamedTuple
 
 from app.limits.past import Past
 from app.preflight.evidence import CANCELLED, Evidence
-from app.settings.fingerprint import fingerprint
 from app.settings.profiles import Profile
+from app.settings.values import fingerprint
 from app.text.messages import UserMessage, message
 from protocol.fields import Value
 from protocol.translatable import marked

@@ -4,7 +4,7 @@ from functools import partial
 from typing import Final
 
 from app.guided.results import GuidedKind, GuidedVerdict
-from app.limits.out_of_limits import OutOfLimit, bay_outside, cell_outside, least_cell_text
+from app.limits.limits import OutOfLimit, bay_outside, cell_outside, least_cell_text
 from app.preflight.evidence import HEARTBEATS, STILL_S, UNFINISHED
 from app.preflight.findings import CHECK_LINK, YES, Case, Check, CheckResult, Finding, judged, unknown
 from app.procedures.read import ANSWERED_TWICE

@@ -13,7 +13,7 @@ from app.limits.past import LastTested
 from app.modules.names import NOT_NAMED, known_by
 from app.preflight.findings import Case, Check, CheckResult, Finding, judged, unknown
 from app.settings.values import value_text
-from app.system.wall_clock import DAY, local_time
+from app.system.clock import DAY, local_time
 from app.text.messages import UserMessage, joined, message
 from protocol.catalogue import BY_NAME, READABLE_SETTINGS
 from protocol.fields import Value

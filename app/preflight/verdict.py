@@ -10,13 +10,12 @@ from enum import Enum
 from typing import NamedTuple
 
 from app.engine.conversation import ConversationView, StatusSample
-from app.limits.limits import softened
-from app.limits.out_of_limits import bay_outside
+from app.limits.limits import bay_outside, softened
 from app.preflight.evidence import FIRED, OVER, TOO_OLD, UNFINISHED, Void, changed, void_of_end
 from app.preflight.findings import Case, Check, CheckResult, Finding
 from app.preflight.line_checks import LINE_CHECKS
 from app.preflight.module_checks import FINGERPRINT_KEYS, MODULE_CHECKS
-from app.safety.acts import is_deploy_in
+from app.safety.journal import is_deploy_in
 from app.settings.profiles import ActivatedBy, ManualLine
 from app.text.messages import UserMessage, clean, joined, message
 from protocol.catalogue import SETTINGS

@@ -1,6 +1,6 @@
 """Performs one act at most once, logged before and after.
 
-    conditions that need no question -> intent, durable -> who is there -> all conditions (`app.safety.interlocks`)
+    conditions that need no question -> intent, durable -> who is there -> all conditions (`app.safety.permit`)
     -> the frame, once -> the module's reports -> outcome, logged
 
 Nothing comes between the last answer to "who is there" and the frame but the pause of 50 ms that some modules need. For
@@ -28,14 +28,19 @@ from app.engine.procedure import (
     ask_value,
 )
 from app.procedures.read import ACTIVE, ANSWERED_TWICE, TRIGGERED, Present, who_is_there
-from app.safety.acts import REQUESTS, Act
-from app.safety.interlocks import ASKS_NOTHING, FRESH_FOR_S, Interlock, InterlockInputs, Refusal, inputs_at, refusals
-from app.safety.journal import Entry, Journal, Outcome, durable
-from app.safety.permit import Permit
+from app.safety.journal import REQUESTS, Act, Entry, Journal, Outcome, durable
+from app.safety.permit import (
+    ASKS_NOTHING,
+    FRESH_FOR_S,
+    Interlock,
+    InterlockInputs,
+    Permit,
+    Refusal,
+    inputs_at,
+    refusals,
+)
 from app.text.i18n import tr
-from app.text.messages import joined, message
-from app.text.sentences import join_sentences
-from app.text.user_error import UserError
+from app.text.messages import UserError, join_sentences, joined, message
 from protocol.catalogue import BOOT_COUNT, BY_NAME, Request
 from protocol.events import EndReason, Unanswered
 from protocol.events import Outcome as Reply

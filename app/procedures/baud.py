@@ -17,12 +17,10 @@ from app.engine.procedure import Ask, Cancelled, EngineView, Inspect, Procedure
 from app.procedures.act import Armed, begin_act
 from app.procedures.find import look_for
 from app.procedures.write import WriteFault, Written, reply_of
-from app.safety.acts import Act
-from app.safety.interlocks import Refusal
-from app.safety.journal import Journal, Outcome
-from app.safety.permit import Permit
+from app.safety.journal import Act, Journal, Outcome
+from app.safety.permit import Permit, Refusal
 from app.text.i18n import tr
-from app.text.sentences import join_sentences
+from app.text.messages import join_sentences
 from protocol.catalogue import BAUD_RATE
 from protocol.translatable import marked
 

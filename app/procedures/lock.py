@@ -28,8 +28,7 @@ from app.engine.procedure import (
 )
 from app.procedures.find import find_rate
 from app.procedures.read import ACTIVE
-from app.safety.acts import Act
-from app.safety.journal import Entry, Journal, NoJournal, Outcome
+from app.safety.journal import Act, Entry, Journal, NoJournal, Outcome
 from app.text.i18n import tr
 from protocol.catalogue import LOCK, STATUS
 from protocol.events import Answered

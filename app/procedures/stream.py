@@ -15,7 +15,7 @@ from dataclasses import dataclass
 
 from app.engine.procedure import Ask, Cancelled, EngineView, Inspect, Pause, Procedure, acknowledgement
 from app.procedures.read import read_everything
-from app.store.stream_memory import StreamMemory
+from app.store.acts import StreamMemory
 from protocol.catalogue import BY_NAME, READABLE_SETTINGS, SERIAL_OUTPUT, STATUS, Request
 from protocol.events import OutcomeUnknown
 

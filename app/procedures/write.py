@@ -36,10 +36,9 @@ from app.engine.procedure import (
 )
 from app.procedures.act import Armed, checked_inputs, inputs_of
 from app.procedures.read import read_settings, read_twice, who_is_there
-from app.safety.acts import Act
 from app.safety.consequences import Consequence, risks
-from app.safety.interlocks import ASKS_NOTHING, Interlock, Refusal, refusals
-from app.safety.journal import DURABLE_LIMIT_S, NOTE, Entry, Journal, Outcome
+from app.safety.journal import DURABLE_LIMIT_S, NOTE, Act, Entry, Journal, Outcome
+from app.safety.permit import ASKS_NOTHING, Interlock, Refusal, refusals
 from app.text.messages import UserMessage, joined, message
 from protocol.catalogue import ATTITUDE_TRIGGER, BAUD_RATE, READABLE_SETTINGS, Command, Request
 from protocol.events import Contradiction, Unanswered

@@ -18,8 +18,7 @@ from numpy.typing import NDArray
 
 from app.engine.target import is_simulated
 from app.recordings.markers import STATE_LOST, Marker, MarkerKind, ModuleLimits
-from app.samples.ring_buffers import Readable, Seconds, Window
-from app.samples.step_function import MAX_STEPS, StepFunction
+from app.samples.samples import MAX_STEPS, Readable, Seconds, StepFunction, Window
 
 ACTIVE, TRIGGERED = 0x01, 0x02
 """Bits of `Excerpt.flags`."""

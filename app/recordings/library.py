@@ -12,13 +12,9 @@ from typing import Final, NamedTuple
 
 from app.engine.target import is_simulated
 from app.recordings.session_file import SUFFIX, read_head
-from app.system.files import lock, private_opener
-from app.system.folders import data_folder
-from app.text.durations import stopwatch
+from app.system.files import data_folder, lock, private_opener
 from app.text.i18n import tr
-from app.text.messages import UserMessage, message
-from app.text.sentences import error_text, join_names
-from app.text.user_error import UserError
+from app.text.messages import UserError, UserMessage, error_text, join_names, message, stopwatch
 from protocol.translatable import marked
 
 MAX_BYTES: Final = 5 * 1024**3 // 2

@@ -26,12 +26,11 @@ from app.recordings.session_file import (
     RecordedReport,
     SessionFile,
 )
-from app.samples.ring_buffers import Readable
+from app.samples.samples import Readable
 from app.system.files import whole_file
 from app.system.gil_yield import GilYield
-from app.text.json_objects import object_in
-from app.text.messages import UserMessage, joined, message
-from app.text.user_error import UserError
+from app.text.csv_cells import object_in
+from app.text.messages import UserError, UserMessage, joined, message
 from protocol.translatable import marked
 
 _MAX_LIMITS = 1_000_000

@@ -32,7 +32,7 @@ from mcap.writer import MCAP0_MAGIC
 from msgspec import Meta
 
 from app.system.files import lock, private_opener
-from app.text.user_error import UserError
+from app.text.messages import UserError
 from protocol.translatable import marked
 
 SUFFIX: Final = ".mcap"

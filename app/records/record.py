@@ -24,9 +24,8 @@ from app.guided.results import GuidedKind
 from app.preflight.contract import readings_of
 from app.preflight.findings import CheckResult
 from app.preflight.verdict import Assessment, Judged, Verdict, unsigned, verdict_of
-from app.stations.station import Station
-from app.text.messages import MAX_TEXT_LENGTH, UserMessage, clean, joined, message
-from app.text.user_error import UserError
+from app.store.station import Station
+from app.text.messages import MAX_TEXT_LENGTH, UserError, UserMessage, clean, joined, message
 from protocol.translatable import marked
 
 FORMAT = "dps-s pre-flight record"

@@ -12,12 +12,10 @@ from typing import Final, NamedTuple
 
 from app.preflight.verdict import Verdict
 from app.records.record import Document, Record, read_document, record_of
-from app.records.report_files import LARGEST_FILE, document_in, is_report
-from app.stations.station import fingerprint_of, is_signature
-from app.store.kinds import PreflightCheck
-from app.store.rows import Row
-from app.text.messages import UserMessage, clean, joined, message
-from app.text.user_error import UserError
+from app.records.report import LARGEST_FILE, document_in, is_report
+from app.store.rows import PreflightCheck, Row
+from app.store.station import fingerprint_of, is_signature
+from app.text.messages import UserError, UserMessage, clean, joined, message
 from protocol.translatable import marked
 
 # A check is judged first, and kept at once.

@@ -5,7 +5,7 @@ from typing import Final, NamedTuple
 
 from app.engine.conversation import ConversationView
 from app.text.i18n import tr
-from app.text.sentences import join_sentences
+from app.text.messages import join_sentences
 from protocol.translatable import marked
 
 LAST_HEARD_ACTIVE: Final = marked("Last heard ACTIVE: treat it as ready to fire.")

@@ -1,4 +1,4 @@
-"""Modules left ACTIVE: ACTIVE at the end of a conversation, or LOCK not confirmed, and not known to be safe since.
+"""Modules left ACTIVE, with LOCK not confirmed or not known to be safe since; and those that may have fired.
 
 One entry a conversation, kept in the store's state from the moment at which the frame may leave, so that a killed
 program leaves it behind, too. The program itself does not show the entry of a conversation that goes on.
@@ -7,6 +7,10 @@ program leaves it behind, too. The program itself does not show the entry of a c
 - One with a name ends when a module reports LOCKED that a person named so afterwards.
 - One without a name ends when a person says that the module is safe.
 - Another module at the same port never ends it.
+
+A module whose voltage breaks down while it fires restarts, and reports NOT TRIGGERED then. Only its trigger records
+tell. So until they were read, and a person has closed the notice about it, "may have fired before the restart" stands
+in the place of NOT TRIGGERED, and no check comes to READY.
 """
 
 import logging
@@ -16,10 +20,13 @@ from typing import Any, NamedTuple, Protocol
 from msgspec import Struct, convert
 from msgspec.structs import replace
 
+from app.engine.conversation import ConversationView
 from app.safety.last_known import keep_away
-from app.system.wall_clock import MINUTE, local_time
+from app.system.clock import MINUTE, local_time
 from app.text.i18n import tr
-from app.text.sentences import join_sentences
+from app.text.messages import join_sentences
+from protocol.catalogue import BOOTS
+from protocol.events import EndReason
 
 _log = logging.getLogger(__name__)
 
@@ -168,3 +175,62 @@ def _kept(states: States) -> dict[str, _Kept]:
 def _forget(states: States, run: str) -> None:
     _log.debug("no longer left ACTIVE: %s", run)
     states.set_state(LEFT + run, None)
+
+
+class FiringDoubt:
+    """Of one port. For one thread."""
+
+    def __init__(self) -> None:
+        self._is_raised = False
+        self._has_read_records = False
+        self._is_notice_closed = False
+        # Of a module that may have fired in the silence that ended its conversation.
+        self._boot_count_before: int | None = None
+
+    @property
+    def is_open(self) -> bool:
+        return self._is_raised and not (self._has_read_records and self._is_notice_closed)
+
+    @property
+    def is_to_be_told(self) -> bool:
+        """No person has closed the notice about it yet."""
+        return self._is_raised and not self._is_notice_closed
+
+    def note_ended(self, conversation: ConversationView, *, was_active: bool = False) -> None:
+        """To be called once with each conversation that has ended. `was_active`: it was ACTIVE a moment before, and was
+        not locked from here: a module that restarted reports LOCKED before its boot count tells of the restart."""
+        self._boot_count_before = None
+        if conversation.ended is None or not (was_active or _may_fire(conversation)):
+            return
+        if conversation.ended.reason is EndReason.RESTARTED:
+            self._raise()
+        else:
+            self._boot_count_before = conversation.boot_count
+
+    def note_begun(self, conversation: ConversationView) -> None:
+        """To be called with each conversation once it has begun. One start more is this module again; after a silence
+        without a restart it still reports itself that it has fired."""
+        before, self._boot_count_before = self._boot_count_before, None
+        if before is not None and conversation.boot_count == (before + 1) % BOOTS:
+            self._raise()
+
+    def note_records_read(self) -> None:
+        """The trigger records were read in the conversation after the restart."""
+        self._has_read_records = True
+
+    def note_closed(self) -> None:
+        """A person has closed the notice."""
+        self._is_notice_closed = True
+
+    def _raise(self) -> None:
+        _log.debug("the module may have fired before it restarted")
+        self._is_raised = True
+        self._has_read_records = self._is_notice_closed = False
+
+
+def _may_fire(conversation: ConversationView) -> bool:
+    """Whether it was ACTIVE, or an act of which nothing was reported may have made it so."""
+    active = conversation.values.get("active")
+    if active is None:
+        return "tilt_deg" in conversation.values
+    return active.value is True

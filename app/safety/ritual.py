@@ -19,7 +19,7 @@ import logging
 from enum import Enum, auto
 from math import inf
 
-from app.safety.acts import Act
+from app.safety.journal import Act
 from app.safety.permit import Origin, Permit
 
 _log = logging.getLogger(__name__)

@@ -1,14 +1,29 @@
-"""Profiles: how the modules of one airframe should be set, and what the pre-flight check expects of them."""
+"""Profiles: how the modules of one airframe should be set, what a check expects of them, and their files."""
 
-from collections.abc import Mapping
+import logging
+import tomllib
+from collections.abc import Callable, Mapping
+from contextlib import suppress
 from enum import Enum
+from functools import partial
+from pathlib import Path
 from types import MappingProxyType
-from typing import NamedTuple
+from typing import TYPE_CHECKING, Annotated, Any, Final, Literal, NamedTuple
+
+import msgspec
+from msgspec import Meta
 
 from app.guided.results import GuidedKind
+from app.settings.values import LONGEST_SHOWN, field_of, fitting, is_fingerprint
+from app.system.files import CANNOT_READ, CANNOT_WRITE, write_whole
+from app.text.messages import UserError, UserMessage, clean, error_text, message, visible
 from protocol.catalogue import SETTINGS, Command
-from protocol.fields import Value
+from protocol.fields import Choice, Quantity, Value
 from protocol.translatable import marked
+
+if TYPE_CHECKING:
+    from tomlkit.container import Container
+    from tomlkit.items import Table
 
 FORMAT = 1
 MAX_NAME_LENGTH = 200
@@ -107,3 +122,254 @@ class Profile(NamedTuple):
 
 
 NO_PROFILE = Profile()
+
+
+_log = logging.getLogger(__name__)
+LARGEST_BYTES: Final = 128 * 1024
+MAX_WHY: Final = 120  # characters of what `tomllib` says
+
+
+class ProfileRefused(UserError):
+    """The file is not a valid profile."""
+
+
+# Reading. A reader returns what a value says, given the value and its key, or raises `ProfileRefused`.
+
+_Reader = Callable[[object, str], Any]
+
+
+def _value(read: Callable[[object], Any], expected: str | UserMessage) -> _Reader:
+    """Whatever `read` takes: it raises an error for anything else than what is `expected`."""
+
+    def checked(value: object, key: str) -> Any:
+        try:
+            return read(value)
+        except (UserError, ValueError, msgspec.ValidationError):
+            raise _unexpected(key, expected) from None
+
+    return checked
+
+
+def _of_kind(kind: Any, expected: str) -> _Reader:
+    return _value(partial(msgspec.convert, type=kind), expected)
+
+
+def _number(kind: type[float], least: float, most: float) -> _Reader:
+    return _of_kind(Annotated[kind, Meta(ge=least, le=most)], f"{least:g} … {most:g}")
+
+
+def _text(longest: int, *, least: int = 0) -> _Reader:
+    kind = Annotated[str, Meta(min_length=least, max_length=longest)]
+    return _of_kind(kind, f'"…", {least} … {longest}')
+
+
+def _table(readers: Mapping[str, _Reader]) -> _Reader:
+    def read(table: object, key: str) -> dict[str, Any]:
+        if not isinstance(table, dict):
+            raise _unexpected(key, "[…]")
+        found = {}
+        for name, value in table.items():
+            where = f"{key}.{clean(name, longest=LONGEST_SHOWN)}".removeprefix(".")
+            if name not in readers:
+                raise ProfileRefused(marked("“{name}” is unknown."), name=where)
+            found[name] = readers[name](value, where)
+        return found
+
+    return read
+
+
+def _manual(items: object, key: str) -> tuple[ManualLine, ...]:
+    if not isinstance(items, list) or len(items) > MAX_ITEMS:
+        raise _unexpected(key, f"[[manual]], ≤ {MAX_ITEMS}")
+    lines = []
+    for number, item in enumerate(items, 1):
+        found = _MANUAL_LINE(item, f"{key} {number}")
+        text = clean(found.get("text", ""), longest=MAX_NAME_LENGTH)
+        if not text.strip():
+            raise _unexpected(f"{key} {number}.text", '"…"')
+        lines.append(ManualLine(text, found.get("required", False)))
+    return tuple(lines)
+
+
+def _code(value: object) -> str:
+    if not isinstance(value, str) or not is_fingerprint(value):
+        raise ValueError
+    return value
+
+
+def _setting(command: Command) -> _Reader:
+    field = field_of(command)
+    expected: str | UserMessage = "true, false"
+    if isinstance(field, Quantity):
+        steps = marked("{low} to {high}, in steps of {step}")
+        expected = message(steps, low=field.text(0), high=field.text(255), step=field.text(1))
+    elif isinstance(field, Choice):
+        expected = ", ".join(map(str, field.values.values()))
+    return _value(partial(fitting, field), expected)
+
+
+def _unexpected(key: str, expected: str | UserMessage) -> ProfileRefused:
+    return ProfileRefused(marked("{key}: expected {expected}."), key=key, expected=expected)
+
+
+_FLAG: Final = _of_kind(bool, "true, false")
+_MANUAL_LINE: Final = _table({"text": _text(MAX_NAME_LENGTH), "required": _FLAG})
+_PROFILE: Final = _table({
+    "format": _of_kind(Literal[1], f"{FORMAT}"),
+    "name": _text(MAX_NAME_LENGTH),
+    "airframe": _text(MAX_NAME_LENGTH),
+    "notes": _text(MAX_NOTES_LENGTH),
+    "approved_fingerprint": _value(_code, '"XXXX-XXXX"'),
+    "light_inverted": _FLAG,
+    "service_required": _FLAG,
+    "settings": _table({key: _setting(command) for key, command in SETTINGS_BY_KEY.items()}),
+    "expectations": _table({
+        "activated_by": _of_kind(ActivatedBy, ", ".join(f'"{who.value}"' for who in ActivatedBy))
+    }),
+    "limits": _table({name: _number(float, limit.low, limit.high) for name, limit in LIMITS.items()}),
+    "tests": _table({kind.value: _number(int, 1, MAX_TEST_DAYS) for kind in GuidedKind}),
+    "manual": _manual,
+})  # fmt: skip
+
+
+def read_profile(path: Path) -> Profile:
+    """Return the profile in a file; one without a name is named after the file. Raises `ProfileRefused`, also where the
+    file cannot be read."""
+    try:
+        data = _content(path)
+    except (OSError, ValueError) as error:  # ValueError: a NUL in the name
+        raise ProfileRefused(CANNOT_READ, file=path, why=error_text(error)) from error
+    profile = parse_profile(data)
+    return profile if profile.name.strip() else profile._replace(name=clean(path.stem, longest=MAX_NAME_LENGTH))
+
+
+def _content(path: Path) -> bytes:
+    with path.open("rb") as file:
+        return file.read(LARGEST_BYTES + 1)
+
+
+def parse_profile(data: bytes) -> Profile:
+    """Return the profile in the content of a file. Its texts show what they are: see `visible`. Raises
+    `ProfileRefused`."""
+    found = _PROFILE(_document(data), "")
+    tests = found.get("tests", {})
+    return Profile(
+        name=clean(found.get("name", ""), longest=MAX_NAME_LENGTH),
+        airframe=clean(found.get("airframe", ""), longest=MAX_NAME_LENGTH),
+        notes=visible(found.get("notes", ""), keep="\n\t"),
+        settings=found.get("settings", {}),
+        limits=found.get("limits", {}),
+        manual=found.get("manual", ()),
+        approved_fingerprint=found.get("approved_fingerprint"),
+        is_light_inverted=found.get("light_inverted", False),
+        is_service_required=found.get("service_required", False),
+        activated_by=found.get("expectations", {}).get("activated_by", ActivatedBy.PERSON),
+        tests_within_days={GuidedKind(kind): days for kind, days in tests.items()},
+    )
+
+
+def _document(data: bytes) -> dict[str, Any]:
+    if len(data) > LARGEST_BYTES:
+        raise ProfileRefused(marked("too large."))
+    try:
+        return tomllib.loads(data.decode("utf-8-sig").replace("\r\n", "\n"))
+    except UnicodeDecodeError:
+        raise ProfileRefused(marked("not UTF-8 text.")) from None
+    except RecursionError:
+        raise ProfileRefused(marked("nested too deeply.")) from None
+    except ValueError as error:
+        raise ProfileRefused(marked("not TOML: {why}."), why=clean(str(error), longest=MAX_WHY)) from error
+
+
+# Writing
+
+
+def save_profile(path: Path, profile: Profile, *, source: Path | None = None) -> None:
+    """Write a profile. `source` is the file that was edited; its comments and its order are kept.
+
+    Raises OSError, or `ProfileRefused` for a profile that could not be read again.
+    """
+    before = ""
+    if source is not None:
+        with suppress(OSError):
+            before = _content(source).decode("utf-8-sig", "replace")
+    text = profile_text(profile, before.replace("\r\n", "\n"))
+    parse_profile(text.encode())
+    write_whole(path, (text.replace("\n", "\r\n") if "\r\n" in before else text).encode())
+
+
+def save_or_say_why_not(path: Path, profile: Profile, *, source: Path | None = None) -> UserMessage | None:
+    """Do `save_profile`; return what a person reads where it fails, else None."""
+    try:
+        save_profile(path, profile, source=source)
+    except ProfileRefused as refusal:
+        return refusal.message
+    except OSError as error:
+        return message(CANNOT_WRITE, file=path, why=error_text(error))
+    return None
+
+
+def profile_text(profile: Profile, source: str = "") -> str:
+    """Return the text of a file. `source`: the former one, whose comments and order are kept, if it is TOML."""
+    import tomlkit  # to load it takes longer than a reply of the module
+    from tomlkit.exceptions import TOMLKitError
+
+    wanted = _plain(profile)
+    if source:
+        try:
+            document = tomlkit.parse(source)
+            _change(document, wanted)
+            text = tomlkit.dumps(document)
+            if parse_profile(text.encode()) == profile:
+                return text
+        except (TOMLKitError, ProfileRefused, ValueError, RecursionError) as error:
+            _log.warning("The comments of the profile are not kept: %s", error)
+    return tomlkit.dumps(wanted)
+
+
+def _plain(profile: Profile) -> dict[str, Any]:
+    """Return what the file says, without what need not be said."""
+    tables = {
+        "name": profile.name,
+        "airframe": profile.airframe,
+        "notes": profile.notes,
+        "approved_fingerprint": profile.approved_fingerprint,
+        "light_inverted": profile.is_light_inverted,
+        "service_required": profile.is_service_required,
+        "settings": {key: profile.settings[key] for key in SETTINGS_BY_KEY if key in profile.settings},
+        "expectations": {},
+        "limits": {name: profile.limits[name] for name in LIMITS if name in profile.limits},
+        "tests": {kind.value: days for kind, days in profile.tests_within_days.items()},
+        "manual": [{"text": one.text, **({"required": True} if one.is_required else {})} for one in profile.manual],
+    }
+    if profile.activated_by is not ActivatedBy.PERSON:
+        tables["expectations"] = {"activated_by": profile.activated_by.value}
+    return {"format": FORMAT} | {key: value for key, value in tables.items() if value or key == "settings"}
+
+
+def _change(table: "Container | Table", wanted: Mapping[str, Any]) -> None:
+    """Make a table hold what is wanted. What is the same stays as it is written, with its comments."""
+    from tomlkit.items import Item, Table
+
+    for key in [key for key in table if key not in wanted]:
+        del table[key]
+    for key, value in wanted.items():
+        old = table.get(key)
+        if old is None:
+            _append(table, key, value)
+        elif isinstance(old, Table):
+            _change(old, value)
+        elif (old.unwrap() if isinstance(old, Item) else old) != value:
+            table[key] = value
+
+
+def _append(table: "Container | Table", key: str, value: object) -> None:
+    """Add a key before the comments at the end of a table: those are about the next one."""
+    from tomlkit.items import Table
+
+    body = table.value.body if isinstance(table, Table) else []
+    tail = []
+    while body and body[-1][0] is None:
+        tail.append(body.pop())
+    table[key] = value
+    body.extend(reversed(tail))

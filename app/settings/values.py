@@ -1,13 +1,17 @@
-"""Values of settings: as typed, as shown, and what the vendor says about them."""
+"""Values of settings as typed and as shown, what the vendor says about them, and the checksum of all of them.
+
+It covers only the settings that can be read back: with the others (E8) the code of a module would depend on what was
+written in this session. It has eight characters without 0, O, 1 and I: seven of a hash and a check character, which
+detects any single wrong character and nearly all swapped neighbours.
+"""
 
 from collections.abc import Mapping
 from decimal import Decimal, InvalidOperation
 from typing import Final
 
 from app.text.i18n import tr
-from app.text.messages import UserMessage, clean, message
-from app.text.user_error import UserError
-from protocol.catalogue import BY_NAME, SETTINGS, Command
+from app.text.messages import UserError, UserMessage, clean, message
+from protocol.catalogue import BY_NAME, READABLE_SETTINGS, SETTINGS, Command
 from protocol.fields import NUMBER_NEEDED, Choice, Field, Flag, Quantity, Value, ValueRefused
 from protocol.translatable import marked
 
@@ -113,3 +117,39 @@ def advice_text(command: Command) -> str:
     elif command in _TRADE_OFFS:
         parts.append(tr(_TRADE_OFFS[command]))
     return " · ".join(parts)
+
+
+ALPHABET = "23456789ABCDEFGHJKLMNPQRSTUVWXYZ"
+HASHED_CHARACTERS = 7
+
+
+def fingerprint(settings: Mapping[str, Value]) -> str | None:
+    """Return the code of settings by key, such as "K7QF-3M2X"; None where one that it covers is not known."""
+    import hashlib  # slow: loads OpenSSL
+
+    if any(command.key not in settings for command in READABLE_SETTINGS):
+        return None
+    parts = [
+        f"{command.code:02X}={field_of(command).encode(settings[command.key]):02X}" for command in READABLE_SETTINGS
+    ]
+    number = int.from_bytes(hashlib.sha256(";".join(parts).encode()).digest()[:8])
+    body = ""
+    for _ in range(HASHED_CHARACTERS):
+        number, place = divmod(number, len(ALPHABET))
+        body += ALPHABET[place]
+    code = body + _check(body)
+    return f"{code[:4]}-{code[4:]}"
+
+
+def is_fingerprint(text: str) -> bool:
+    """Return whether `text`, as heard or typed, is a complete code with the right check character."""
+    plain = "".join(text.upper().split()).replace("-", "")
+    if len(plain) != HASHED_CHARACTERS + 1 or not set(plain) <= set(ALPHABET):
+        return False
+    return _check(plain[:-1]) == plain[-1]
+
+
+def _check(body: str) -> str:
+    """Odd weights 1, 3, 5 … detect every single wrong character, since 32 has no odd divisor."""
+    total = sum((2 * place + 1) * ALPHABET.index(letter) for place, letter in enumerate(body))
+    return ALPHABET[total % len(ALPHABET)]

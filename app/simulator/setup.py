@@ -5,7 +5,7 @@ from contextlib import suppress
 from dataclasses import dataclass, field, fields
 from typing import Any, Final
 
-from app.text.user_error import UserError
+from app.text.messages import UserError
 from protocol.catalogue import BAUD_RATES
 from protocol.translatable import marked
 

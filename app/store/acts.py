@@ -1,25 +1,105 @@
-"""The audit log: the intent of each act, durable before its frame leaves, and what came of it.
+"""Acts in the store: the audit log, what fired, and the streams that this program switched on.
+
+Whether it fired is for nobody here to say. A deploy may be unconfirmed, and a module whose voltage breaks down while it
+fires restarts and reports nothing of it. So what left the computer counts, and what was seen once stays seen.
+
+A deploy is in the facts as an act: its intent was durable before the frame left. A report is a fact of its own. For a
+module without a name either is remembered with the port, and becomes a fact of the next name that is said there.
 
 An intent whose end nobody saw reads as unknown. What an act leaves behind is in `state`: see `app.safety.left_active`
-and `app.store.fired`.
+and what fired, here.
+
+The intent is on the disk before the module is told, and stands until the module has confirmed "off". A stream that was
+left on is not "as found": the next conversation switches it off.
+
+An adapter does not tell which module is behind it. So only a module on the same start, by its boot count, is the one
+that was switched on; of any other one that streams it is "as found". Where the boot count was not known, the adapter
+has to do.
 """
 
 import logging
 import os
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from concurrent.futures import Future
 from typing import Any, Final, NamedTuple
 
 from app.engine.target import is_simulated
-from app.safety.acts import Act
-from app.safety.journal import NOTE, Entry, Outcome
+from app.safety.journal import NOTE, Act, Entry, Outcome
 from app.safety.left_active import KnownAs, LeftActive, drop_intent, keep_left, note_locked, note_safe
 from app.store.fact_store import Facts, Store
-from app.store.fired import forget_unnamed, note_unnamed
-from app.store.kinds import ActEnded, ActIntended, DeployIntended
-from app.store.rows import time_text
-from app.store.trouble import StoreTrouble
+from app.store.opening import StoreTrouble
+from app.store.rows import ActEnded, ActIntended, DeployIntended, MayHaveFired, time_text
 from app.text.messages import UserMessage, clean
+
+# Key of a state: a module without a name may have fired at this adapter or port.
+_UNNAMED: Final = "fired:{place}"
+
+
+class Fired(NamedTuple):
+    """`at`: ISO 8601 in UTC. What a simulated module does says nothing of a real one."""
+
+    at: str
+    is_simulated: bool
+
+
+def has_fired_since(at: str, fired: Iterable[Fired], *, simulated: bool) -> bool:
+    """`at`: of a check, in UTC; `simulated`: whether that was of a simulated module."""
+    return any(one.at > at and one.is_simulated is simulated for one in fired)
+
+
+def all_fired(facts: Facts, module: str) -> list[Fired]:
+    """Of the module of this name, the oldest first."""
+    seen = facts.of_module(MayHaveFired, module)
+    fired = [Fired(kept.content.seen_at or kept.at, is_simulated(kept.content.port)) for kept in seen]
+    deploys = facts.of_module(DeployIntended, module)
+    if deploys:
+        ends = {kept.content.of: kept.content.outcome for kept in facts.of_module(ActEnded, module)}
+        # Without an outcome nobody knows what came of it, so that it counts.
+        left = [kept for kept in deploys if ends.get(kept.row.id) != Outcome.NOT_SENT.value]
+        fired += [Fired(kept.at, is_simulated(kept.content.port)) for kept in left]
+    return sorted(fired)
+
+
+def note_triggered(facts: Facts, module: str, *, port: str, adapter: str = "") -> None:
+    """The module reports TRIGGERED."""
+    if module:
+        facts.add(MayHaveFired(port=clean(port)), module)
+    else:
+        note_unnamed(facts, port=port, adapter=adapter)
+
+
+def note_unnamed(facts: Facts, *, port: str, adapter: str = "", intent: str = "") -> None:
+    """A module without a name may have fired here. The first time counts. `intent`: of the act that may make it so."""
+    key = _UNNAMED.format(place=adapter or port)
+    if facts.state(key) is None:
+        facts.set_state(key, {"port": port, "at": time_text(facts.now()), "intent": intent})
+
+
+def forget_unnamed(facts: Facts, *, port: str, adapter: str, intent: str) -> None:
+    """This act was not sent after all. What another one or a report left behind stays."""
+    key = _UNNAMED.format(place=adapter or port)
+    if (facts.state(key) or {}).get("intent") == intent:
+        facts.set_state(key, None)
+
+
+def unnamed_fired(facts: Facts, *, port: str, adapter: str = "") -> list[Fired]:
+    """What may have fired at this port without a name: of the next one that is named there."""
+    noted = filter(None, map(facts.state, _keys(port, adapter)))
+    return [Fired(one["at"], is_simulated(one["port"])) for one in noted]
+
+
+def claim_fired(facts: Facts, module: str, *, port: str, adapter: str = "") -> None:
+    """A person says this name at a port: what fired there without a name was this module."""
+    for key in _keys(port, adapter):
+        noted = facts.state(key)
+        if noted is not None:
+            facts.add(MayHaveFired(port=clean(noted["port"]), seen_at=noted["at"]), module)
+            facts.set_state(key, None)
+
+
+def _keys(port: str, adapter: str) -> list[str]:
+    return [_UNNAMED.format(place=place) for place in dict.fromkeys((adapter, port)) if place]
+
 
 _log = logging.getLogger(__name__)
 
@@ -149,3 +229,65 @@ class StoreJournal:
 def _plain(values: Mapping[str, object]) -> dict[str, Any]:
     """As it may stand in a fact: texts are bounded."""
     return {name: clean(value) if isinstance(value, str) else value for name, value in values.items()}
+
+
+class StreamMemory:
+    """Of one port, by adapter, or by port where there is none; it outlives conversations. Without a store it forgets
+    with the program."""
+
+    def __init__(self, store: Store | None = None, adapter: str = "") -> None:
+        self._store = store
+        self._key = f"stream:{adapter}"
+        # What was left on, as it was kept, until something is noted. It may come late, as no port waits for the store.
+        self._left_on: Future[Any] = _done(None) if store is None else store.write(lambda facts: facts.state(self._key))
+        self.is_taken_over = False
+
+    @property
+    def was_left_on(self) -> bool:
+        """An earlier conversation did not switch it off."""
+        return self._state is not None
+
+    @property
+    def boot_count(self) -> int | None:
+        """On which start of the module; None: not known."""
+        return None if self._state is None else self._state["boot_count"]
+
+    @property
+    def _state(self) -> Mapping[str, Any] | None:
+        kept = self._left_on
+        is_known = kept.done() and not kept.cancelled() and kept.exception() is None
+        found: Mapping[str, Any] | None = kept.result() if is_known else None
+        return found
+
+    def take_over(self) -> None:
+        """It streams, and this conversation switches it off; else the next one does."""
+        self.is_taken_over = True
+
+    def note_on(self, boot_count: int | None) -> "Future[None]":
+        """Done when it is on the disk, or cannot be."""
+        return self._keep({"boot_count": boot_count})
+
+    def clear(self) -> None:
+        """The module has confirmed that it is off, or does not stream."""
+        self._keep(None)
+
+    def _keep(self, state: Mapping[str, Any] | None) -> "Future[None]":
+        self._left_on = _done(state)
+        if self._store is None:
+            return _done(None)
+        kept: Future[None] = Future()
+
+        def end(written: "Future[None]") -> None:
+            error = None if written.cancelled() else written.exception()
+            if error is not None:
+                _log.warning("That a stream is switched on or off cannot be kept: %s", error)
+            kept.set_result(None)
+
+        self._store.set_state(self._key, state).add_done_callback(end)
+        return kept
+
+
+def _done(result: Any) -> "Future[Any]":
+    future: Future[Any] = Future()
+    future.set_result(result)
+    return future

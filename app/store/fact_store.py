@@ -22,15 +22,31 @@ from typing import Any, Generic, NamedTuple, TypeVar
 
 import msgspec
 
-from app.stations.station import own_station
-from app.store.former_active import former_state
-from app.store.kinds import KIND_OF, Content, StationNamed
-from app.store.opening import FILE_NAME, connect_to_read, copy_if_due, open_file
-from app.store.rows import AHEAD, COLUMNS, Row, content_of, content_text, make_row, time_text
-from app.store.trouble import StoreFault, StoreTrouble, trouble_of
-from app.system.folders import data_folder
-from app.text.messages import UserMessage, clean
-from app.text.user_error import UserError
+from app.store.opening import (
+    FILE_NAME,
+    StoreFault,
+    StoreTrouble,
+    connect_to_read,
+    copy_if_due,
+    former_state,
+    open_file,
+    trouble_of,
+)
+from app.store.rows import (
+    AHEAD,
+    COLUMNS,
+    KIND_OF,
+    Content,
+    Row,
+    StationNamed,
+    content_of,
+    content_text,
+    make_row,
+    time_text,
+)
+from app.store.station import own_station
+from app.system.files import data_folder
+from app.text.messages import UserError, UserMessage, clean
 
 _log = logging.getLogger(__name__)
 Result = TypeVar("Result")

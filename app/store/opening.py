@@ -1,23 +1,88 @@
-"""Opens and copies the store's file; never overwrites one that it cannot read.
+"""Opens and copies the store's file; says what a person reads where that cannot be done.
 
 not there, empty     made; from the newest good copy, where there is one
 damaged, another's   set aside under another name, and as above
 of a development build   set aside; what it leaves ACTIVE is taken over
 a newer version's, held, not writable    left alone: `StoreTrouble`
+
+Its audit log had an intent (`act`) and what came of it (`outcome`, linked by the intent's hash), both as JSON.
 """
 
+import errno
+import json
 import logging
 import os
 import shutil
 import sqlite3
 from contextlib import closing, suppress
 from datetime import UTC, datetime
+from enum import Enum
 from pathlib import Path
 from typing import NamedTuple
 
-from app.store.trouble import StoreFault, StoreTrouble
-from app.text.messages import UserMessage, joined, message
+from app.safety.left_active import LEFT
+from app.text.messages import ErrorCode, UserError, UserMessage, joined, message
 from protocol.translatable import marked
+
+# With less there is no room for a commit.
+MIN_FREE_BYTES = 64 * 1024
+
+
+class StoreFault(Enum):
+    """The value is a sentence in English with the place for the file, translatable."""
+
+    FULL = marked("The disk is full: {file} cannot be written.")
+    READ_ONLY = marked("The program may not write into {file}.")
+    NEWER = marked("{file} needs a newer version of this program.")
+    BUSY = marked("{file} is held by another program.")
+    DAMAGED = marked("{file} is damaged.")
+    FAILED = marked("{file} cannot be used.")
+    OPENING = marked("{file} is still being opened.")
+
+
+class StoreTrouble(UserError):
+    """The store cannot be opened, read or written. What was stored before is kept. `detail` is for the log."""
+
+    code = ErrorCode.STORE
+
+    def __init__(self, fault: StoreFault, path: Path, detail: str = "") -> None:
+        super().__init__(fault.value, file=path)
+        self.fault = fault
+        self._detail = f"{path}: {fault.name}: {detail}"
+
+    def __str__(self) -> str:
+        return self._detail
+
+
+_FAULTS = {
+    "SQLITE_FULL": StoreFault.FULL,
+    "SQLITE_READONLY": StoreFault.READ_ONLY,
+    "SQLITE_CANTOPEN": StoreFault.READ_ONLY,
+    "SQLITE_PERM": StoreFault.READ_ONLY,
+    "SQLITE_BUSY": StoreFault.BUSY,
+    "SQLITE_LOCKED": StoreFault.BUSY,
+    "SQLITE_CORRUPT": StoreFault.DAMAGED,
+    "SQLITE_NOTADB": StoreFault.DAMAGED,
+}
+
+
+def trouble_of(error: sqlite3.Error | OSError, path: Path) -> StoreTrouble:
+    if isinstance(error, OSError):
+        fault = StoreFault.FULL if error.errno == errno.ENOSPC else StoreFault.READ_ONLY
+    else:
+        # "SQLITE_IOERR_WRITE" is told by its first two words.
+        name = "_".join((getattr(error, "sqlite_errorname", None) or "").split("_")[:2])
+        fault = _FAULTS.get(name, StoreFault.FAILED)
+        if fault in (StoreFault.READ_ONLY, StoreFault.FAILED) and _is_full(path):
+            fault = StoreFault.FULL  # of a full disk SQLite only says that a file beside it cannot be opened
+    return StoreTrouble(fault, path, str(error))
+
+
+def _is_full(path: Path) -> bool:
+    with suppress(OSError):
+        return shutil.disk_usage(path.parent).free < MIN_FREE_BYTES
+    return False
+
 
 _log = logging.getLogger(__name__)
 
@@ -184,3 +249,42 @@ def _restore(path: Path) -> Path | None:
             shutil.copyfile(copy, path)
             return copy
     return None
+
+
+_QUERY = """
+    SELECT a.number, a.made_at, a.payload, o.payload FROM facts a
+    LEFT JOIN facts o ON o.kind = 'outcome' AND o.link = a.hash
+    WHERE a.kind = 'act' AND a.link IN ('activate', 'lock', 'shutdown') ORDER BY a.number
+"""
+_LEAVES_ACTIVE = (("activate", "confirmed"), ("activate", "unknown"), ("lock", "refused"), ("lock", "unknown"))
+
+
+def former_state(path: Path) -> dict[str, object]:
+    """By key of the state; empty where the file cannot be read, which is logged."""
+    try:
+        with closing(connect_to_read(path)) as connection:
+            rows = connection.execute(_QUERY).fetchall()
+        return _left(rows)
+    except (sqlite3.Error, ValueError, LookupError, TypeError, AttributeError) as error:  # nothing in it is trusted
+        _log.warning("What %s leaves ACTIVE cannot be read: %s", path, error)
+        return {}
+
+
+def _left(rows: list[tuple[int, str, str, str | None]]) -> dict[str, object]:
+    left: dict[str, tuple[str, dict[str, object]]] = {}
+    for number, at, payload, ended in rows:
+        content = json.loads(payload)
+        outcome = "unknown" if ended is None else json.loads(ended)["outcome"]
+        act, port, detail = content["act"], str(content["port"]), content["detail"]
+        module, adapter = str(detail.get("module", "")), str(detail.get("adapter", ""))
+        # A module without a name is known by its connection.
+        known_as = module or f"{detail.get('run')} {adapter} {port}"
+        if port.startswith("sim://"):
+            continue
+        if (act, outcome) in _LEAVES_ACTIVE:
+            state: dict[str, object] = {"module": module, "port": port, "adapter": adapter, "at": at}
+            state["is_lock_unconfirmed"] = act == "lock"
+            left[known_as] = f"{LEFT}former {number}", state
+        elif act != "activate" and outcome == "confirmed" and not detail.get("is_in_doubt"):
+            left.pop(known_as, None)
+    return dict(left.values())

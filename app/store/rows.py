@@ -1,19 +1,213 @@
-"""A fact as a row: its id, how it is made, and what a row from outside must look like.
+"""Facts: their kinds, and their rows.
+
+Fields that this version does not know are ignored, so that a newer version may add some. A kind that this version does
+not know is kept and passed on, but nothing here reads it. A new field needs a default, as older facts lack it.
 
 A fact's id is 12 hexadecimal digits of its time in milliseconds and 28 of the SHA-256 of what the row says. So new
 facts stand together, and a row that was changed in place no longer has its own id.
 """
 
 import hashlib
-from datetime import UTC, datetime, timedelta
+from datetime import UTC, date, datetime, timedelta
 from functools import cache
-from typing import Annotated, NamedTuple, TypeVar
+from typing import Annotated, Literal, NamedTuple, TypeVar
 
 import msgspec
-from msgspec import Meta
+from msgspec import Meta, Struct
 
-from app.store.kinds import KIND_OF, KINDS, MAX_CONTENT_BYTES, Content
 from app.text.messages import clean
+
+# A record with all the frames that a check keeps has 150,000.
+MAX_CONTENT_BYTES = 1_000_000
+
+# What `clean` makes of what people type: on one line, at most 400 characters.
+Text = Annotated[str, Meta(max_length=400)]
+Note = Annotated[str, Meta(max_length=2000)]
+# A word of the program, such as an act or a setting.
+Word = Annotated[str, Meta(max_length=60)]
+Hex = Annotated[str, Meta(max_length=200, pattern=r"^([0-9A-Fa-f]{2} ?)*$")]
+FactId = Annotated[str, Meta(pattern=r"^[0-9a-f]{40}$")]
+Byte = Annotated[int, Meta(ge=0, le=255)]
+Count = Annotated[int, Meta(ge=0, le=2**53)]
+Whole = Annotated[int, Meta(ge=-(2**53), le=2**53)]
+Settings = dict[Word, bool | Whole | float]
+Detail = dict[Word, bool | Whole | float | Text | list[Text] | None]
+
+
+class Content(Struct, frozen=True, kw_only=True):
+    """What every kind is derived from."""
+
+
+class StationNamed(Content, frozen=True, kw_only=True):
+    """A station introduces itself: the key that signs its records, and its name."""
+
+    public_key: Annotated[str, Meta(pattern=r"^[0-9a-f]{64}$")]
+    name: Text
+
+
+class ModuleNamed(Content, frozen=True, kw_only=True):
+    """A person gave a module its name, or it was met at another adapter."""
+
+    adapter: Text = ""
+
+
+class SaidNew(Content, frozen=True, kw_only=True):
+    """A person's word that a module is new and has no records, or no longer."""
+
+    is_new: bool
+
+
+class ModuleVisited(Content, frozen=True, kw_only=True):
+    """One reading of a module: what it is recognised by and the records in its slots, as hex.
+
+    `known`: how many trigger records of it were kept afterwards; those beyond are of a visit that was broken off.
+    """
+
+    port: Text
+    boot_count: Byte | None
+    slots: Annotated[list[Hex], Meta(max_length=9)]
+    is_confirmed: bool
+    known: Count
+    settings: Settings = {}
+
+
+class TriggerRecordSeen(Content, frozen=True, kw_only=True):
+    """`place` counts from 0, the oldest record that was ever seen of the module."""
+
+    place: Count
+    raw: Hex
+
+
+class TriggerRecordJudged(Content, frozen=True, kw_only=True):
+    """A person's judgement of a trigger record; null takes it back."""
+
+    place: Count
+    raw: Hex
+    judgement: Literal["bench test", "real", "false", "reviewed"] | None
+    note: Note = ""
+
+
+class SettingsSeen(Content, frozen=True, kw_only=True):
+    """The settings as they were found before the first write of a conversation; what was written is an act."""
+
+    port: Text
+    boot_count: Byte | None
+    settings: Settings
+
+
+class PreflightCheck(Content, frozen=True, kw_only=True):
+    """The signed document is carried as text, exactly as it was signed. What stands beside it is for lists. `code`: of
+    the settings."""
+
+    verdict: Literal["GO", "READY", "NO-GO"]
+    is_void: bool
+    is_simulated: bool
+    who: Text = ""
+    aircraft: Text = ""
+    adapter: Text = ""
+    code: Word | None = None
+    cell_voltage_v: float | None = None
+    document: Annotated[str, Meta(max_length=MAX_CONTENT_BYTES)]
+
+
+class MayHaveFired(Content, frozen=True, kw_only=True):
+    """A TRIGGERED was seen, or a deploy left before the module had this name: no earlier verdict holds.
+
+    `seen_at`: when, where it was not now."""
+
+    port: Text
+    seen_at: Word = ""
+
+
+class MessageText(Struct, frozen=True, kw_only=True):
+    """English with places, filled by texts or other messages; see `app.text.messages`."""
+
+    text: Note
+    values: dict[Word, "MessageText | Note"] = {}
+
+
+class TestValue(Struct, frozen=True, kw_only=True):
+    name: MessageText
+    shown: MessageText
+    tolerance: MessageText
+    verdict: Word
+
+
+class GuidedTestDone(Content, frozen=True, kw_only=True):
+    test: Word
+    verdict: Word
+    who: Text = ""
+    adapter: Text = ""
+    is_simulated: bool = False
+    program: Word = ""
+    measured: list[TestValue] = []
+
+
+class ActIntended(Content, frozen=True, kw_only=True):
+    """The intent of an act; it is on the disk before anything is sent. `run` names the connection; `note`: who wrote
+    the settings, and why, where that was said."""
+
+    act: Word
+    port: Text
+    frame: Hex
+    origin: Word = ""
+    adapter: Text = ""
+    run: Word = ""
+    detail: Detail = {}
+    note: Note = ""
+
+
+class DeployIntended(ActIntended, frozen=True, kw_only=True):
+    """The intent to deploy: of a kind of its own, as every report looks for it."""
+
+
+class ActEnded(Content, frozen=True, kw_only=True):
+    """What came of the intent `of`; an intent without an end reads as unknown."""
+
+    of: FactId
+    outcome: Literal["confirmed", "refused", "unknown", "not sent"]
+    result: Detail = {}
+
+
+class Serviced(Content, frozen=True, kw_only=True):
+    """What a person did to a module, and when it is due again."""
+
+    service: Literal["repack", "ejector", "cell", "firmware"]
+    on: date
+    due: date | None
+    who: Text
+    note: Note = ""
+
+
+class ModuleProvisioned(Content, frozen=True, kw_only=True):
+    """The turn of one module in a batch: it got this name, or it was set aside, and `why`."""
+
+    batch: Text
+    name: Text
+    why: MessageText | None
+    code: Word
+    boot_count: Byte | None
+
+
+KINDS: dict[str, type[Content]] = {
+    "station": StationNamed,
+    "module": ModuleNamed,
+    "said_new": SaidNew,
+    "visit": ModuleVisited,
+    "trigger_record": TriggerRecordSeen,
+    "judgement": TriggerRecordJudged,
+    "settings_seen": SettingsSeen,
+    "preflight_check": PreflightCheck,
+    "fired": MayHaveFired,
+    "guided_test": GuidedTestDone,
+    "act": ActIntended,
+    "deploy": DeployIntended,
+    "outcome": ActEnded,
+    "service": Serviced,
+    "provisioned": ModuleProvisioned,
+}
+KIND_OF: dict[type[Content], str] = {type_: kind for kind, type_ in KINDS.items()}
+
 
 EARLIEST = "1970-01-02"
 # Every computer can show the times between these two in its own zone.

@@ -1,12 +1,14 @@
-"""The program's clock: seconds that never go back, and that count while the computer sleeps.
+"""The program's clock, and times of day.
 
 During sleep `time.monotonic` stops on Linux and macOS: a value that is twelve minutes old would look fresh, and what
 was armed before would still be armed. The time of day is not used: people and time servers set it.
 """
 
+import math
 import sys
 import time
 from collections.abc import Callable
+from datetime import UTC, datetime, timedelta, tzinfo
 from functools import partial
 
 Clock = Callable[[], float]
@@ -23,3 +25,40 @@ def _sleepless_clock() -> Clock:
 
 steady_time: Clock = _sleepless_clock()
 """Seconds since some moment. All times (`at`) in the engine are of this clock."""
+
+
+SECOND, MINUTE, DAY = "%Y-%m-%d %H:%M:%S", "%Y-%m-%d %H:%M", "%Y-%m-%d"
+
+
+def wall_offset_s() -> float:
+    """Return what makes a time of `steady_time` seconds since 1970; once a wrong clock was set, also an earlier one."""
+    return time.time() - steady_time()
+
+
+def age_days(at: str, now: datetime) -> float | None:
+    """Return the age of an ISO 8601 time, without zone in UTC; None if it is invalid, or more than a day in the future,
+    as a clock was wrong then."""
+    try:
+        then = datetime.fromisoformat(at)
+    except ValueError:
+        return None
+    days = (now - (then if then.tzinfo is not None else then.replace(tzinfo=UTC))) / timedelta(days=1)
+    return None if days < -1 else max(0.0, days)
+
+
+def local_time(text: str, form: str = SECOND, zone: tzinfo | None = None) -> str:
+    """Return an ISO 8601 time of the store in this zone, by default that of this computer; anything else as it is."""
+    try:
+        return datetime.fromisoformat(text).astimezone(zone).strftime(form)
+    except (ValueError, OverflowError, OSError):  # some are of no year in this zone
+        return text
+
+
+def clock_text(wall_s: float, decimals: int = 0) -> str:
+    """Return the local time of day of seconds since 1970, with `decimals` of a second."""
+    whole = math.floor(round(wall_s, decimals))
+    text = time.strftime("%H:%M:%S", time.localtime(whole))
+    if not decimals:
+        return text
+    part = round((wall_s - whole) * 10**decimals)
+    return f"{text}.{max(0, part):0{decimals}d}"

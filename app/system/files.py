@@ -1,4 +1,4 @@
-"""Files that are replaced as a whole, and files that are held."""
+"""Files that are replaced as a whole, files that are held, and the folder of the program's data."""
 
 import os
 import shutil
@@ -68,3 +68,9 @@ def lock(file: IO[bytes], *, is_shared: bool = False) -> None:
         msvcrt.locking(file.fileno(), msvcrt.LK_NBLCK, 1)
     else:
         fcntl.flock(file, (fcntl.LOCK_SH if is_shared else fcntl.LOCK_EX) | fcntl.LOCK_NB)
+
+
+def data_folder() -> Path:
+    from platformdirs import user_data_path
+
+    return user_data_path("dps-s-configurator", appauthor=False)

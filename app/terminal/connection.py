@@ -24,8 +24,7 @@ from app.terminal.arguments import USUAL_RATE
 from app.terminal.console import Refused, note, notify, verbosity
 from app.terminal.interruption import check_signals, signals_noted
 from app.text.i18n import tr
-from app.text.sentences import join_sentences
-from app.text.user_error import ErrorCode
+from app.text.messages import ErrorCode, join_sentences
 from protocol.events import EndReason
 
 if TYPE_CHECKING:
@@ -236,7 +235,7 @@ def connected(
 def _keep_triggered(port: str) -> None:
     """For the next module that is named at this port: whatever was said of it before does not hold any more. A store
     that hangs is waited for within a limit, as by LOCK."""
-    from app.store.fired import note_unnamed
+    from app.store.acts import note_unnamed
     from app.terminal.records import adapter_of, opened_store
 
     with opened_store(_KEEP_LIMIT_S) as (store, _troubles):

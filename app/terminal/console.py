@@ -16,10 +16,17 @@ from typing import NoReturn
 
 from app.terminal.interruption import discard, writing
 from app.text.i18n import tr
-from app.text.messages import UserMessage, message
-from app.text.sentences import error_text, in_brackets
-from app.text.user_error import ErrorCode, UserError
-from app.text.visible_text import NEWLINE, visible, visible_json
+from app.text.messages import (
+    NEWLINE,
+    ErrorCode,
+    UserError,
+    UserMessage,
+    error_text,
+    in_brackets,
+    message,
+    visible,
+    visible_json,
+)
 from protocol.translatable import marked
 
 SUCCESS = 0

@@ -24,12 +24,10 @@ from app.store.acts import StoreJournal, Where, new_run, note_report, note_said_
 from app.store.fact_store import CLOSE_LIMIT_S, Facts, Store
 from app.store.opening import FILE_NAME
 from app.store.rows import Row
-from app.system.folders import data_folder
+from app.system.files import data_folder
 from app.terminal.console import Refused, note, notify, notify_once
 from app.text.i18n import tr
-from app.text.messages import UserMessage, clean
-from app.text.sentences import join_names, join_sentences
-from app.text.user_error import ErrorCode, UserError
+from app.text.messages import ErrorCode, UserError, UserMessage, clean, join_names, join_sentences
 from protocol.fields import Value
 
 ORIGIN = "command line"

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal, Self
 
 from msgspec import Meta, Struct
 
-from app.text.user_error import ErrorCode
+from app.text.messages import ErrorCode
 from protocol.catalogue import BY_NAME, SETTINGS
 
 Value = bool | int | float | str | None

@@ -4,11 +4,11 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 from app.procedures.write import SettingChange
-from app.settings.profile_file import read_profile
+from app.settings.profiles import read_profile
 from app.settings.values import parse_value
 from app.terminal.console import Refused, did_you_mean
 from app.text.i18n import tr
-from app.text.user_error import UserError
+from app.text.messages import UserError
 from protocol.catalogue import SETTINGS
 from protocol.fields import Value
 

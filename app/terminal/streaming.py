@@ -16,14 +16,14 @@ from app.engine.procedure import Job
 from app.engine.target import is_simulated
 from app.engine.worker import Batch
 from app.procedures.stream import LISTEN_S, StreamSwitch, watch
-from app.store.stream_memory import StreamMemory
+from app.store.acts import StreamMemory
 from app.system.clock import steady_time
 from app.terminal.connection import LOST, OpenPort, connected, loss_sentence, module_is_silent
 from app.terminal.console import note, notify
 from app.terminal.interruption import Signalled, TimedOut
 from app.terminal.records import adapter_of, opened_store
 from app.text.i18n import tr
-from app.text.sentences import join_sentences
+from app.text.messages import join_sentences
 from protocol.events import Ended, EndReason, Received
 from protocol.messages import Status
 from protocol.translatable import marked

@@ -1,9 +1,11 @@
-"""CSV cells that are safe in spreadsheets."""
+"""Cells of CSV files that are safe in spreadsheets; JSON objects out of files that anybody may have written."""
 
 import csv
 import io
+import json
 from collections.abc import Iterable, Sequence
 from datetime import UTC, datetime
+from typing import Any
 
 BYTE_ORDER_MARK = b"\xef\xbb\xbf"  # tells spreadsheets that the file is UTF-8
 # What begins a formula, also in full width.
@@ -44,3 +46,12 @@ def utc_cell(text: str) -> str:
 def defused(text: str) -> str:
     """Return `text` with an apostrophe in front where a spreadsheet would take it for a formula."""
     return f"'{text}" if text.lstrip().startswith(_FORMULA_STARTS) else text
+
+
+def object_in(text: Any) -> dict[str, Any]:
+    """The JSON object in a text or in bytes, empty if there is none."""
+    try:
+        value = json.loads(text)
+    except (ValueError, TypeError, RecursionError):
+        return {}
+    return value if isinstance(value, dict) else {}

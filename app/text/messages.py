@@ -1,16 +1,114 @@
-"""A translatable message with its values, which can be kept in a record and read in any language later.
+"""Texts for people: messages with values, sentences, durations, the error that is read, text made safe to show.
+
+Terminals execute escape characters, and direction marks reorder text: both are shown as code points.
 
 Its text is English with place-holders such as {limit}; their values are texts too, already formatted. They are filled
 in without `str.format`, so that a text from a file cannot run a format specification.
 """
 
 import re
-from collections.abc import Mapping, Sequence
-from typing import Any, NamedTuple, Union
+import unicodedata
+from collections.abc import Iterable, Mapping, Sequence
+from enum import StrEnum
+from typing import Any, Final, NamedTuple, Union
 
 from app.text.i18n import CHINESE, language, tr
-from app.text.sentences import join_sentences
-from app.text.visible_text import visible
+
+_WIDE_STOP_AND_SPACE: Final = re.compile("([。！？；：]) ")
+_BEFORE_UNIT: Final = re.compile(r"(?<=\d) (?=(?:g|V|s|m|km/h)\b)")
+
+
+def capitalised(text: str) -> str:
+    return text[:1].upper() + text[1:]
+
+
+def join_sentences(sentences: Iterable[str]) -> str:
+    """Joins sentences; no space follows full-width Chinese punctuation."""
+    return _WIDE_STOP_AND_SPACE.sub(r"\1", " ".join(sentence for sentence in sentences if sentence))
+
+
+def join_names(names: Iterable[str]) -> str:
+    """Joins names with the comma of the language in use."""
+    return ("、" if language() == CHINESE else ", ").join(names)
+
+
+def labelled(label: object, text: object) -> str:
+    """`text` after its label, with the colon of the language in use."""
+    return f"{label}：{text}" if language() == CHINESE else f"{label}: {text}"
+
+
+def in_brackets(text: str) -> str:
+    """`text` in the parentheses of the language in use, to be appended to a word."""
+    return f"（{text}）" if language() == CHINESE else f" ({text})"
+
+
+def with_units(text: str) -> str:
+    """`text`, whose numbers keep their units on their line."""
+    return _BEFORE_UNIT.sub("\u00a0", text)
+
+
+def not_written(file: object, error: Exception) -> str:
+    """`error`: a `UserError`, whose own sentence says it, OSError, or ValueError for an invalid name."""
+    why = tr("{file} cannot be written: {why}.", file=file, why=error_text(error))
+    return getattr(error, "sentence", why)
+
+
+def saved_text(path: object, rows: int, *, is_whole: bool = True) -> str:
+    """`is_whole`: no older rows were gone by then."""
+    if is_whole:
+        return tr("Saved to {path}. Rows: {rows}.", rows=f"{rows:,}", path=path)
+    return tr("Saved to {path}. Rows: {rows}; older ones are gone.", rows=f"{rows:,}", path=path)
+
+
+def error_text(error: Exception) -> str:
+    """The system's message without error number and path, the sentence of a `UserError`, else the text of the error."""
+    return getattr(error, "strerror", None) or getattr(error, "sentence", None) or str(error)
+
+
+def stopwatch(seconds: float) -> str:
+    """Whole minutes and seconds, with hours if any: "1:48", "18:12:15"."""
+    minutes, rest = divmod(int(seconds), 60)
+    hours, minutes = divmod(minutes, 60)
+    return f"{hours}:{minutes:02}:{rest:02}" if hours else f"{minutes}:{rest:02}"
+
+
+def duration(seconds: float) -> str:
+    """ "0.4 s", "12 s", "3 min", "2 h"."""
+    if seconds < 1.95:  # else "2.0 s" beside "2 s"
+        return tr("{value} s", value=f"{max(0.0, seconds):.1f}")
+    if seconds < 120:
+        return tr("{value} s", value=f"{seconds:.0f}")
+    if seconds < 7200:
+        return tr("{value:.0f} min", value=seconds / 60)
+    return tr("{value:.0f} h", value=seconds / 3600)
+
+
+NEWLINE = "\n"
+_LINE_BREAKS = "\t\n\r\v\f\x85\u2028\u2029"
+_DIRECTION_MARKS = "\u061c\u200b\u200e\u200f\u202a\u202b\u202c\u202d\u202e\u2066\u2067\u2068\u2069\ufeff"
+_IN_JSON = re.compile("[\x7f-\x9f\u061c\u200b\u200e\u200f\u2028-\u202e\u2066-\u2069\ufeff\ud800-\udfff]")
+
+
+def visible(text: str, *, keep: str = "") -> str:
+    """Return `text` with control characters, direction marks and unpaired surrogates as code points, and with spaces
+    for line breaks and tabs; those in `keep` stay."""
+    if text.isprintable():
+        return text
+    return "".join(character if character in keep else _visible(character) for character in text)
+
+
+def _visible(character: str) -> str:
+    if character in _LINE_BREAKS:
+        return " "
+    if unicodedata.category(character) in ("Cc", "Cs", "Co", "Cn") or character in _DIRECTION_MARKS:
+        return f"[U+{ord(character):04X}]"
+    return character
+
+
+def visible_json(text: str) -> str:
+    """Return JSON with such characters escaped; `json` has already escaped those below U+0020."""
+    return _IN_JSON.sub(lambda match: f"\\u{ord(match[0]):04x}", text)
+
 
 MAX_TEXT_LENGTH = 400  # characters of a name or a note that are shown
 _PLACE = re.compile(r"\{(\w{1,40})(?::([\w.]{1,6}))?\}")
@@ -82,3 +180,57 @@ def clean(text: str, *, longest: int = MAX_TEXT_LENGTH) -> str:
     """Return what somebody typed, or what a file says, on one line, `visible`, and cut at `longest` characters."""
     shown = visible(text[: longest + 1])
     return shown[: longest - 1] + "…" if len(shown) > longest else shown
+
+
+class ErrorCode(StrEnum):
+    """Why a command has no result: the closed list of the command line's contract."""
+
+    USAGE = "usage"
+    NO_PORT = "no_port"
+    BUSY = "busy"
+    NO_PERMISSION = "no_permission"
+    NO_LINK = "no_link"
+    INTERRUPTED = "interrupted"
+    REFUSED = "refused"
+    UNREADABLE = "unreadable"
+    NOT_JUDGED = "not_judged"
+    STORE = "store"
+    CANCELLED = "cancelled"
+    INTERNAL = "internal"
+
+    @property
+    def exit_code(self) -> int:
+        return _EXIT_CODES.get(self, 1)
+
+
+_EXIT_CODES = {
+    **dict.fromkeys((ErrorCode.USAGE, ErrorCode.UNREADABLE, ErrorCode.NOT_JUDGED), 2),
+    **dict.fromkeys((ErrorCode.NO_PORT, ErrorCode.BUSY, ErrorCode.NO_PERMISSION), 3),
+    **dict.fromkeys((ErrorCode.NO_LINK, ErrorCode.INTERRUPTED), 3),
+    ErrorCode.CANCELLED: 130,
+}
+
+
+class UserError(Exception):
+    """Something cannot be had or done. Its text says what, why and, where a person can help it, what to do.
+
+    `text` is `marked` if it is translatable; `values` fill its place-holders. As text the error is English, for logs.
+    """
+
+    # Why a command that it ends has no result.
+    code = ErrorCode.USAGE
+    # What happened, and what to do next, where the two are known apart.
+    what = ""
+    hint = ""
+
+    def __init__(self, text: str | UserMessage, /, **values: object) -> None:
+        self.message = text if isinstance(text, UserMessage) else message(text, **values)
+        super().__init__(self.message)  # the only argument, so that it can be pickled
+
+    def __str__(self) -> str:
+        return self.message.in_english()
+
+    @property
+    def sentence(self) -> str:
+        """The text in the language in use now."""
+        return self.message.translated()

@@ -1,22 +1,64 @@
-"""Merged history of a module's trigger records, and records as sentences.
+"""Trigger records of a module: read, merged with those seen before, filed, judged by a person, exported as CSV.
 
 A module keeps nine records. `merge` adds those on the module to those seen before. Records have no number, and two
 triggers may have equal bytes, so records are aligned and counted, never identified by their bytes alone.
 """
 
 from collections import Counter
-from collections.abc import Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from enum import Enum
+from pathlib import Path
 from typing import NamedTuple
 
-from app.limits.out_of_limits import record_outside
+from app.engine.procedure import EngineView, Inspect, Procedure
+from app.engine.target import is_simulated
+from app.limits.limits import record_outside
+from app.limits.past import LastAnswer
+from app.modules.names import remember, remembered
+from app.procedures.history import History, read_history
+from app.store.acts import claim_fired
+from app.store.fact_store import Facts
+from app.store.rows import ModuleVisited, SaidNew, TriggerRecordJudged, TriggerRecordSeen
+from app.system.files import write_whole
+from app.text.csv_cells import BYTE_ORDER_MARK, csv_text, utc_cell
 from app.text.i18n import tr
-from app.text.messages import UserMessage, joined, message
-from app.text.sentences import in_brackets
-from app.trigger_records.fields import source_message
+from app.text.messages import UserMessage, clean, in_brackets, joined, message
 from protocol.catalogue import BOOTS, MAX_RECORDS, RECORD_PART
+from protocol.fields import Value
 from protocol.messages import EmptySlot, TriggerRecord, decode_record
 from protocol.translatable import marked
+
+JsonValue = bool | int | float | str | list[str] | None
+FIELDS = (*RECORD_PART, "implausible", "raw")
+"""Names in JSON and in the head of the CSV; they include the unit."""
+
+SOURCE_WORDS = {
+    "serial": marked("serial"),
+    "attitude": marked("attitude"),
+    "pwm": "PWM",
+    "freefall": marked("free fall"),
+}
+"""English, marked. Bits without a name of the vendor are missing."""
+
+
+def source_message(source: str) -> UserMessage:
+    """Text of one source; a bit without a name of the vendor is shown as such."""
+    text = SOURCE_WORDS.get(source)
+    return message(marked("unnamed ({bit})"), bit=source) if text is None else UserMessage(text)
+
+
+def record_values(record: TriggerRecord) -> dict[str, JsonValue]:
+    return {name: getattr(record, name) for name in RECORD_PART} | {"sources": list(record.sources)}
+
+
+def fields_of(record: TriggerRecord) -> dict[str, JsonValue]:
+    """`FIELDS` of a record: its values, the names of implausible ones, and its bytes."""
+    return {
+        **record_values(record),
+        "implausible": list(record.implausible),
+        "raw": record.raw.hex(" ").upper(),
+    }
+
 
 MAX_UPTIME_S = 65535
 """Largest value of the counter ("最高记录65535秒")."""
@@ -192,3 +234,196 @@ def cell_text(record: TriggerRecord) -> str:
     if outside is not None:
         return f"{volts}{in_brackets(tr(outside.fault.value))}"
     return tr("{text} (implausible)", text=volts) if record.implausible else volts
+
+
+MAX_NOTE_LENGTH = 2000
+
+
+class SeenRecord(NamedTuple):
+    """A stored trigger record of a module. `place` counts from 0, the oldest."""
+
+    id: int
+    place: int
+    raw: bytes
+    first_seen_at: str
+    judgement: Judgement | None
+    note: str
+
+
+class Visit(NamedTuple):
+    """One reading of a module's records. `new`: ids of the records added by it; None for the first visit."""
+
+    records: tuple[SeenRecord, ...]
+    new: frozenset[int] | None
+
+
+class KeptTriggers:
+    """Visits and trigger records in the facts of this station. `module`: its name."""
+
+    def __init__(self, facts: Facts) -> None:
+        self._facts = facts
+
+    def store_visit(
+        self, module: str, slots: Sequence[bytes], *, port: str, boot_count: int | None, is_confirmed: bool
+    ) -> Visit:
+        """Stores what a module holds now. Within `Store.write`."""
+        last, last_slots, known = self._last(module)
+        known_raws = [record.raw for record in known]
+        merged = merge(known_raws, last_slots, slots, boot_count=boot_count, is_confirmed=is_confirmed)
+        for place, raw in enumerate(merged.new, len(known)):
+            self._facts.add(TriggerRecordSeen(place=place, raw=raw.hex()), module)
+        # An incomplete reading adds to what was kept before.
+        kept = slots if is_confirmed else [*last_slots, *merged.new][-MAX_RECORDS:]
+        visit = ModuleVisited(
+            port=clean(port),
+            boot_count=boot_count,
+            slots=[raw.hex() for raw in kept],
+            is_confirmed=is_confirmed,
+            known=len(known) + len(merged.new),
+        )
+        self._facts.add(visit, module)
+        records = self.records(module)
+        new = None if last is None else frozenset(record.id for record in records[len(known) :])
+        return Visit(records, new)
+
+    def is_kept_apart(self, module: str, port: str) -> bool:
+        """Whether what was kept of this name is of a simulated module, and `port` leads to a real one, or reversely."""
+        last = self._facts.newest(ModuleVisited, module)
+        return last is not None and is_simulated(last.content.port) is not is_simulated(port)
+
+    def records(self, module: str) -> tuple[SeenRecord, ...]:
+        """Every stored record of this module, the oldest first."""
+        judged = {kept.content.place: kept.content for kept in self._facts.of_module(TriggerRecordJudged, module)}
+        # A later fact about a place counts: a visit that was broken off was written again.
+        seen = {kept.content.place: kept for kept in self._facts.of_module(TriggerRecordSeen, module)}
+        records = []
+        for place in sorted(seen):
+            word = judged.get(place)
+            judgement = None if word is None or word.judgement is None else Judgement(word.judgement)
+            raw = bytes.fromhex(seen[place].content.raw)
+            records.append(SeenRecord(place, place, raw, seen[place].at, judgement, "" if word is None else word.note))
+        return tuple(records)
+
+    def judge(self, module: str, place: int, judgement: Judgement | None, note: str) -> None:
+        """Stores a person's judgement of a record; None removes it. Within `Store.write`."""
+        for record in self.records(module):
+            if record.place == place:
+                judged = TriggerRecordJudged(
+                    place=place,
+                    raw=record.raw.hex(),
+                    judgement=None if judgement is None else judgement.value,
+                    note=clean(note, longest=MAX_NOTE_LENGTH),
+                )
+                self._facts.add(judged, module)
+
+    def mark_reviewed(self, module: str, raws: Iterable[bytes]) -> None:
+        """Stores a person's word that these records are known, for those without a judgement. Within `Store.write`."""
+        known = frozenset(raws)
+        for record in self.records(module):
+            if record.judgement is None and record.raw in known:
+                self.judge(module, record.place, Judgement.REVIEWED, record.note)
+
+    def _last(self, module: str) -> tuple[ModuleVisited | None, list[bytes], tuple[SeenRecord, ...]]:
+        """The last visit, what the module held then, and the records that were known at its end: those beyond are of
+        a visit that was broken off."""
+        visit = self._facts.newest(ModuleVisited, module)
+        if visit is None:
+            return None, [], ()
+        slots = [bytes.fromhex(slot) for slot in visit.content.slots]
+        return visit.content, slots, self.records(module)[: visit.content.known]
+
+    def do_follow(self, module: str, slots: Sequence[bytes], *, is_confirmed: bool) -> bool:
+        """False where these records do not continue those of the last visit: it may be another module."""
+        last, last_slots, known = self._last(module)
+        if last is None:
+            return True
+        raws = [record.raw for record in known]
+        return merge(raws, last_slots, slots, is_confirmed=is_confirmed).is_continuation
+
+    # A module that does not answer the query for its records (E7)
+
+    def last_answer(self, module: str) -> LastAnswer | None:
+        """None if it never answered."""
+        for visit in self._facts.back_from_newest(ModuleVisited, module):
+            if visit.content.is_confirmed or visit.content.slots:
+                return LastAnswer(visit.at, len(visit.content.slots))
+        return None
+
+    def is_said_new(self, module: str) -> bool:
+        said = self._facts.newest(SaidNew, module)
+        return said is not None and said.content.is_new
+
+    def say_new(self, module: str, *, is_new: bool = True) -> None:
+        """Stores a person's word that the module is new and has no records; False ends it. Within `Store.write`."""
+        if self.is_said_new(module) is not is_new:
+            self._facts.add(SaidNew(is_new=is_new), module)
+
+
+class TriggersReading(NamedTuple):
+    """The records on the module, and what else was known of it in the conversation of this number."""
+
+    history: History
+    conversation: int
+    boot_count: int | None
+    # By key, in the field's unit.
+    settings: Mapping[str, Value]
+
+
+def read_triggers() -> Procedure[TriggersReading]:
+    """Sends queries only."""
+    history = yield from read_history()
+    view: EngineView = yield Inspect()
+    known = view.conversation
+    return TriggersReading(history, known.number, known.boot_count, known.settings(view.now))
+
+
+class PossiblyOther(NamedTuple):
+    """It may be another module than the one of that name, so nothing was kept."""
+
+    why: UserMessage
+
+
+def file_triggers(
+    facts: Facts, reading: TriggersReading, name: str, *, port: str, adapter: str = "", is_same_module: bool = False
+) -> Visit | PossiblyOther:
+    """`is_same_module`: a person said so although the records do not follow. Within `Store.write`."""
+    history, kept = reading.history, KeptTriggers(facts)
+    slots = [record.raw for record in history.records]
+    if kept.is_kept_apart(name, port):
+        return PossiblyOther(message(marked("simulated")))
+    do_follow = kept.do_follow(name, slots, is_confirmed=history.is_confirmed)
+    if remembered(facts, name) is not None and not do_follow and not is_same_module:
+        return PossiblyOther(message(marked("the records do not follow those of its last visit")))
+    remember(facts, name, adapter=adapter, boot_count=reading.boot_count, settings=reading.settings)
+    claim_fired(facts, name, port=port, adapter=adapter)
+    return kept.store_visit(name, slots, port=port, boot_count=reading.boot_count, is_confirmed=history.is_confirmed)
+
+
+HEAD = ("module", "place", "first_seen_at", "confirmed", *FIELDS, "told", "judgement", "note")
+_NONE: frozenset[int] = frozenset()
+
+
+def write_archive(
+    path: Path,
+    module: str,
+    records: Iterable[SeenRecord],
+    *,
+    seen_once: frozenset[int] = _NONE,
+) -> None:
+    """UTF-8 with a byte-order mark, written atomically; the sentence is in the language in use. Raises `OSError`.
+    `seen_once`: ids of the records that came in one reading only."""
+    rows = []
+    for seen in records:
+        record = record_of(seen.raw)
+        values: dict[str, object] = {
+            **fields_of(record),
+            "module": clean(module),
+            "place": seen.place + 1,
+            "first_seen_at": utc_cell(seen.first_seen_at),
+            "confirmed": seen.id not in seen_once,
+            "told": sentence(record).translated(),
+            "judgement": None if seen.judgement is None else JUDGEMENT_WORDS[seen.judgement],
+            "note": clean(seen.note, longest=2000),
+        }
+        rows.append([values[name] for name in HEAD])
+    write_whole(path, BYTE_ORDER_MARK + csv_text(HEAD, rows).encode())

@@ -14,8 +14,7 @@ from app.archive.archive import Archive
 from app.archive.report import report
 from app.archive.sync import sync
 from app.store.fact_store import INSERT, Facts, Store
-from app.store.kinds import ActIntended, ModuleVisited, SaidNew
-from app.store.rows import content_text, make_row
+from app.store.rows import ActIntended, ModuleVisited, SaidNew, content_text, make_row
 from tests.bench.kit import Figure
 from tests.support.records.archive_server import archive_server
 

@@ -12,7 +12,7 @@ import numpy as np
 import pyqtgraph
 from PySide6.QtWidgets import QApplication
 
-from app.limits.out_of_limits import LimitsInUse
+from app.limits.limits import LimitsInUse
 from app.recordings.markers import ModuleLimits
 from tests.bench.kit import Figure, apart
 from ui.pages.live.data import LiveData, live_lanes

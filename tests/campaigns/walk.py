@@ -27,8 +27,7 @@ from app.procedures.lock import Locked, lock
 from app.procedures.read import Everything, SettingsReading, read_everything, read_settings
 from app.procedures.stream import StreamSwitch, watch
 from app.procedures.write import SettingChange, WriteContext, WriteReport, set_each, write_all
-from app.safety.acts import REQUESTS, Act
-from app.safety.journal import Outcome
+from app.safety.journal import REQUESTS, Act, Outcome
 from app.safety.permit import Origin, Permit
 from protocol.catalogue import BY_NAME
 from protocol.events import Ended, EndReason

@@ -7,10 +7,9 @@ import numpy as np
 import pytest
 
 import app.__main__ as program
-from app.safety.acts import REQUESTS, Act
-from app.safety.journal import Outcome
+from app.safety.journal import REQUESTS, Act, Outcome
 from app.store.opening import Opened, open_file
-from app.system.folders import data_folder
+from app.system.files import data_folder
 from tests.files.records.test_record import signed_record
 from tests.support.cli_line import Printed, Program, bench_of
 from tests.support.flights import log_bytes as made

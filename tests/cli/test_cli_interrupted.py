@@ -9,8 +9,7 @@ import pytest
 
 from app.engine.conversation import Interrupted
 from app.procedures.history import read_history
-from app.safety.acts import Act
-from app.safety.journal import Outcome
+from app.safety.journal import Act, Outcome
 from app.simulator.bench import SimulatedBench
 from app.simulator.memory import invent_records
 from app.terminal.connection import connected

@@ -11,12 +11,11 @@ import pytest
 
 import app.__main__ as program
 from app.preflight.verdict import CHECKS
-from app.safety.acts import Act
-from app.safety.journal import Outcome
+from app.safety.journal import Act, Outcome
 from app.store.fact_store import Store
-from app.store.kinds import PreflightCheck
 from app.store.opening import FILE_NAME
-from app.system.folders import data_folder
+from app.store.rows import PreflightCheck
+from app.system.files import data_folder
 from app.terminal.interruption import Signalled
 from protocol.frame import decode_request
 from tests.cli.test_schemas import faults
@@ -167,7 +166,7 @@ def test_a_report_that_cannot_be_written_is_said(
     def broken(_path: Path, _data: bytes) -> None:
         raise OSError(28, "No space left on device")
 
-    monkeypatch.setattr("app.records.report_files.write_whole", broken)
+    monkeypatch.setattr("app.records.report.write_whole", broken)
     words = ["preflight", "--port", port, "--enable-triggers", "--report", str(tmp_path / "r.pdf")]
     printed = dps_s(words, 4)
     assert "No space left" in printed.err

@@ -5,11 +5,10 @@ from contextlib import closing
 
 import pytest
 
-from app.safety.acts import Act
-from app.safety.journal import Outcome
+from app.safety.journal import Act, Outcome
 from app.simulator.bench import SimulatedBench
 from app.store.fact_store import Store
-from app.system.folders import data_folder
+from app.system.files import data_folder
 from protocol.catalogue import ACTIVATION, Request
 from protocol.frame import decode_request
 from tests.support.cli_line import Program, bench_of

@@ -21,7 +21,7 @@ from app.modules.labels import PAPERS
 from app.procedures.history import History
 from app.terminal import connection
 from app.text.i18n import read_translations
-from app.text.user_error import UserError
+from app.text.messages import UserError
 from tests.cli.test_schemas import faults
 from tests.support.cli_line import Printed, Program, is_one_sentence
 from tests.support.patience import in_time
@@ -166,7 +166,7 @@ def test_records_that_never_agree_are_said_to_be_uncertain(
         yield Inspect()
         return History((), 1, is_answered=True)
 
-    monkeypatch.setattr("app.trigger_records.filing.read_history", read_history)
+    monkeypatch.setattr("app.trigger_records.history.read_history", read_history)
     printed = dps_s(["history", "--port", port, "--json"], 4)
     assert json.loads(printed.out) == {"records": [], "empty_slots": 1, "answered": True, "complete": False}
     assert "may be missing" in printed.err

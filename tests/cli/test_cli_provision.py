@@ -12,9 +12,8 @@ import pytest
 from app.cli.commands import BY_NAME
 from app.simulator.bench import SimulatedBench
 from app.store.fact_store import Facts
-from app.store.kinds import Content, ModuleProvisioned, PreflightCheck
-from app.store.rows import Row
-from app.store.trouble import StoreFault, StoreTrouble
+from app.store.opening import StoreFault, StoreTrouble
+from app.store.rows import Content, ModuleProvisioned, PreflightCheck, Row
 from app.terminal import console
 from app.terminal.console import Refused
 from protocol.frame import decode_request

@@ -8,12 +8,10 @@ import pytest
 
 import app.__main__ as program
 from app.engine import transport
-from app.safety.acts import Act
-from app.safety.journal import Outcome
-from app.settings.profile_file import save_profile
-from app.settings.profiles import Profile
+from app.safety.journal import Act, Outcome
+from app.settings.profiles import Profile, save_profile
 from app.store.opening import FILE_NAME
-from app.system.folders import data_folder
+from app.system.files import data_folder
 from app.terminal.interruption import Signalled
 from protocol.catalogue import BY_NAME
 from tests.support.cli_line import Program, bench_of

@@ -11,10 +11,10 @@ import pytest
 from app import __main__ as program
 from app.engine import ports as port_list
 from app.engine.transport import PortError, PortTrouble, open_line
-from app.settings.profile_file import ProfileRefused, parse_profile
+from app.settings.profiles import ProfileRefused, parse_profile
 from app.system.files import write_whole
 from app.terminal import console
-from app.text.visible_text import visible, visible_json
+from app.text.messages import visible, visible_json
 from protocol.frame import Noise
 from protocol.stream import StreamParser
 from tests.support.processes import PROGRAM, ROOT, ran

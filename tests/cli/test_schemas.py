@@ -13,7 +13,7 @@ import app.__main__ as program
 from app.cli.commands import ENTRIES
 from app.cli.schema import SCHEMAS as NAMES
 from app.cli.schema import schema_of
-from app.store.kinds import PreflightCheck
+from app.store.rows import PreflightCheck
 from tests.support.cli_line import Printed, Program, run_here
 from tests.support.records.stored import open_store
 

@@ -10,8 +10,7 @@ import pytest
 
 from app.guided.results import GuidedKind
 from app.limits.limits import SETTING_BOUNDS
-from app.settings.profile_file import parse_profile
-from app.settings.profiles import LIMITS, NO_PROFILE, SETTINGS_BY_KEY
+from app.settings.profiles import LIMITS, NO_PROFILE, SETTINGS_BY_KEY, parse_profile
 from protocol.catalogue import COMMANDS
 from protocol.frame import Frame
 from protocol.stream import StreamParser

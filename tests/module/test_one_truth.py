@@ -12,7 +12,7 @@ from pytestqt.qtbot import QtBot
 
 from app.diagnosis.link_state import Phase
 from app.engine.target import Target
-from app.safety.acts import Act
+from app.safety.journal import Act
 from tests.module.line import Line, now
 from tests.module.module import ACTIVATION, ACTIVE, ATTITUDE_OFF, BY_PWM, FREEFALL_OFF, STATUS, Module
 from tests.module.wire import Question
@@ -27,8 +27,8 @@ from ui.pages.preflight.page import PreflightPage
 from ui.pages.settings.page import SettingsPage
 from ui.services.page import Page
 from ui.session.check import Standing
-from ui.style.painted_widget import Freshness
 from ui.widgets.notice_bar import Notice
+from ui.widgets.readout import Freshness
 
 pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="Windows has no pseudo-terminals")
 PAGES: dict[str, type[Page]] = {

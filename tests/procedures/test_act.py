@@ -12,10 +12,8 @@ from app.procedures.act import Armed, Performed, checked_inputs, perform
 from app.procedures.lock import lock
 from app.procedures.read import Present
 from app.procedures.write import SettingChange, WriteContext, write_all
-from app.safety.acts import REQUESTS, Act
-from app.safety.interlocks import Interlock
-from app.safety.journal import Outcome
-from app.safety.permit import Permit
+from app.safety.journal import REQUESTS, Act, Outcome
+from app.safety.permit import Interlock, Permit
 from app.text.i18n import CHINESE, set_language
 from protocol.catalogue import BY_NAME, STATUS, Hazard
 from tests.support.journals import FakeJournal

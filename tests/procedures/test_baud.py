@@ -8,8 +8,7 @@ from app.engine.conversation import Interrupted
 from app.procedures.baud import BaudChanged, change_baud
 from app.procedures.find import look_for
 from app.procedures.write import SetReply, WriteFault
-from app.safety.acts import Act
-from app.safety.journal import Outcome
+from app.safety.journal import Act, Outcome
 from protocol.events import EndReason
 from tests.module.options import Options
 from tests.module.wire import Question

@@ -14,8 +14,7 @@ from app.procedures.light import measure_light
 from app.procedures.read import read_everything, read_settings, who_is_there
 from app.procedures.stream import StreamSwitch, watch
 from app.procedures.write import SettingChange, WriteContext, WriteFault, WriteReport, set_each, write_all
-from app.safety.acts import REQUESTS, Act
-from app.safety.journal import Outcome
+from app.safety.journal import REQUESTS, Act, Outcome
 from protocol.catalogue import BY_NAME
 from protocol.events import EndReason
 from tests.support.journals import FakeJournal

@@ -11,9 +11,8 @@ from app.engine.procedure import LOCK_GAPS_S, LOCKS_FOR_S, MAX_LOCKS, Job
 from app.procedures.act import Performed, perform
 from app.procedures.find import find_rate
 from app.procedures.lock import Locked, lock
-from app.safety.acts import REQUESTS, Act
-from app.safety.interlocks import Interlock
-from app.safety.journal import Outcome
+from app.safety.journal import REQUESTS, Act, Outcome
+from app.safety.permit import Interlock
 from protocol.catalogue import BY_NAME, LOCK, Hazard, Request
 from tests.module.module import Module
 from tests.module.options import Options

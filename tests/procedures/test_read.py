@@ -9,7 +9,7 @@ from app.engine.procedure import Ask, Procedure
 from app.procedures.act import perform
 from app.procedures.read import READABLE, read_everything, read_settings, who_is_there
 from app.procedures.write import SettingChange, WriteContext, write_all
-from app.safety.acts import REQUESTS, Act
+from app.safety.journal import REQUESTS, Act
 from protocol.catalogue import BY_NAME
 from tests.module.options import Options
 from tests.support.journals import FakeJournal

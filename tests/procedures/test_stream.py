@@ -6,7 +6,7 @@ import pytest
 
 from app.engine.procedure import Cancelled
 from app.procedures.stream import LISTEN_S, StreamSwitch, watch
-from app.store.stream_memory import StreamMemory
+from app.store.acts import StreamMemory
 from protocol.catalogue import SERIAL_OUTPUT, Request
 from protocol.events import Sent
 from tests.support.line.sim_line import Rig

@@ -16,9 +16,8 @@ from app.procedures.write import (
     why_not_verified,
     write_all,
 )
-from app.safety.acts import Act
-from app.safety.interlocks import Interlock
-from app.safety.journal import NoJournal, Outcome
+from app.safety.journal import Act, NoJournal, Outcome
+from app.safety.permit import Interlock
 from protocol.catalogue import BOOT_COUNT, BY_NAME, HEARTBEAT_REPLY
 from protocol.fields import Value, ValueRefused
 from tests.module.options import Options

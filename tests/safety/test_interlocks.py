@@ -10,11 +10,9 @@ from typing import Any
 
 import pytest
 
-from app.engine.conversation import ConversationView, How, Known
-from app.engine.motion import MotionExtremes
-from app.safety.acts import EFFECTS, REQUESTS, TITLES, Act
-from app.safety.interlocks import ASKS_NOTHING, CONDITIONS, Interlock, InterlockInputs, inputs_at, refusals
-from app.safety.permit import Origin, Permit
+from app.engine.conversation import ConversationView, How, Known, MotionExtremes
+from app.safety.journal import EFFECTS, REQUESTS, TITLES, Act
+from app.safety.permit import ASKS_NOTHING, CONDITIONS, Interlock, InterlockInputs, Origin, Permit, inputs_at, refusals
 from app.text.messages import message
 from protocol.catalogue import Hazard
 from protocol.events import Ended, EndReason

@@ -7,10 +7,10 @@ from typing import Any
 import pytest
 
 from app.engine.conversation import ConversationView, How, Known
-from app.safety.firing_doubt import FiringDoubt
 from app.safety.last_known import Activation, keep_away, seen_activation, was_heard_active
 from app.safety.left_active import (
     LEFT,
+    FiringDoubt,
     KnownAs,
     LeftActive,
     all_left,

@@ -9,8 +9,8 @@ from hypothesis import example, given
 from hypothesis import strategies as st
 
 from app.limits.limits import SETTING_BOUNDS
-from app.safety.acts import Act
 from app.safety.consequences import Weight, consequences, is_advised
+from app.safety.journal import Act
 from app.safety.permit import Origin, Permit
 from app.safety.ritual import ARMED_FOR_S, DISARMING, HOLD_S, MAX_GAP_S, TRANSITIONS, Input, Ritual, Stage
 from protocol.catalogue import BY_NAME, SETTINGS

@@ -9,7 +9,7 @@ from app.guided.catalogue import GUIDED_BY_KIND
 from app.guided.results import GuidedKind, GuidedResult
 from app.guided.status_watch import PersonSteps
 from app.simulator.bench import SimulatedBench
-from app.text.user_error import UserError
+from app.text.messages import UserError
 from tests.support.line.sim_line import Rig
 
 SLOWLY_DEG_S = 25.0

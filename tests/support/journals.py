@@ -2,10 +2,8 @@
 
 from collections.abc import Mapping
 
-from app.safety.acts import Act
-from app.safety.journal import Entry, Outcome
-from app.text.messages import UserMessage
-from app.text.user_error import UserError
+from app.safety.journal import Act, Entry, Outcome
+from app.text.messages import UserError, UserMessage
 
 
 class FakeJournal:

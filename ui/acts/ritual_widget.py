@@ -1,41 +1,104 @@
-"""Deploy panel: choose, arm, hold. `app.safety.ritual` decides; this holds the controls and the timer.
+"""The deploy panel: choose, arm, hold; and the guard that disarms it.
 
 Fifty times a second it checks for what disarms: an open condition, the end of the conversation, another window or
 field, an error anywhere in the window, an armed control that is not visible. Cancel has the focus at every
 step, and each control has its own place at the bottom of the page.
 """
 
+import sys
+from collections.abc import Callable
 from functools import partial
 from itertools import pairwise
+from types import TracebackType
 from typing import Final
 
-from PySide6.QtCore import Qt, QTimer
+from PySide6.QtCore import QEvent, QObject, Qt, QTimer, Signal
 from PySide6.QtGui import QFontMetrics, QHideEvent, QKeyEvent
 from PySide6.QtWidgets import QFrame, QGridLayout, QLabel, QProgressBar, QStackedLayout, QWidget
 
 from app.engine.procedure import Job
 from app.procedures.act import Performed, perform, rehearse
-from app.safety.acts import EFFECTS, REQUESTS, TITLES, Act
-from app.safety.interlocks import Interlock
-from app.safety.permit import Permit
+from app.safety.journal import EFFECTS, REQUESTS, TITLES, Act
+from app.safety.permit import Interlock, Permit
 from app.safety.ritual import ARMED_FOR_S, HOLD_S, Input, Ritual, Stage
 from app.text.i18n import tr
-from app.text.sentences import join_sentences, labelled
+from app.text.messages import join_sentences, labelled
 from protocol.translatable import marked
-from ui.acts.hold_button import HoldButton
-from ui.acts.outcomes import ASKING, keep_interrupted, not_begun, open_conditions, outcome_notice
-from ui.acts.ritual_guard import RitualGuard
+from ui.acts.act_row import ASKING, keep_interrupted, not_begun, open_conditions, outcome_notice
+from ui.acts.confirm import HoldButton
 from ui.services.context import Services
-from ui.session.running_job import RunningJob
-from ui.session.shown_module import ShownModule
-from ui.style.accessible_roles import announce
+from ui.session.shown_module import RunningJob, ShownModule
+from ui.style.appearance import announce
 from ui.style.theme import Meaning, Size, Space, font, is_text_large
-from ui.widgets.controls import control, named, set_role
-from ui.widgets.gestures import gestures
-from ui.widgets.labels import ElidedLabel, text_label
-from ui.widgets.layouts import in_column, in_row, retain_size, stacked
+from ui.widgets.controls import (
+    ElidedLabel,
+    control,
+    in_column,
+    in_row,
+    named,
+    retain_size,
+    set_role,
+    stacked,
+    text_label,
+)
+from ui.widgets.gestures import application, gestures
 from ui.widgets.notice_bar import Notice, NoticeBar
 from ui.widgets.step_button import StepButton, bring_into_sight, is_in_sight, leave_focus
+
+_Hook = Callable[[type[BaseException], BaseException, TracebackType | None], object]
+
+
+class RitualGuard(QObject):
+    """Watches from `begin` to `end`. `broken` carries the reason; its receivers disarm."""
+
+    broken = Signal(object)
+
+    def __init__(self, widget: QWidget) -> None:
+        super().__init__(widget)
+        self._widget = widget
+        self._window: QWidget | None = None
+        self._hook_before: _Hook | None = None
+        application().focusChanged.connect(self._on_focus_changed)
+
+    @property
+    def is_watching(self) -> bool:
+        return self._window is not None
+
+    def begin(self) -> None:
+        if not self.is_watching:
+            self._hook_before = sys.excepthook
+            sys.excepthook = self._on_fault
+            self._window = self._widget.window()
+            self._window.installEventFilter(self)
+
+    def end(self) -> None:
+        if self._window is not None:
+            self._window.removeEventFilter(self)
+            self._window = None
+            # A hook that was installed over this one stays; this one then only forwards.
+            if self._hook_before is not None and sys.excepthook == self._on_fault:
+                sys.excepthook = self._hook_before
+
+    def _on_fault(self, kind: type[BaseException], error: BaseException, trace: TracebackType | None) -> None:
+        self._break(Input.FAILED)
+        if self._hook_before is not None:
+            self._hook_before(kind, error, trace)
+
+    def _on_focus_changed(self, _old: QWidget | None, now: QWidget | None) -> None:
+        if now is None:
+            self._break(Input.WINDOW_LEFT)
+        elif now is not self._widget and not self._widget.isAncestorOf(now):
+            self._break(Input.FOCUS_LOST)
+
+    def _break(self, why: Input) -> None:
+        if self.is_watching:
+            self.broken.emit(why)
+
+    def eventFilter(self, _watched: QObject, event: QEvent) -> bool:
+        if event.type() in (QEvent.Type.WindowDeactivate, QEvent.Type.Hide, QEvent.Type.Close):
+            self._break(Input.WINDOW_LEFT)
+        return False
+
 
 TICK_MS: Final = 20
 _STEPS: Final = (("choose", marked("Choose")), ("arm", marked("Arm")), ("hold", marked("Hold for 2 s")))

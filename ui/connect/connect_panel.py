@@ -24,16 +24,14 @@ from app.diagnosis.link_state import Phase, link_text
 from app.engine.ports import NOT_LISTED, PortInfo, is_flight_controller
 from app.engine.target import Target, is_simulated
 from app.text.i18n import tr
-from app.text.sentences import join_sentences, labelled
+from app.text.messages import join_sentences, labelled
 from protocol.catalogue import BAUD_RATES, DEFAULT_BAUD_RATE
 from ui.core.preferences import LastPort
 from ui.session.ports import Ports
 from ui.style.icons import Icon, icon, set_icon_size
 from ui.style.theme import IconSize, Space, scaled
-from ui.widgets.controls import control, named
-from ui.widgets.labels import text_label
-from ui.widgets.layouts import in_column, in_row, retain_size
-from ui.widgets.sliders import WheelGuard
+from ui.widgets.controls import control, in_column, in_row, named, retain_size, text_label
+from ui.widgets.number_line import WheelGuard
 from ui.widgets.step_button import FocusBack
 from ui.widgets.visibility_timer import VisibilityTimer
 

@@ -9,8 +9,8 @@ from typing import Generic, TypeVar
 from PySide6.QtCore import QObject, Qt, Signal
 
 from app.store.fact_store import Facts, Store
-from app.store.trouble import StoreTrouble
-from app.text.user_error import UserError
+from app.store.opening import StoreTrouble
+from app.text.messages import UserError
 from protocol.translatable import marked
 
 _log = logging.getLogger(__name__)

@@ -6,7 +6,7 @@ from collections.abc import Callable, Iterable
 from PySide6.QtCore import QObject, QTimer, Signal
 
 from app.engine.ports import PortInfo, list_ports
-from app.text.user_error import UserError
+from app.text.messages import UserError
 from ui.core.background_task import BackgroundTask
 
 _log = logging.getLogger(__name__)

@@ -1,12 +1,16 @@
-"""Preferences in one INI file in the platform's folder for settings."""
+"""Preferences, in one INI file in the platform's folder for settings; the language, chosen before the first widget."""
 
+import logging
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any, Generic, NamedTuple, TypeVar
 
 from platformdirs import user_config_path
-from PySide6.QtCore import QByteArray, QSettings
+from PySide6.QtCore import QByteArray, QLibraryInfo, QLocale, QSettings, QTranslator
+from PySide6.QtGui import QFontDatabase
+from PySide6.QtWidgets import QApplication
 
+from app.text.i18n import CHINESE, set_language, tr
 from protocol.catalogue import DEFAULT_BAUD_RATE
 
 APPLICATION = "dps-s-configurator"
@@ -116,3 +120,26 @@ class Preferences:
 def _at_head(path: Path, names: tuple[str, ...]) -> tuple[str, ...]:
     name = str(path.absolute())
     return (name, *(recent for recent in names if recent != name))[:MAX_RECENT]
+
+
+_log = logging.getLogger(__name__)
+
+
+def has_font_for(language: str) -> bool:
+    return language != CHINESE or bool(QFontDatabase.families(QFontDatabase.WritingSystem.SimplifiedChinese))
+
+
+def use_language(app: QApplication, name: str) -> None:
+    """Every text that is made from now on is in this language; see `app.text.i18n.set_language` for the names."""
+    set_language(name)
+    QLocale.setDefault(QLocale(name if name == CHINESE else "en"))
+    app.setApplicationDisplayName(tr("DPS-S Configurator"))  # some systems add it to each window's title
+    # Qt's own texts (OK, Cancel, the menus of text fields) come with its wheel.
+    qt_texts = app.findChild(QTranslator) or QTranslator(app)
+    app.removeTranslator(qt_texts)
+    if name == CHINESE:
+        folder = QLibraryInfo.path(QLibraryInfo.LibraryPath.TranslationsPath)
+        if qt_texts.load(f"qtbase_{name}", folder):
+            app.installTranslator(qt_texts)
+        else:
+            _log.warning("Qt's own texts for %s are not in %s", name, folder)

@@ -29,9 +29,7 @@ from PySide6.QtWidgets import (
 )
 
 from app.text.i18n import tr
-from app.text.sentences import error_text
-from app.text.user_error import UserError
-from app.text.visible_text import visible
+from app.text.messages import UserError, error_text, visible
 from protocol.translatable import marked
 from ui.core.preferences import Preferences
 from ui.style.icons import Icon, icon, set_icon_size

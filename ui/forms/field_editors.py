@@ -8,16 +8,13 @@ from PySide6.QtWidgets import QComboBox, QLabel, QWidget
 
 from app.engine.conversation import How, Known
 from app.settings.values import DEFAULTS, value_text
-from app.text.durations import duration
 from app.text.i18n import tr
+from app.text.messages import duration
 from protocol.catalogue import Command
 from protocol.fields import Choice, Flag, Quantity, Value
 from protocol.translatable import marked
-from ui.widgets.controls import control, named, set_role
-from ui.widgets.labels import TickingLabel
-from ui.widgets.layouts import in_column
-from ui.widgets.number_line import NumberKind, NumberLine
-from ui.widgets.sliders import WheelGuard
+from ui.widgets.controls import TickingLabel, control, in_column, named, set_role
+from ui.widgets.number_line import NumberKind, NumberLine, WheelGuard
 
 
 class NumberEditor(NumberLine):

@@ -26,11 +26,13 @@ from app import version
 from app.text.i18n import ENGLISH, language, tr
 from protocol.translatable import marked
 from ui.files.file_dialogs import show_over_page
+from ui.services.context import PageEntry, Services
 from ui.services.page import Page
+from ui.shell.actions import MenuEntry
+from ui.shell.main_window import MainWindow
 from ui.style.icons import app_icon
 from ui.style.theme import Space, current
-from ui.widgets.controls import Shortcut, control, name_of, named
-from ui.widgets.layouts import in_column
+from ui.widgets.controls import Shortcut, control, in_column, name_of, named
 from ui.widgets.visibility_timer import VisibilityTimer
 
 
@@ -248,3 +250,44 @@ def show_about(window: QWidget) -> QMessageBox:
     box.setInformativeText("\n".join(lines))
     show_over_page(box)
     return box
+
+
+class HelpActions(QObject):
+    """Imports the windows of the help when they are first used."""
+
+    def __init__(self, window: MainWindow, services: Services, entries: tuple[PageEntry, ...]) -> None:
+        super().__init__(window)
+        self._window, self._services, self._entries = window, services, entries
+        self._guide: GuideViewer | None = None
+        self._keys: ShortcutsView | None = None
+        window.menus.add(
+            "help",
+            MenuEntry("guide", marked("User guide"), self.show_guide, "F1"),
+            MenuEntry("keys", marked("Keyboard shortcuts"), self.show_keys, "Ctrl+F1"),
+            None,
+            MenuEntry("about", marked("About"), self.show_about),
+        )
+
+    # Documents
+
+    def show_guide(self) -> None:
+
+        if guide_page() is None:
+            self._window.show_message(tr("The user guide is not installed."))
+            return
+        if self._guide is None:
+            self._guide = GuideViewer(self._window)
+        self._guide.bring_up()
+        chosen = "" if self._window.panel.isVisible() else self._window.navigation.chosen
+        chapter = next((entry.chapter for entry in self._entries if entry.key == chosen), "Connect")
+        self._guide.go_to_chapter(chapter)
+
+    def show_keys(self) -> None:
+
+        if self._keys is None:
+            self._keys = ShortcutsView(self._window)
+        self._keys.bring_up()
+
+    def show_about(self) -> None:
+
+        show_about(self._window)

@@ -8,7 +8,7 @@ from PySide6.QtCore import QRectF
 from PySide6.QtGui import QColor, QFontMetricsF, QPainter, QPen
 from PySide6.QtWidgets import QGraphicsItem
 
-from app.system.wall_clock import clock_text
+from app.system.clock import clock_text
 from app.text.i18n import tr
 from ui.style.theme import Size, current, font, scaled
 

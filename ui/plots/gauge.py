@@ -14,9 +14,9 @@ from PySide6.QtGui import QColor, QPainter, QPainterPath, QPaintEvent, QPixmap
 
 from app.safety.trigger_flags import TRIGGER_NOT_KNOWN
 from app.text.i18n import tr
-from app.text.sentences import in_brackets
-from ui.style.painted_widget import Freshness, PaintedWidget, cleared_word, hatch, pen
+from app.text.messages import in_brackets
 from ui.style.theme import Meaning, Size, Theme, current, font
+from ui.widgets.readout import Freshness, PaintedWidget, cleared_word, hatch, pen
 
 _ARM: Final = 0.6
 """Length of an arm as a part of the radius."""

@@ -6,12 +6,11 @@ from typing import Final, NamedTuple
 
 from PySide6.QtCore import QObject, Signal
 
-from app.limits.out_of_limits import LimitsInUse, Outside, outside_of
+from app.limits.limits import LimitsInUse, Outside, outside_of
 from app.recordings.excerpt import LimitSteps, Measured
 from app.recordings.markers import Marker, MarkerKind
 from app.safety.trigger_flags import TRIGGER_NOT_KNOWN
-from app.samples.ring_buffers import Readable, SeriesSample
-from app.samples.step_function import StepFunction
+from app.samples.samples import Readable, SeriesSample, StepFunction
 from app.text.i18n import tr
 from protocol.fields import Value
 from protocol.translatable import marked

@@ -10,14 +10,13 @@ from PySide6.QtCore import QEvent, QPointF, QRectF, QSize, Qt
 from PySide6.QtGui import QAccessible, QColor, QKeyEvent, QMouseEvent, QPen, QResizeEvent, QWheelEvent
 from PySide6.QtWidgets import QAbstractScrollArea, QGraphicsView, QWidget
 
-from app.system.wall_clock import clock_text
+from app.system.clock import clock_text
 from app.text.i18n import tr
 from ui.plots.axis import TimeAxis, ago_text
-from ui.plots.lane_view import EDGE_PX, LaneView
+from ui.plots.lane_view import EDGE_PX, GAP_PX, ICON_PX, LaneView, Overlay, beside
 from ui.plots.lanes import Lane, Mark, Reading, TimeRange, reading
-from ui.plots.overlay import GAP_PX, ICON_PX, Overlay, beside
-from ui.style.painted_widget import mixed
 from ui.style.theme import current
+from ui.widgets.readout import mixed
 
 # In ten hours one every 36 s.
 _MAX_MARKS: Final = 1000

@@ -9,9 +9,9 @@ from PySide6.QtGui import QAccessible, QColor, QFontMetricsF
 from PySide6.QtWidgets import QSizePolicy
 
 from ui.plots.axis import LabelAxis
-from ui.style.painted_widget import PaintedWidget
 from ui.style.theme import Size, Space, Theme, current, font, scaled
-from ui.widgets.layouts import in_column
+from ui.widgets.controls import in_column
+from ui.widgets.readout import PaintedWidget
 from ui.widgets.visibility_timer import VisibilityTimer
 
 _GAP_PX: Final = 4

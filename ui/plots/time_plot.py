@@ -9,15 +9,13 @@ from typing import Final
 
 from PySide6.QtWidgets import QPushButton, QToolButton, QWidget
 
-from app.text.durations import duration
 from app.text.i18n import tr
-from app.text.sentences import in_brackets
+from app.text.messages import duration, in_brackets
 from ui.plots.lanes import Lane, Mark, Span, TimeRange
 from ui.plots.plot_view import PlotView
 from ui.style.icons import Icon, icon
 from ui.style.theme import Meaning, Space, is_text_large
-from ui.widgets.controls import ChoiceButton, named
-from ui.widgets.layouts import in_column, in_row
+from ui.widgets.controls import ChoiceButton, in_column, in_row, named
 from ui.widgets.readout import StateChip
 from ui.widgets.visibility_timer import VisibilityTimer
 

@@ -19,10 +19,8 @@ from ui.core.preferences import Preferences
 from ui.files.file_dialogs import show_over_page
 from ui.style.appearance import Appearance
 from ui.style.theme import Choice, Space
-from ui.widgets.controls import control, named
-from ui.widgets.labels import text_label
-from ui.widgets.layouts import in_column
-from ui.widgets.sliders import WheelGuard, label_for
+from ui.widgets.controls import control, in_column, named, text_label
+from ui.widgets.number_line import WheelGuard, label_for
 
 THEMES = (
     (Choice.AUTO, marked("System")),

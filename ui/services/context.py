@@ -6,7 +6,7 @@ from typing import NamedTuple
 
 from PySide6.QtCore import QObject, Signal
 
-from app.limits.out_of_limits import LimitsInUse
+from app.limits.limits import LimitsInUse
 from app.procedures.act import Armed
 from app.system.logs import Log
 from ui.core.preferences import Preferences

@@ -11,10 +11,9 @@ from PySide6.QtGui import QDesktopServices
 
 from app.settings.profiles import Profile
 from app.text.i18n import tr
-from app.text.sentences import join_sentences, labelled, not_written
-from app.text.user_error import UserError
+from app.text.messages import UserError, join_sentences, labelled, not_written
 from ui.core.background_task import BackgroundTask, ExportCancelled, Running
-from ui.style.accessible_roles import announce
+from ui.style.appearance import announce
 from ui.style.theme import Meaning
 from ui.widgets.notice_bar import Choice, Notice
 
@@ -77,7 +76,7 @@ class JobNotice(QObject):
 
     def read_profile(self, path: Path) -> Profile | None:
         """None where the file is no profile, which is said."""
-        from app.settings.profile_file import ProfileRefused, read_profile  # the first paint does not wait for TOML
+        from app.settings.profiles import ProfileRefused, read_profile  # the first paint does not wait for TOML
 
         try:
             return read_profile(path)

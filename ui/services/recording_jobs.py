@@ -6,8 +6,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, TypeVar
 
 from app.text.i18n import tr
-from app.text.sentences import error_text, join_sentences, not_written, saved_text
-from app.text.user_error import UserError
+from app.text.messages import UserError, error_text, join_sentences, not_written, saved_text
 from ui.core.background_task import BackgroundTask, Running
 from ui.services.job_notice import JobNotice
 from ui.style.theme import Meaning

@@ -11,11 +11,10 @@ from PySide6.QtCore import QObject, Signal
 from app.engine.target import Target
 from app.safety.journal import Journal, NoJournal
 from app.safety.left_active import KnownAs, LeftActive
-from app.store.acts import UNNAMED, StoreJournal, Where
+from app.store.acts import UNNAMED, StoreJournal, StreamMemory, Where
 from app.store.fact_store import Store
-from app.store.stream_memory import StreamMemory
-from app.store.trouble import StoreFault, StoreTrouble
-from app.system.folders import data_folder
+from app.store.opening import StoreFault, StoreTrouble
+from app.system.files import data_folder
 from ui.services.recording_jobs import RecordingJobs
 
 _log = logging.getLogger(__name__)

@@ -22,9 +22,8 @@ from app.preflight.verdict import REREAD_EVERY_S, VALID_FOR_S, Assessment, Verdi
 from app.records.filing import Filed, file_check
 from app.records.record import SignedRecord
 from app.settings.profiles import Profile
-from app.store.trouble import StoreTrouble
-from app.text.messages import message
-from app.text.user_error import UserError
+from app.store.opening import StoreTrouble
+from app.text.messages import UserError, message
 from protocol.translatable import marked
 from ui.core.background_task import BackgroundTask
 from ui.services.storage import Storage

@@ -24,9 +24,8 @@ from app.modules.names import remember
 from app.procedures.act import Performed
 from app.safety.journal import Outcome
 from app.store.fact_store import Facts, Store
-from app.store.trouble import StoreTrouble
-from app.text.messages import UserMessage, message
-from app.text.user_error import UserError
+from app.store.opening import StoreTrouble
+from app.text.messages import UserError, UserMessage, message
 from protocol.translatable import marked
 from ui.core.background_task import BackgroundTask
 from ui.services.storage import Storage

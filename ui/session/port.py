@@ -22,9 +22,9 @@ from app.procedures.act import Armed
 from app.procedures.baud import BaudChanged, change_baud
 from app.procedures.find import RateSearch, Silence, await_module, find_rate
 from app.procedures.stream import StreamSwitch, watch
-from app.safety.acts import Act
-from app.safety.firing_doubt import FiringDoubt
+from app.safety.journal import Act
 from app.safety.last_known import Activation
+from app.safety.left_active import FiringDoubt
 from app.safety.permit import Origin, Permit
 from app.system.clock import steady_time
 from app.text.messages import UserMessage, message

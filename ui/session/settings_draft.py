@@ -19,13 +19,12 @@ from app.procedures.act import Armed
 from app.procedures.light import Band, CalibrationFault, Proposal, measure_light, propose
 from app.procedures.read import READABLE, Everything, read_everything
 from app.procedures.write import SettingChange, WriteContext, WriteFault, WriteReport, risk_message, write_all
-from app.safety.interlocks import Interlock, Refusal
+from app.safety.permit import Interlock, Refusal
 from app.settings.form import FORM_COMMANDS, FormRow, ProfileRow, SettingsForm, compare, is_confirmed
 from app.settings.profiles import Profile
 from app.settings.values import value_text
 from app.text.i18n import tr
-from app.text.messages import UserMessage, joined, message
-from app.text.sentences import join_names, join_sentences
+from app.text.messages import UserMessage, join_names, join_sentences, joined, message
 from protocol.fields import Value
 from protocol.translatable import marked
 from ui.session.interruptions import Remainder

@@ -10,7 +10,7 @@ from app.engine.target import host_and_port
 from app.engine.worker import Batch, PortState
 from app.procedures.lock import Locked
 from app.text.i18n import tr
-from app.text.sentences import error_text, labelled
+from app.text.messages import error_text, labelled
 from ui.style.theme import Meaning
 
 if TYPE_CHECKING:  # it is imported when it is first switched on

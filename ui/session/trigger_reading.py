@@ -8,13 +8,22 @@ from PySide6.QtCore import QObject, Signal
 
 from app.engine.procedure import Cancelled, Job
 from app.store.fact_store import Facts, utc_now
-from app.store.trouble import StoreTrouble
-from app.system.wall_clock import DAY, local_time
+from app.store.opening import StoreTrouble
+from app.system.clock import DAY, local_time
 from app.text.i18n import tr
-from app.text.sentences import join_sentences
-from app.trigger_records.filing import PossiblyOther, TriggersReading, file_triggers, read_triggers
-from app.trigger_records.history import Judgement, in_order, record_of
-from app.trigger_records.kept import KeptTriggers, SeenRecord, Visit
+from app.text.messages import join_sentences
+from app.trigger_records.history import (
+    Judgement,
+    KeptTriggers,
+    PossiblyOther,
+    SeenRecord,
+    TriggersReading,
+    Visit,
+    file_triggers,
+    in_order,
+    read_triggers,
+    record_of,
+)
 from protocol.messages import TriggerRecord
 from protocol.translatable import marked
 from ui.core.background_task import BackgroundTask

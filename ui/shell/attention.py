@@ -21,8 +21,7 @@ from app.procedures.act import Armed
 from app.safety.last_known import LAST_HEARD_ACTIVE, keep_away
 from app.system.uncaught import UncaughtError
 from app.text.i18n import tr
-from app.text.messages import UserMessage
-from app.text.sentences import join_names, join_sentences, labelled
+from app.text.messages import UserMessage, join_names, join_sentences, labelled
 from ui.session.interruptions import Remainder, RemainderKind
 from ui.session.left_active import LeftActiveWatch
 from ui.session.name_question import NameQuestion

@@ -14,7 +14,7 @@ from PySide6.QtGui import QCursor
 
 from app.modules.labels import PAPERS, Label, Paper, write_labels
 from app.modules.names import modules
-from app.settings.fingerprint import fingerprint
+from app.settings.values import fingerprint
 from app.text.i18n import tr
 from protocol.translatable import marked
 from ui.files.file_dialogs import AskPath, ask_path
@@ -51,7 +51,7 @@ class LabelActions(QObject):
 
     def print_on(self, key: str, _is_checked: bool = False) -> None:
         """Asks for a file, then writes the label of the shown module, or those of all."""
-        from app.records.report_files import file_name
+        from app.records.report import file_name
 
         module = self._services.ports.module
         shown = Label(module.name, _now(), fingerprint(module.view.settings(module.now_s)) or "")

@@ -16,7 +16,7 @@ from PySide6.QtWidgets import (
 )
 
 from app.text.i18n import tr
-from app.text.sentences import in_brackets
+from app.text.messages import in_brackets
 from ui.services.context import PageEntry, Services
 from ui.services.page import Page
 from ui.style.icons import icon

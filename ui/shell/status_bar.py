@@ -8,17 +8,15 @@ from PySide6.QtCore import QTimer
 from PySide6.QtGui import QFontMetrics
 from PySide6.QtWidgets import QLabel, QSizePolicy, QStatusBar, QWidget
 
-from app.limits.out_of_limits import DAMAGED_SHOWN_S, LimitsInUse, line_outside
-from app.text.durations import duration
+from app.limits.limits import DAMAGED_SHOWN_S, LimitsInUse, line_outside
 from app.text.i18n import tr
+from app.text.messages import duration
 from ui.session.ports import Ports
 from ui.session.recording import RecordingState
 from ui.session.shown_module import ShownModule
 from ui.style.icons import Icon
 from ui.style.theme import Meaning, Size, Space, font
-from ui.widgets.controls import named
-from ui.widgets.labels import ElidedLabel, IconLabel, TickingLabel
-from ui.widgets.layouts import in_row
+from ui.widgets.controls import ElidedLabel, IconLabel, TickingLabel, in_row, named
 from ui.widgets.notice_bar import NoticeBar
 from ui.widgets.visibility_timer import VisibilityTimer
 

@@ -6,17 +6,14 @@ from PySide6.QtWidgets import QFrame, QLayout, QPushButton, QSizePolicy, QToolBu
 from app.diagnosis.link_state import LinkState, LinkText, Phase, link_text
 from app.engine.conversation import ConversationView
 from app.engine.target import Target, is_simulated
-from app.limits.out_of_limits import LimitsInUse, value_outside
+from app.limits.limits import LimitsInUse, value_outside
 from app.safety.trigger_flags import TriggerFlags, trigger_flags
-from app.text.durations import duration
 from app.text.i18n import tr
-from app.text.sentences import join_names, labelled
+from app.text.messages import duration, join_names, labelled
 from ui.session.ports import Ports
 from ui.style.icons import Icon, battery, set_icon_size
 from ui.style.theme import Meaning, Space, is_text_large, scale_in_use, scaled
-from ui.widgets.controls import control, named, set_role, without_key
-from ui.widgets.labels import ElidedLabel, IconLabel
-from ui.widgets.layouts import in_column, in_row
+from ui.widgets.controls import ElidedLabel, IconLabel, control, in_column, in_row, named, set_role, without_key
 from ui.widgets.readout import StateChip, age_of, show_activation, show_known_trigger, show_trigger_flags
 from ui.widgets.visibility_timer import VisibilityTimer
 

@@ -1,23 +1,34 @@
-"""Panel of the simulated module: tilt it, drop it, disturb its line; puts it at rest for a check that fails so."""
+"""The panel of the simulated module in its dock: tilt it, drop it, disturb its line."""
 
+import logging
 from collections.abc import Callable, Sequence
 from typing import Final
 
-from PySide6.QtCore import QTimer
-from PySide6.QtWidgets import QCheckBox, QFormLayout, QFrame, QGridLayout, QPushButton, QSpinBox, QWidget
+from PySide6.QtCore import Qt, QTimer
+from PySide6.QtGui import QShowEvent
+from PySide6.QtWidgets import (
+    QCheckBox,
+    QDockWidget,
+    QFormLayout,
+    QFrame,
+    QGridLayout,
+    QMainWindow,
+    QPushButton,
+    QSpinBox,
+    QWidget,
+)
 
 from app.engine.target import Target
 from app.port_urls.protocol_sim import open_bench
 from app.simulator.bench import SimulatedBench
 from app.text.i18n import tr
-from app.text.user_error import UserError
+from app.text.messages import UserError
 from protocol.translatable import marked
-from ui.style.theme import Meaning, Space
-from ui.widgets.controls import control, named
-from ui.widgets.labels import text_label
-from ui.widgets.layouts import in_column, in_row, scroll_area
+from ui.session.ports import Ports
+from ui.style.theme import Meaning, Space, is_text_large
+from ui.widgets.controls import control, in_column, in_row, named, scroll_area, text_label
 from ui.widgets.notice_bar import Choice, Notice
-from ui.widgets.sliders import Dial, WheelGuard, label_for
+from ui.widgets.number_line import Dial, WheelGuard, label_for
 from ui.widgets.visibility_timer import VisibilityTimer
 
 REFRESH_MS = 200
@@ -184,3 +195,48 @@ def rest_offer(target: Target | None, against: Sequence[str], check_again: Calla
 
     text = tr("The simulated module is not at rest.")
     return Notice(Meaning.INFORMATION, text, (Choice("set_down", tr("Set down, check again"), set_down),))
+
+
+_log = logging.getLogger(__name__)
+
+
+class SimulatorDock(QDockWidget):
+    """Controls the simulated module that is connected; disabled while there is none."""
+
+    def __init__(self, ports: Ports, window: QMainWindow) -> None:
+        super().__init__(window)
+        self.setObjectName("simulator_dock")
+        self._ports = ports
+        self._device: str | None = None
+        self._panel: SimulatorPanel | None = None
+        self.setWindowTitle(tr("Simulated module"))
+        self.setAccessibleName(tr("Simulated module"))
+        ports.changed.connect(self._update_panel)
+        areas = Qt.DockWidgetArea
+        # Large text leaves no room beside the page.
+        window.addDockWidget(areas.BottomDockWidgetArea if is_text_large() else areas.RightDockWidgetArea, self)
+
+    def showEvent(self, event: QShowEvent) -> None:
+        super().showEvent(event)
+        if self._panel is None:
+            self._panel = SimulatorPanel()
+            self.setWidget(self._panel)
+        self._update_panel()
+
+    def _update_panel(self) -> None:
+        """Show the module of the chosen port, also while it is unplugged, so that it can be plugged in again."""
+        panel = self._panel
+        if panel is None:
+            return
+        from app.port_urls.protocol_sim import open_bench
+
+        target = self._ports.current.target if self._ports.current.is_requested else None
+        device = target.device if target is not None and target.is_simulated else None
+        if device == self._device:
+            return
+        self._device = device
+        try:
+            panel.use_bench(None if device is None else open_bench(device))
+        except UserError as error:  # opening the port reports the same reason
+            _log.info("No simulated module at %s: %s", device, error)
+            panel.use_bench(None)

@@ -1,15 +1,29 @@
-"""Makes a control from one description: object name, texts, shortcut, icon, role, slot."""
+"""Controls, layouts and labels that are made in one call."""
 
 from collections.abc import Callable
-from typing import ClassVar, TypeVar
+from typing import ClassVar, Final, TypeVar
 
-from PySide6.QtCore import QObject, Qt
-from PySide6.QtGui import QAccessible, QKeySequence, QShortcut
-from PySide6.QtWidgets import QAbstractButton, QToolButton, QWidget
+from PySide6.QtCore import QEvent, QObject, QRect, Qt
+from PySide6.QtGui import QAccessible, QColor, QFocusEvent, QFontMetrics, QKeySequence, QPainter, QPaintEvent, QShortcut
+from PySide6.QtWidgets import (
+    QAbstractButton,
+    QBoxLayout,
+    QGridLayout,
+    QHBoxLayout,
+    QLabel,
+    QLayout,
+    QScrollArea,
+    QSizePolicy,
+    QStackedLayout,
+    QStackedWidget,
+    QToolButton,
+    QVBoxLayout,
+    QWidget,
+)
 
-from app.text.sentences import in_brackets
-from ui.style.icons import Icon, icon, set_icon_size
-from ui.style.theme import IconSize
+from app.text.messages import in_brackets
+from ui.style.icons import Icon, icon, pixmap, set_icon_size
+from ui.style.theme import IconSize, Meaning, Space, current, is_text_large, scaled
 from ui.widgets.step_button import StepButton
 
 Named = TypeVar("Named", bound=QObject)
@@ -143,3 +157,250 @@ class Shortcut(QShortcut):
             self.control.click()
         else:
             self.control.setFocus(Qt.FocusReason.ShortcutFocusReason)
+
+
+Item = QWidget | QLayout | int | tuple[QWidget | QLayout, int] | tuple[QWidget, Qt.AlignmentFlag]
+"""A number is a stretch; a pair is a widget or layout with its stretch, or a widget with its alignment."""
+Margins = int | tuple[int, int] | tuple[int, int, int, int]
+"""One for all sides, (horizontal, vertical), or (left, top, right, bottom)."""
+
+Box = TypeVar("Box", bound=QBoxLayout)
+Stack = TypeVar("Stack", QStackedLayout, QStackedWidget)
+_LEAST_PX: Final = 60
+"""Height of what scrolls."""
+
+
+def in_row(
+    *items: Item, of: QWidget | None = None, spacing: int | None = None, margins: Margins | None = None
+) -> QHBoxLayout:
+    """`items` from left to right, as the layout `of` that widget. Spacing and margins default to the style's."""
+    return _filled(QHBoxLayout(), items, of, spacing, margins)
+
+
+def in_column(
+    *items: Item, of: QWidget | None = None, spacing: int | None = None, margins: Margins | None = None
+) -> QVBoxLayout:
+    """Like `in_row`, from top to bottom."""
+    return _filled(QVBoxLayout(), items, of, spacing, margins)
+
+
+def _filled(
+    layout: Box, items: tuple[Item, ...], of: QWidget | None, spacing: int | None, margins: Margins | None
+) -> Box:
+    if of is not None:
+        of.setLayout(layout)
+    if margins is not None:
+        _set_margins(layout, margins)
+    if spacing is not None:
+        layout.setSpacing(spacing)
+    for item in items:
+        match item:
+            case int():
+                layout.addStretch(item)
+            case QWidget():
+                layout.addWidget(item)
+            case QLayout():
+                layout.addLayout(item)
+            case (QLayout() as inner, int() as share):
+                layout.addLayout(inner, share)
+            case (QWidget() as widget, Qt.AlignmentFlag() as side):
+                layout.addWidget(widget, 0, side)
+            case (QWidget() as widget, int() as share):
+                layout.addWidget(widget, share)
+    return layout
+
+
+def _set_margins(layout: QLayout, margins: Margins) -> None:
+    sides = (margins, margins) if isinstance(margins, int) else margins
+    layout.setContentsMargins(*sides, *sides) if len(sides) == 2 else layout.setContentsMargins(*sides)
+
+
+def stacked(stack: Stack, *views: QWidget) -> Stack:
+    """Adds `views` to `stack`, which shows the first; returns it."""
+    for view in views:
+        stack.addWidget(view)
+    return stack
+
+
+def captioned_row(*fields: tuple[str, QWidget]) -> QGridLayout:
+    """Fields of equal width, each below its caption; large text has room for two in a row."""
+    grid = QGridLayout()
+    grid.setContentsMargins(0, 0, 0, 0)
+    columns = 2 if is_text_large() else len(fields)
+    for number, (caption, field) in enumerate(fields):
+        label = named(QLabel(caption), f"{field.objectName()}_caption", "small")
+        label.setBuddy(field)
+        row, column = 2 * (number // columns), number % columns
+        grid.addWidget(label, row, column)
+        grid.addWidget(field, row + 1, column)
+        grid.setColumnStretch(column, 1)
+    return grid
+
+
+class ScrollArea(QScrollArea):
+    """Takes what room remains. Takes the focus only while it scrolls, and shows it by its bars."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.setWidgetResizable(True)
+        # Qt would ask for up to 24 lines, so that the page around it would scroll, too.
+        self.setSizePolicy(QSizePolicy.Policy.Ignored, QSizePolicy.Policy.Ignored)
+        self.setMinimumSize(1, scaled(_LEAST_PX))
+        self._bars = (self.verticalScrollBar(), self.horizontalScrollBar())
+        for bar in self._bars:
+            bar.rangeChanged.connect(self._offer_focus)
+        self._offer_focus()
+
+    def _offer_focus(self) -> None:
+        scrolls = any(bar.maximum() > bar.minimum() for bar in self._bars)
+        self.setFocusPolicy(Qt.FocusPolicy.StrongFocus if scrolls else Qt.FocusPolicy.NoFocus)
+
+    def focusInEvent(self, event: QFocusEvent) -> None:
+        super().focusInEvent(event)
+        self._show_focus("focus")
+
+    def focusOutEvent(self, event: QFocusEvent) -> None:
+        super().focusOutEvent(event)
+        self._show_focus("")
+
+    def _show_focus(self, role: str) -> None:
+        for bar in self._bars:
+            set_role(bar, role)
+
+
+def scroll_area(
+    content: QWidget, name: str, says: str, *, is_vertical: bool = False, is_transparent: bool = False
+) -> ScrollArea:
+    """An area that scrolls `content`; `says` is its accessible name. Where it `is_vertical` it never scrolls sideways;
+    where it `is_transparent` the card below it shows through."""
+    area = control(ScrollArea(), name, says=says)
+    area.setWidget(content)
+    if is_vertical:
+        area.setHorizontalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAlwaysOff)
+    if is_transparent:
+        for ground in (content, area.viewport()):
+            ground.setAutoFillBackground(False)
+    return area
+
+
+def retain_size(widget: QWidget) -> None:
+    """Keeps the room of `widget` in its layout while it is hidden."""
+    policy = widget.sizePolicy()
+    policy.setRetainSizeWhenHidden(True)
+    widget.setSizePolicy(policy)
+
+
+_REDRAWN_AT: Final = (QEvent.Type.PaletteChange, QEvent.Type.StyleChange, QEvent.Type.DevicePixelRatioChange)
+
+SELECTABLE: Final = Qt.TextInteractionFlag.TextSelectableByMouse | Qt.TextInteractionFlag.TextSelectableByKeyboard
+
+
+def text_label(name: str, role: str = "", *, is_selectable: bool = False) -> QLabel:
+    """A label that wraps; `role` is one of the style sheet's."""
+    label = named(QLabel(), name, role)
+    label.setWordWrap(True)
+    if is_selectable:
+        label.setTextInteractionFlags(SELECTABLE)
+    return label
+
+
+class ElidedLabel(QLabel):
+    """Plain text that ends in "…" where it has no room, and is then whole in the tooltip. `text()` is always whole.
+
+    It is one line, elided at `mode`; with word wrap it takes the height that the layout gives.
+    """
+
+    def __init__(self, mode: Qt.TextElideMode = Qt.TextElideMode.ElideRight) -> None:
+        super().__init__()
+        self._mode = mode
+        self.setMinimumWidth(1)  # less than its text
+
+    def paintEvent(self, _event: QPaintEvent) -> None:
+        shown = self._wrapped() if self.wordWrap() else self._elided()
+        self.setToolTip("" if shown == self.text() else self.text())
+        painter = QPainter(self)
+        painter.setPen(self.palette().color(self.foregroundRole()))
+        wrap = Qt.TextFlag.TextWordWrap.value if self.wordWrap() else 0
+        painter.drawText(self.contentsRect(), self.alignment().value | wrap, shown)
+        painter.end()
+
+    def _elided(self) -> str:
+        return QFontMetrics(self.font()).elidedText(self.text(), self._mode, self.contentsRect().width())
+
+    def _wrapped(self) -> str:
+        metrics, room = QFontMetrics(self.font()), self.contentsRect()
+        wide, flags = QRect(0, 0, room.width(), 0), Qt.TextFlag.TextWordWrap.value
+        shown, end = self.text(), len(self.text())
+        while end and metrics.boundingRect(wide, flags, shown).height() > room.height():
+            end -= 1
+            shown = f"{self.text()[:end].rstrip()}…"
+        return shown
+
+
+class TickingLabel(QLabel):
+    """A figure or an age that changes all the time. Its accessible name says what it is; screen readers get the text
+    when they ask, and no event for each change."""
+
+    accessible_role: ClassVar = QAccessible.Role.StaticText
+
+    def accessibleName(self) -> str:
+        """The whole text, as screen readers get it."""
+        subject = super().accessibleName()
+        return f"{subject}: {self.text()}" if self.text() else subject
+
+
+class IconLabel(QLabel):
+    """An icon beside a text; empty at first."""
+
+    def __init__(self, name: str, size_px: int, *, keeps_place: bool = False) -> None:
+        """`size_px` at the usual size of text. `keeps_place`: as large without an icon."""
+        self._size_px = scaled(size_px)
+        self._shown: tuple[Icon, Meaning | None, bool, bool] | None = None
+        super().__init__()
+        named(self, name)
+        if keeps_place:
+            self.setFixedSize(self._size_px, self._size_px)
+
+    def show_icon(
+        self, picture: Icon, meaning: Meaning | None = None, *, is_muted: bool = False, is_filled: bool = False
+    ) -> None:
+        """Shows `picture` in the colour of its meaning, also on a ground filled with it, of muted text, or of text."""
+        if self._shown != (picture, meaning, is_muted, is_filled):
+            self._shown = (picture, meaning, is_muted, is_filled)
+            self._draw()
+
+    def clear_icon(self) -> None:
+        self._shown = None
+        self.clear()
+
+    def _draw(self) -> None:
+        if self._shown is not None:
+            picture, meaning, is_muted, is_filled = self._shown
+            ink = QColor(current().muted) if is_muted else current().ink(meaning)
+            if is_filled and meaning is not None:
+                ink = QColor(current().tint(meaning).on_fill)
+            self.setPixmap(pixmap(picture, self._size_px, ink, ratio=self.devicePixelRatioF()))
+
+    def event(self, event: QEvent) -> bool:
+        if event.type() in _REDRAWN_AT:
+            self._draw()
+        return super().event(event)
+
+
+class EmptyState(QWidget):
+    """Without `title` and `text` the owner fills the labels."""
+
+    def __init__(self, name: str, picture: Icon, title: str = "", text: str = "") -> None:
+        super().__init__()
+        self.setObjectName(name)
+        self._picture = IconLabel(f"{name}_icon", IconSize.EMPTY)
+        self._picture.show_icon(picture, is_muted=True)
+        self._picture.setAlignment(Qt.AlignmentFlag.AlignHCenter)
+        self.title = named(QLabel(title), f"{name}_title", "title")
+        self.text = named(QLabel(text), f"{name}_text", "muted")
+        column = self.column = in_column(2, self._picture, of=self, spacing=Space.S, margins=Space.XL)
+        for label in (self.title, self.text):
+            label.setAlignment(Qt.AlignmentFlag.AlignHCenter)
+            label.setWordWrap(True)
+            column.addWidget(label)  # without an alignment, which would break the height of wrapped text
+        column.addStretch(3)

@@ -18,12 +18,20 @@ from PySide6.QtWidgets import (
 )
 
 from app.text.i18n import tr
-from app.text.sentences import join_sentences, labelled
+from app.text.messages import join_sentences, labelled
 from ui.style.icons import MEANING_ICONS, Icon, icon
 from ui.style.theme import IconSize, Meaning, Space, is_text_large
-from ui.widgets.controls import control, named, set_look, without_key
-from ui.widgets.labels import ElidedLabel, IconLabel
-from ui.widgets.layouts import in_column, in_row, retain_size
+from ui.widgets.controls import (
+    ElidedLabel,
+    IconLabel,
+    control,
+    in_column,
+    in_row,
+    named,
+    retain_size,
+    set_look,
+    without_key,
+)
 from ui.widgets.step_button import FocusBack, StepButton, leave_focus
 
 _LISTED_CHARACTERS: Final = 90

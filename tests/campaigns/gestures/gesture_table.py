@@ -8,7 +8,7 @@ from PySide6.QtCore import QPoint
 from PySide6.QtWidgets import QComboBox, QWidget
 
 from app.guided.results import GuidedKind
-from app.safety.acts import Act
+from app.safety.journal import Act
 from tests.campaigns.gestures.gesture_bench import TICK_S, GestureBench
 from tests.support.window.steps import given
 from ui.acts.confirm import Confirm

@@ -10,7 +10,7 @@ from PySide6.QtCore import Qt
 from PySide6.QtTest import QSignalSpy
 from PySide6.QtWidgets import QApplication, QToolButton
 
-from app.safety.acts import Act
+from app.safety.journal import Act
 from tests.campaigns.gestures.clumsy import Clumsy, Report, run
 from tests.campaigns.gestures.gesture_bench import gesture_bench
 from tests.campaigns.gestures.gesture_table import ACTS, is_possible

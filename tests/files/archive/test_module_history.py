@@ -9,11 +9,10 @@ import pytest
 
 from app.archive.archive import Archive
 from app.archive.module_history import HistoryEvent, as_edits, module_history, settings_changed
-from app.safety.acts import Act
-from app.safety.journal import NOTE, Outcome
+from app.safety.journal import NOTE, Act, Outcome
 from app.safety.left_active import KnownAs
 from app.store.fact_store import Store
-from app.store.kinds import ModuleVisited, SettingsSeen
+from app.store.rows import ModuleVisited, SettingsSeen
 from tests.support.records.stored import journal_in, open_store
 
 SETTINGS: dict[str, Any] = {"attitude_threshold_deg": 60, "freefall_time_s": 1.2}

@@ -11,11 +11,11 @@ from typing import Any
 import pytest
 
 from app.archive.archive import Archive
-from app.archive.postgres import SQL_FILE, PostgresPlace, server_url
+from app.archive.places import SQL_FILE, PostgresPlace, server_url
 from app.archive.sync import Synced, sync
 from app.store.fact_store import Store
-from app.store.kinds import SaidNew
-from app.text.user_error import UserError
+from app.store.rows import SaidNew
+from app.text.messages import UserError
 from tests.cli.test_schemas import faults
 from tests.files.archive.conftest import PAGE
 from tests.support.cli_line import run_here
@@ -149,8 +149,8 @@ from pathlib import Path
 from typing import Any
 from app.archive.archive import Archive
 from app.archive.sync import sync
-from app.store.kinds import SaidNew
-from app.text.user_error import UserError
+from app.store.rows import SaidNew
+from app.text.messages import UserError
 from tests.support.records.stored import open_store
 
 store = open_store(Path(sys.argv[1]))
@@ -232,7 +232,7 @@ def test_the_systems_roots_are_found(
     server: ArchiveServer, guarded: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """OpenSSL as psycopg brings it looks for them in a folder that no system has."""
-    monkeypatch.setattr("app.archive.postgres.ROOT_FILES", (tmp_path / "none", server.folder / ROOT_CERTIFICATE))
+    monkeypatch.setattr("app.archive.places.ROOT_FILES", (tmp_path / "none", server.folder / ROOT_CERTIFICATE))
     PostgresPlace(f"{guarded}?sslrootcert=system").close()
     write_certificate(tmp_path / "other.crt", tmp_path / "other.key")
     monkeypatch.setenv("SSL_CERT_FILE", str(tmp_path / "other.crt"))  # a person's own choice counts

@@ -12,11 +12,10 @@ import pytest
 from app.archive.archive import Archive
 from app.archive.report import ModuleToday, report
 from app.archive.sync import sync
-from app.safety.acts import Act
-from app.safety.journal import Outcome
+from app.safety.journal import Act, Outcome
 from app.safety.left_active import KnownAs
 from app.store.fact_store import Store
-from app.store.kinds import (
+from app.store.rows import (
     Content,
     ModuleVisited,
     PreflightCheck,

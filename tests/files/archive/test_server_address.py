@@ -2,8 +2,8 @@
 
 import pytest
 
-from app.archive.postgres import server_url
-from app.text.user_error import UserError
+from app.archive.places import server_url
+from app.text.messages import UserError
 from tests.support.processes import ran_code
 
 
@@ -49,7 +49,7 @@ def test_what_may_hide_a_password_is_refused_without_showing_it(typed: str) -> N
 
 def test_psycopg_is_loaded_only_for_a_server_and_its_absence_is_a_sentence() -> None:
     program = (
-        "import sys, app.__main__, app.archive.postgres\n"
+        "import sys, app.__main__, app.archive.places\n"
         "assert app.__main__.main(['archive', 'status']) == 0\n"
         "assert not {'psycopg', 'psycopg_binary'} & sys.modules.keys()\n"
         "sys.modules['psycopg'] = None\n"

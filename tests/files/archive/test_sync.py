@@ -9,13 +9,12 @@ from pathlib import Path
 import pytest
 
 from app.archive.archive import OTHERS_FILE, Archive
-from app.archive.file_place import FilePlace
+from app.archive.places import FilePlace
 from app.archive.sync import sync
 from app.store.fact_store import Store
-from app.store.kinds import ModuleNamed, PreflightCheck, SaidNew, StationNamed
-from app.store.rows import COLUMNS, content_text, make_row
-from app.text.user_error import UserError
-from app.trigger_records.kept import KeptTriggers
+from app.store.rows import COLUMNS, ModuleNamed, PreflightCheck, SaidNew, StationNamed, content_text, make_row
+from app.text.messages import UserError
+from app.trigger_records.history import KeptTriggers
 from tests.files.records.test_filing import file_one
 from tests.support.patience import PATIENCE_S
 from tests.support.records.kept_facts import tamper

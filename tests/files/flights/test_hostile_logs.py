@@ -15,7 +15,7 @@ from app.flights.flight_log import FlightLog
 from app.flights.judging import FlightSummary
 from app.flights.many_logs import summarise_log
 from app.flights.read_log import read_flight_log
-from app.text.user_error import UserError
+from app.text.messages import UserError
 from tests.support.flights import log_bytes as made
 
 TIMES = np.arange(60) / 20

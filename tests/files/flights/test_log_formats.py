@@ -19,7 +19,7 @@ from app.recordings.excerpt import HEAD
 from app.recordings.library import entry_of
 from app.recordings.recording import export
 from app.recordings.session_file import Opening
-from app.text.user_error import UserError
+from app.text.messages import UserError
 from protocol.messages import Source, Status
 from tests.support.flights import log_bytes as made
 from tests.support.flights.made_flights import plainly_judged, recorded_reports

@@ -16,7 +16,7 @@ from app.flights.judge import TriggerLimits
 from app.flights.judging import Answer, summarise
 from app.flights.read_log import distinct_names, find_logs, read_flight_log
 from app.flights.ulog import UlogFile
-from app.text.user_error import UserError
+from app.text.messages import UserError
 from tests.support.flights import log_bytes as made
 from tests.support.flights.made_flights import recorded_reports
 

@@ -17,7 +17,7 @@ from app.flights.judge import TriggerLimits
 from app.flights.judging import Answer, summarise
 from app.flights.read_log import read_flight_log
 from app.flights.table import parse_choice, parse_line
-from app.text.user_error import UserError
+from app.text.messages import UserError
 
 Rows = list[tuple[float, float, float]]
 """Seconds, degrees, g."""

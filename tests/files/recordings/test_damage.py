@@ -14,7 +14,7 @@ from app.recordings.library import entry_of
 from app.recordings.markers import MarkerKind
 from app.recordings.recording import RecordedTraffic, Recording
 from app.recordings.session_file import HEAD_BYTES
-from app.text.user_error import UserError
+from app.text.messages import UserError
 from tests.support.processes import running
 from tests.support.records.recordings_made import HEADING, Whole, opened, recorder_in, stream, whole_of
 

@@ -9,7 +9,7 @@ import pytest
 import app.__main__ as program
 from app.recordings.library import RecordingLibrary, recordings_folder
 from app.recordings.session_file import HEAD_BYTES
-from app.text.user_error import UserError
+from app.text.messages import UserError
 from tests.support.cli_line import Program
 from tests.support.records.recordings_made import NAME, NOON, batch, recorded, recorder_in, report, written_at_once
 

@@ -20,7 +20,7 @@ from app.engine.conversation import ConversationView, StatusSample
 from app.recordings.markers import Marker, MarkerKind
 from app.recordings.recording import RecordedTraffic
 from app.recordings.session_file import EVENTS, OPENING, RX, STATUS, TX, Opening, State, metadata_record, read_head
-from app.text.user_error import UserError
+from app.text.messages import UserError
 from protocol.events import Began, Ended, EndReason, Rejected
 from protocol.frame import Noise, Reason
 from tests.support.records.recordings_made import (

@@ -4,7 +4,7 @@ from datetime import UTC, datetime, timedelta
 
 import pytest
 
-from app.records.checks import weeks_since_charge
+from app.records.filing import weeks_since_charge
 
 START = datetime(2026, 3, 1, tzinfo=UTC)
 

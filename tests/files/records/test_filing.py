@@ -11,21 +11,17 @@ from app.modules.names import remember
 from app.preflight.findings import CheckResult, Person
 from app.preflight.verdict import Verdict
 from app.procedures.history import History
-from app.records.checks import aircraft_of
-from app.records.filing import Filed, file_check
+from app.records.filing import Filed, aircraft_of, file_check
 from app.records.record import read_document
 from app.records.verification import RecordState, StationNames, verify
 from app.settings.profiles import NO_PROFILE
 from app.settings.values import DEFAULTS
-from app.stations.station import KEY_FILE
 from app.store.fact_store import Facts, Store
-from app.store.kinds import ModuleVisited, PreflightCheck
-from app.store.trouble import StoreFault, StoreTrouble
-from app.text.messages import UserMessage
-from app.text.user_error import UserError
-from app.trigger_records.filing import PossiblyOther, TriggersReading, file_triggers
-from app.trigger_records.history import record_of
-from app.trigger_records.kept import Visit
+from app.store.opening import StoreFault, StoreTrouble
+from app.store.rows import ModuleVisited, PreflightCheck
+from app.store.station import KEY_FILE
+from app.text.messages import UserError, UserMessage
+from app.trigger_records.history import PossiblyOther, TriggersReading, Visit, file_triggers, record_of
 from tests.support.processes import running
 from tests.support.records.preflight_rig import Fault, check
 from tests.support.records.stored import checks_of, open_store, remembered_in
@@ -35,7 +31,7 @@ RECORD = record_of(bytes.fromhex("41 75 35 01 01 00 6C 02 3C 05 A0 00 01 0C EB 7
 _FILER = """
 import sys
 from pathlib import Path
-from app.safety.acts import Act
+from app.safety.journal import Act
 from tests.files.records.test_filing import FRAME, file_one
 from tests.support.records.stored import begin, open_store
 

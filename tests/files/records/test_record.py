@@ -17,14 +17,12 @@ from app.engine.target import is_simulated
 from app.modules.labels import Paper
 from app.preflight.findings import CheckResult
 from app.preflight.verdict import Verdict
-from app.records.checks import cell_voltage_in
+from app.records.filing import cell_voltage_in
 from app.records.record import NOTES, Record, SignedRecord, sign
-from app.records.report import report_html
-from app.records.report_files import check_target, suggested_name, write_report
+from app.records.report import check_target, report_html, suggested_name, write_report
 from app.settings.profiles import ManualLine
 from app.text.i18n import set_language, tr
-from app.text.messages import message_from_json
-from app.text.user_error import UserError
+from app.text.messages import UserError, message_from_json
 from tests.support.records.preflight_rig import FAULTS, Fault, check
 from tests.support.records.printing import print_report
 from tests.support.records.stations_made import station

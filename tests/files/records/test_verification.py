@@ -12,14 +12,12 @@ import pytest
 from msgspec.structs import replace
 
 from app.records.record import FORMAT, MAX_DOCUMENT_BYTES, canonical, read_document
-from app.records.report import report_html
-from app.records.report_files import LARGEST_FILE, write_report
+from app.records.report import LARGEST_FILE, report_html, write_report
 from app.records.verification import RecordState, StationNames, Verification, is_of_row, shown_key, verify, verify_bytes
-from app.stations.station import KEY_FILE, fingerprint_of, own_station
-from app.store.kinds import PreflightCheck
-from app.store.rows import Row
+from app.store.rows import PreflightCheck, Row
+from app.store.station import KEY_FILE, fingerprint_of, own_station
 from app.text.i18n import set_language
-from app.text.user_error import UserError
+from app.text.messages import UserError
 from tests.files.records.test_record import signed_record
 from tests.support.processes import ran_code
 from tests.support.records.printing import print_report

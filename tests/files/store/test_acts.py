@@ -7,8 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from app.safety.acts import Act
-from app.safety.journal import Outcome
+from app.safety.journal import Act, Outcome
 from app.safety.left_active import KnownAs
 from app.store.acts import StoreJournal, Where, note_report, note_said_safe
 from app.store.fact_store import Store

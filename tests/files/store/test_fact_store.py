@@ -13,9 +13,8 @@ from pathlib import Path
 import pytest
 
 from app.store.fact_store import Facts, Store
-from app.store.kinds import ActIntended, SaidNew, Serviced, SettingsSeen, StationNamed
-from app.store.opening import FILE_NAME, LAYOUT, copies_of, copy_if_due
-from app.store.trouble import StoreFault, StoreTrouble
+from app.store.opening import FILE_NAME, LAYOUT, StoreFault, StoreTrouble, copies_of, copy_if_due
+from app.store.rows import ActIntended, SaidNew, Serviced, SettingsSeen, StationNamed
 from tests.support.patience import PATIENCE_S
 
 NOON = datetime(2026, 1, 2, 12, 0, tzinfo=UTC)

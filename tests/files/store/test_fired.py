@@ -13,13 +13,12 @@ from app.archive.report import ModuleToday, report
 from app.preflight.findings import CheckResult, Person
 from app.preflight.verdict import Verdict
 from app.records.filing import Filed, file_check
-from app.safety.acts import REQUESTS, Act
-from app.safety.journal import Outcome
+from app.safety.journal import REQUESTS, Act, Outcome
 from app.safety.left_active import KnownAs
 from app.settings.profiles import NO_PROFILE
+from app.store.acts import claim_fired, note_triggered
 from app.store.fact_store import Facts, Kept, Store
-from app.store.fired import claim_fired, note_triggered
-from app.store.kinds import MayHaveFired, Serviced
+from app.store.rows import MayHaveFired, Serviced
 from tests.support.records.preflight_rig import check
 from tests.support.records.stored import checks_of, journal_in, open_store
 

@@ -11,9 +11,8 @@ import pytest
 from app.modules.names import modules, remember
 from app.procedures.act import perform
 from app.procedures.lock import Locked, lock
-from app.safety.acts import Act
-from app.safety.interlocks import Interlock
-from app.safety.journal import Outcome
+from app.safety.journal import Act, Outcome
+from app.safety.permit import Interlock
 from app.store.acts import StoreJournal
 from app.store.fact_store import Facts, Store
 from app.store.opening import FILE_NAME

@@ -11,11 +11,9 @@ from pytestqt.qtbot import QtBot
 
 from app.engine.target import Target
 from app.modules.names import modules
-from app.safety.acts import Act
-from app.safety.journal import Outcome
+from app.safety.journal import Act, Outcome
 from app.store.fact_store import Store
-from app.store.opening import Opened, open_file
-from app.store.trouble import StoreTrouble
+from app.store.opening import Opened, StoreTrouble, open_file
 from app.trigger_records.history import Judgement
 from tests.support.records.stored import audit, records_of
 from tests.support.window.fakes_ui import simulated, window

@@ -10,7 +10,7 @@ from app.engine.procedure import EngineView, Job, LinkView, Procedure, Report
 from app.engine.session import Session
 from app.engine.transport import PortError, PortTrouble
 from app.procedures.stream import StreamSwitch, watch
-from app.safety.acts import Act
+from app.safety.journal import Act
 from app.safety.permit import Origin, Permit
 from app.simulator.bench import SimulatedBench
 from protocol.catalogue import Hazard, Layout, Request

@@ -14,7 +14,7 @@ from app.preflight.run import run_preflight
 from app.preflight.verdict import Assessment, assess
 from app.records.record import Record, make_record
 from app.settings.profiles import ManualLine, Profile
-from app.text.user_error import UserError
+from app.text.messages import UserError
 from protocol.catalogue import HEARTBEAT_CODE, STATUS_CODE, Hazard, Request
 from tests.support.journals import FakeJournal
 from tests.support.line.frames import at_each_frame, at_frame

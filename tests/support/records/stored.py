@@ -8,15 +8,14 @@ from types import MappingProxyType
 from typing import NamedTuple
 
 from app.modules.names import Remembered, modules, remember, remembered
-from app.records.checks import CheckLine, checks_in
-from app.safety.acts import Act
-from app.safety.journal import Outcome
+from app.records.filing import CheckLine, checks_in
+from app.safety.journal import Act, Outcome
 from app.safety.left_active import KnownAs, LeftActive, all_left
 from app.store import acts
 from app.store.fact_store import Clock, Facts, Store, utc_now
-from app.store.kinds import ActEnded, ActIntended, DeployIntended, SettingsSeen
 from app.store.opening import connect
-from app.trigger_records.kept import KeptTriggers, SeenRecord
+from app.store.rows import ActEnded, ActIntended, DeployIntended, SettingsSeen
+from app.trigger_records.history import KeptTriggers, SeenRecord
 from tests.support.patience import PATIENCE_S
 
 

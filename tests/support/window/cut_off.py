@@ -30,8 +30,8 @@ from PySide6.QtWidgets import (
 
 from tests.support.window.controls import visible_in
 from tests.support.window.steps import let_lay_out
-from ui.style.painted_widget import PaintedWidget
-from ui.widgets.labels import ElidedLabel
+from ui.widgets.controls import ElidedLabel
+from ui.widgets.readout import PaintedWidget
 
 _SLACK_PX = 1
 _OVER_THE_PAGE = ("connect_panel",)

@@ -16,9 +16,8 @@ from app.simulator.bench import SimulatedBench
 from app.store.fact_store import Store
 from app.text.i18n import ENGLISH, language
 from tests.support.patience import PATIENCE_S
-from ui.core.language import use_language
 from ui.core.port_watcher import PortWatcher
-from ui.core.preferences import Preferences
+from ui.core.preferences import Preferences, use_language
 from ui.main import PAGES, Assembly, WindowOptions, assemble, start
 from ui.services.context import PageEntry
 from ui.services.page import Page

@@ -12,7 +12,7 @@ from PySide6.QtWidgets import QApplication, QLineEdit, QWidget
 from pytestqt.qtbot import QtBot
 
 from app.diagnosis.link_state import Phase
-from app.records.checks import checks_in
+from app.records.filing import checks_in
 from app.records.verification import StationNames
 from tests.support.window.fakes_ui import page_entries, store_of
 from tests.support.window.rig import Rig, on_fake_time

@@ -77,7 +77,7 @@ def announced(monkeypatch: pytest.MonkeyPatch) -> list[str]:
             is_urgent = event.politeness() is QAccessible.AnnouncementPoliteness.Assertive
             said.append(event.message() + "!" * is_urgent)
 
-    monkeypatch.setattr("ui.style.accessible_roles.QAccessible", Heard)
+    monkeypatch.setattr("ui.style.appearance.QAccessible", Heard)
     return said
 
 

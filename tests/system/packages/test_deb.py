@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from app.system import qt_libraries
+from app.system import libraries as qt_libraries
 from tests.system.packages.programs import Program, check_window, has_record, leave_a_record
 
 NAME = "dps-s-configurator"
@@ -110,7 +110,7 @@ FURTHER = {
     "libxcb-util.so.1": "libxcb-util1",
     "libxcb-xfixes.so.0": "libxcb-xfixes0",
 }
-"""Packages of libraries that `app/system/qt_libraries.py` does not name, because others there depend on them."""
+"""Packages of libraries that `app/system/libraries.py` does not name, because others there depend on them."""
 
 
 def test_every_library_needed_is_a_dependency(deb: Path, tree: Path) -> None:

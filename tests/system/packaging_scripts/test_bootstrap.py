@@ -13,7 +13,7 @@ import pytest
 from packaging.requirements import Requirement
 from packaging.utils import canonicalize_name
 
-from app.system import qt_libraries
+from app.system import libraries as qt_libraries
 from tests.support.setup_files import PACKAGING, ROOT, SetupFiles
 
 

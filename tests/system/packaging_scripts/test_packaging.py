@@ -59,8 +59,7 @@ def test_the_metadata_names_what_is_installed() -> None:
 def test_the_desktop_knows_the_types_of_files() -> None:
     """By the magic that the file for shared-mime-info names; held against files that the program writes."""
     from app.records.record import FORMAT
-    from app.settings.profile_file import profile_text
-    from app.settings.profiles import Profile
+    from app.settings.profiles import Profile, profile_text
 
     tree = ElementTree.parse(LINUX / f"{NAME}.xml").getroot()
     files = {

@@ -7,8 +7,17 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from app.captures.text import MAX_FAULTS, NotHex, TextReader, hex_bytes
-from app.captures.traffic import MAX_ENTRY_BYTES, CaptureEntry, Explained, Way, entries_of
+from app.captures.traffic import (
+    MAX_ENTRY_BYTES,
+    MAX_FAULTS,
+    CaptureEntry,
+    Explained,
+    NotHex,
+    TextReader,
+    Way,
+    entries_of,
+    hex_bytes,
+)
 from protocol.catalogue import STATUS
 from protocol.events import Event, Received, Rejected, Role, Sent
 from protocol.frame import Direction, Frame, Noise, Reason

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from app.diagnosis.link_statistics import LinkStatistics
+from app.diagnosis.link_state import LinkStatistics
 from app.diagnosis.support_bundle import COMPUTER, USER, Contents, Names, SupportBundle, scrub
 from app.engine.conversation import ConversationView, How, Known
 from app.engine.procedure import LinkView

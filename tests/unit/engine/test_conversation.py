@@ -3,7 +3,7 @@
 import pytest
 
 from app.engine.conversation import FRESH_FOR_S, Conversation, ConversationView, How, Known, reason_message
-from app.safety.acts import REQUESTS, Act
+from app.safety.journal import REQUESTS, Act
 from protocol.catalogue import ACTIVATION, BY_NAME, LOCK, SERIAL_OUTPUT, STATUS, Command, Request
 from protocol.events import Answered, Contradiction, Ended, EndReason, OutcomeUnknown, Received, Role
 from protocol.frame import Direction, Frame, encode_long, encode_reply

@@ -9,7 +9,7 @@ from app.engine.ports import PortInfo, list_ports
 from app.engine.reconnect import Absence, Address, Reconnection, address_of
 from app.engine.transport import PortError, PortTrouble
 from app.engine.worker import Connection, PortState
-from app.text.user_error import UserError
+from app.text.messages import UserError
 
 MINE = PortInfo("/dev/ttyUSB0", "CP2102", "Silicon Labs", "0001", 0x10C4, 0xEA60, "1-1:1.0")
 OTHER = MINE._replace(device="/dev/ttyUSB1", serial_number="0002", location="1-2:1.0")

@@ -7,9 +7,18 @@ import pytest
 
 from app.diagnosis.link_state import LinkState, Phase
 from app.engine.conversation import ConversationView, How, Known
-from app.fleet.card import Card, HeldVerdict, Need
-from app.fleet.profile_table import Applied, AppliedProfile, changes_of, differences, outcome_of, result_line
-from app.limits.out_of_limits import OutOfLimit, Outside
+from app.fleet.card import (
+    Applied,
+    AppliedProfile,
+    Card,
+    HeldVerdict,
+    Need,
+    changes_of,
+    differences,
+    outcome_of,
+    result_line,
+)
+from app.limits.limits import OutOfLimit, Outside
 from app.preflight.evidence import void_of_end
 from app.preflight.verdict import Verdict, assess
 from app.procedures.lock import Locked

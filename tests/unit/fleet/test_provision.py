@@ -7,14 +7,13 @@ from pathlib import Path
 import pytest
 
 from app.engine.conversation import Interrupted
-from app.fleet.batch import OPEN, SET_ASIDE, BatchRun, ModuleBatch, await_gone, batch_of
-from app.fleet.batch_names import counted_names
+from app.fleet.batch import OPEN, SET_ASIDE, BatchRun, ModuleBatch, await_gone, batch_of, counted_names
 from app.modules.names import remembered
 from app.preflight.evidence import Evidence
 from app.preflight.findings import Person
 from app.procedures.write import WriteContext
 from app.store.fact_store import Store
-from app.text.user_error import UserError
+from app.text.messages import UserError
 from protocol.events import EndReason
 from tests.support.journals import FakeJournal
 from tests.support.line.exchange import ExchangedRig

@@ -16,7 +16,7 @@ from app.guided.tilt import TiltDirection
 from app.procedures.light import Band
 from app.procedures.stream import StreamSwitch, watch
 from app.simulator.bench import SimulatedBench
-from app.text.user_error import UserError
+from app.text.messages import UserError
 from protocol.catalogue import Hazard
 from protocol.events import EndReason
 from protocol.messages import Source

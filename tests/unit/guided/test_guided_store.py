@@ -17,7 +17,7 @@ from app.records.report import report_html
 from app.records.verification import RecordState, StationNames, verify
 from app.settings.profiles import Profile
 from app.store.fact_store import Store
-from app.store.kinds import GuidedTestDone
+from app.store.rows import GuidedTestDone
 from app.text.messages import message
 from tests.support.records.preflight_rig import check
 from tests.support.records.stored import open_store

@@ -12,7 +12,7 @@ from app.guided.catalogue import GUIDED_BY_KIND
 from app.guided.results import GuidedKind, GuidedResult, GuidedVerdict
 from app.guided.status_watch import PersonSteps
 from app.procedures.light import CalibrationFault
-from app.text.user_error import UserError
+from app.text.messages import UserError
 from tests.support.hands import Hands, drive
 from tests.support.line.sim_line import Rig, settled_rig
 

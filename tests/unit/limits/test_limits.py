@@ -8,8 +8,8 @@ import pytest
 
 from app.cli.history import page_of as records_page
 from app.engine.conversation import ConversationView, How, Known
-from app.limits.limits import SETTING_BOUNDS, softened
-from app.limits.out_of_limits import (
+from app.limits.limits import (
+    SETTING_BOUNDS,
     LimitsInUse,
     OutOfLimit,
     Outside,
@@ -18,6 +18,7 @@ from app.limits.out_of_limits import (
     line_outside,
     outside_of,
     record_outside,
+    softened,
     value_outside,
 )
 from app.preflight.findings import CheckResult
@@ -26,8 +27,7 @@ from app.procedures.history import History
 from app.records.filing import local_now
 from app.records.record import sign
 from app.records.report import report_html
-from app.settings.profile_file import ProfileRefused, parse_profile
-from app.settings.profiles import LIMITS, NO_PROFILE, Profile
+from app.settings.profiles import LIMITS, NO_PROFILE, Profile, ProfileRefused, parse_profile
 from app.trigger_records.history import sentence
 from protocol.messages import TriggerRecord
 from tests.support.records.preflight_rig import Fault, check

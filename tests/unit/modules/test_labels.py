@@ -7,7 +7,7 @@ from datetime import UTC, datetime
 import pytest
 
 from app.modules.labels import MAX_NAME_LENGTH, Label, label_body
-from app.text.user_error import UserError
+from app.text.messages import UserError
 
 LABELLED_AT = datetime(2026, 11, 24, tzinfo=UTC)
 

@@ -6,9 +6,8 @@ import pytest
 
 from app.modules.service import ServiceKind, all_due, repack_due, service_summary, serviced
 from app.store.fact_store import Kept
-from app.store.kinds import Serviced
-from app.store.rows import Row
-from app.text.user_error import UserError
+from app.store.rows import Row, Serviced
+from app.text.messages import UserError
 
 TODAY = date(2026, 11, 24)
 

@@ -9,16 +9,14 @@ import pytest
 
 from app.limits.past import Past
 from app.modules.names import Remembered
-from app.preflight.activation import activate_ready
 from app.preflight.evidence import Evidence
 from app.preflight.findings import Case, CheckResult, Person
-from app.preflight.run import run_preflight
+from app.preflight.run import activate_ready, run_preflight
 from app.preflight.verdict import Assessment, Verdict, assess, void_reason
 from app.procedures.read import read_everything
-from app.safety.acts import Act
-from app.safety.journal import Outcome
+from app.safety.journal import Act, Outcome
 from app.settings.profiles import Profile
-from app.text.user_error import UserError
+from app.text.messages import UserError
 from protocol.catalogue import BY_NAME
 from tests.module.options import Options
 from tests.support.journals import FakeJournal

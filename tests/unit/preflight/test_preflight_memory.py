@@ -13,7 +13,7 @@ from app.records.filing import file_check
 from app.records.report import report_html
 from app.settings.profiles import NO_PROFILE, Profile
 from app.store.opening import FILE_NAME
-from app.system.folders import data_folder
+from app.system.files import data_folder
 from tests.support.cli_line import Program
 from tests.support.line.sim_line import Rig, settled_rig
 from tests.support.records.kept_facts import tamper

@@ -16,8 +16,7 @@ from app.preflight.verdict import Verdict, assess
 from app.procedures.write import WAITING, WriteFault
 from app.safety.journal import Outcome
 from app.settings.profiles import NO_PROFILE
-from app.text.messages import message
-from app.text.user_error import UserError
+from app.text.messages import UserError, message
 from protocol.catalogue import ATTITUDE_TRIGGER, BY_NAME, FREEFALL_TRIGGER, HEARTBEAT, Request
 from protocol.events import EndReason
 from tests.support.journals import FakeJournal

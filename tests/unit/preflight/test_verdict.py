@@ -8,12 +8,11 @@ import pytest
 
 from app.engine.conversation import ConversationView, How, Known, StatusSample
 from app.limits.past import Past
-from app.preflight.activation import activate_ready
 from app.preflight.evidence import FIRED, OVER, TOO_OLD, UNFINISHED, Evidence, FrameLog, TriggerFlag, Void
 from app.preflight.findings import Case, Person
+from app.preflight.run import activate_ready
 from app.preflight.verdict import VALID_FOR_S, Assessment, Verdict, assess, blocks_go, void_of_news, void_reason
-from app.safety.acts import REQUESTS, Act
-from app.safety.journal import Outcome
+from app.safety.journal import REQUESTS, Act, Outcome
 from app.settings.profiles import NO_PROFILE, ManualLine, Profile
 from app.text.messages import UserMessage
 from protocol.catalogue import HEARTBEAT

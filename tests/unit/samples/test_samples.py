@@ -8,8 +8,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from app.samples.ring_buffers import Series, SeriesSample
-from app.samples.step_function import StepFunction, StepPoint
+from app.samples.samples import Series, SeriesSample, StepFunction, StepPoint
 
 RATE_HZ = 1440
 

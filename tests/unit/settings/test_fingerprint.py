@@ -6,9 +6,9 @@ from types import MappingProxyType
 import pytest
 
 from app.engine.conversation import ConversationView, How, Known
-from app.settings.fingerprint import ALPHABET, fingerprint, is_fingerprint
 from app.settings.form import Match, compare
 from app.settings.profiles import Profile
+from app.settings.values import ALPHABET, fingerprint, is_fingerprint
 from protocol.catalogue import READABLE_SETTINGS, SETTINGS
 from protocol.events import Ended, EndReason
 from protocol.fields import Value

@@ -10,9 +10,20 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from app.guided.results import GuidedKind
-from app.settings import profile_file
-from app.settings.profile_file import ProfileRefused, parse_profile, profile_text, read_profile, save_profile
-from app.settings.profiles import LIMITS, MAX_TEST_DAYS, SETTINGS_BY_KEY, ActivatedBy, ManualLine, Profile
+from app.settings import profiles as profile_file
+from app.settings.profiles import (
+    LIMITS,
+    MAX_TEST_DAYS,
+    SETTINGS_BY_KEY,
+    ActivatedBy,
+    ManualLine,
+    Profile,
+    ProfileRefused,
+    parse_profile,
+    profile_text,
+    read_profile,
+    save_profile,
+)
 from protocol.fields import Quantity
 
 WHOLE = """\

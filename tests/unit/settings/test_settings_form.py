@@ -10,7 +10,7 @@ from app.procedures.write import SetReply, WriteFault, Written
 from app.settings.form import FormRow, RowState, SettingsForm
 from app.settings.profiles import SETTINGS_BY_KEY
 from app.settings.values import DEFAULTS, MAX_NUMBER_LENGTH, field_of, parse_value
-from app.text.user_error import UserError
+from app.text.messages import UserError
 from protocol.catalogue import BAUD_RATE, SETTINGS
 from protocol.events import Ended, EndReason
 from protocol.fields import Value

@@ -7,7 +7,7 @@ import pytest
 from app.simulator.bench import SimulatedBench
 from app.simulator.module import SimulatedModule
 from app.simulator.setup import Setup, as_text, parse_options
-from app.text.user_error import UserError
+from app.text.messages import UserError
 from tests.support.line.sim_line import FakeClock
 
 

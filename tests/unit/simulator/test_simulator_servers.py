@@ -16,7 +16,7 @@ from app.cli.commands import BY_NAME
 from app.simulator.bench import SimulatedBench
 from app.simulator.endpoints import Endpoint, Loop, TcpEndpoint
 from app.terminal.console import Refused
-from app.text.user_error import ErrorCode
+from app.text.messages import ErrorCode
 from protocol.catalogue import STATUS
 from tests.support.patience import PATIENCE_S
 from tests.support.processes import PROGRAM, running

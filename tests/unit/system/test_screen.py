@@ -2,7 +2,8 @@
 
 import pytest
 
-from app.system import qt_libraries, screen
+from app.system import libraries as qt_libraries
+from app.system import libraries as screen
 from tests.support.cli_line import run_here
 
 SCREENS = ("DISPLAY", "WAYLAND_DISPLAY", "QT_QPA_PLATFORM", "XDG_SESSION_TYPE")

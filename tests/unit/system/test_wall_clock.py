@@ -7,8 +7,7 @@ from PySide6.QtWidgets import QApplication
 from pytestqt.qtbot import QtBot
 
 from app.diagnosis.support_bundle import Contents, SupportBundle
-from app.system.clock import steady_time
-from app.system.wall_clock import wall_offset_s
+from app.system.clock import steady_time, wall_offset_s
 from tests.support.records.recordings_made import asked
 from tests.support.window.live_bench import live_bench
 from ui.pages.diagnosis.traffic import Column, TrafficModel

@@ -8,8 +8,7 @@ from pathlib import Path
 import pytest
 
 from app.engine.ports import PortInfo
-from app.safety.acts import REQUESTS, Act
-from app.safety.journal import Outcome
+from app.safety.journal import REQUESTS, Act, Outcome
 from app.safety.last_known import keep_away
 from app.safety.left_active import KnownAs
 from app.simulator.bench import SimulatedBench

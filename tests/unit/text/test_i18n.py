@@ -10,8 +10,7 @@ import pytest
 from app.text import i18n
 from app.text.csv_cells import cell, defused
 from app.text.i18n import CHINESE, ENGLISH, set_language, system_language, tr
-from app.text.messages import UserMessage, joined
-from app.text.sentences import with_units
+from app.text.messages import UserMessage, joined, with_units
 
 Messages = dict[str, tuple[str, str]]
 

@@ -13,11 +13,21 @@ from hypothesis import strategies as st
 from app.engine.conversation import Interrupted
 from app.modules.names import remembered
 from app.store.fact_store import Facts
-from app.store.kinds import TriggerRecordSeen
-from app.trigger_records.csv_file import HEAD, write_archive
-from app.trigger_records.filing import PossiblyOther, file_triggers, read_triggers
-from app.trigger_records.history import Judgement, in_order, merge, record_of, sentence
-from app.trigger_records.kept import KeptTriggers, Visit
+from app.store.rows import TriggerRecordSeen
+from app.trigger_records.history import (
+    HEAD,
+    Judgement,
+    KeptTriggers,
+    PossiblyOther,
+    Visit,
+    file_triggers,
+    in_order,
+    merge,
+    read_triggers,
+    record_of,
+    sentence,
+    write_archive,
+)
 from protocol.frame import encode_long
 from tests.support.line.sim_line import settled_rig
 from tests.support.records.stored import plain_facts

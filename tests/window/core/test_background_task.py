@@ -8,7 +8,7 @@ from PySide6.QtCore import QObject
 from pytestqt.qtbot import QtBot
 
 from app.store.fact_store import Store
-from app.store.trouble import StoreFault, StoreTrouble
+from app.store.opening import StoreFault, StoreTrouble
 from tests.support.patience import PATIENCE_S
 from ui.core.background_task import BackgroundTask, ExportCancelled, Running
 

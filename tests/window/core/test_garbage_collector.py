@@ -9,7 +9,7 @@ import pytest
 from pytestqt.qtbot import QtBot
 
 from tests.support.processes import ran_code
-from ui.core.garbage_collector import garbage_freed_here
+from ui.core.bridge import garbage_freed_here
 
 
 class Ring:

@@ -2,8 +2,8 @@
 
 import pytest
 
-from app.text.durations import duration
 from app.text.i18n import CHINESE, ENGLISH, set_language, tr
+from app.text.messages import duration
 
 
 @pytest.mark.parametrize(

@@ -179,7 +179,7 @@ def test_no_class_of_qt_is_made_where_files_are_written_in_the_background() -> N
         from app.modules.labels import A4
         import ui.main
         from ui.files.report_printer import print_pages
-        from ui.pages.live.saving import png_parts
+        from ui.pages.live.data import png_parts
 
         def classes(made):
             return {made}.union(*(classes(kind) for kind in type.__subclasses__(made)))
@@ -301,7 +301,7 @@ def test_the_picture_has_a_caption(live: Bench, tmp_path: Path) -> None:
 
 def test_a_long_saving_can_be_cancelled(live: Bench, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     live.say()
-    monkeypatch.setattr("ui.pages.live.saving.csv_parts", lambda *_, **__: repeat(b"row"))
+    monkeypatch.setattr("ui.pages.live.data.csv_parts", lambda *_, **__: repeat(b"row"))
     path = tmp_path / "values.csv"
     live.page.note.ask_path = choosing(path)
     live.click("live_save_csv")

@@ -9,8 +9,7 @@ from pytestqt.qtbot import QtBot
 from protocol.catalogue import BY_NAME, SETTINGS, Command
 from protocol.fields import Quantity, Value
 from ui.forms.field_editors import NumberEditor, make_editor
-from ui.widgets.number_line import NumberKind
-from ui.widgets.sliders import Dial
+from ui.widgets.number_line import Dial, NumberKind
 
 NAME, SIZE = 0, 1
 

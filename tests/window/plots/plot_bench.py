@@ -6,13 +6,11 @@ from PySide6.QtGui import QPainter, QPicture, QWheelEvent
 from PySide6.QtWidgets import QApplication, QLineEdit, QPushButton, QScrollArea, QToolButton, QVBoxLayout, QWidget
 from pytestqt.qtbot import QtBot
 
-from app.samples.ring_buffers import Series
-from app.samples.step_function import StepFunction
+from app.samples.samples import Series, StepFunction
 from tests.support.window.steps import find
 from ui.plots.axis import LabelAxis
-from ui.plots.lane_view import LaneView
+from ui.plots.lane_view import LaneView, Shown
 from ui.plots.lanes import Lane, Limit, Scale, Span
-from ui.plots.overlay import Shown
 from ui.plots.plot_view import PlotView
 from ui.plots.time_plot import TimePlot
 from ui.style import theme

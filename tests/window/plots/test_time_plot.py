@@ -6,7 +6,7 @@ from PySide6.QtGui import QFontMetricsF
 from PySide6.QtWidgets import QApplication
 from pytestqt.qtbot import QtBot
 
-from app.system.wall_clock import clock_text
+from app.system.clock import clock_text
 from tests.window.plots.plot_bench import CONTROL, LEFT, NOW_S, Bench
 from ui.plots.axis import TimeAxis
 from ui.plots.lanes import Span

@@ -19,7 +19,7 @@ from tests.support.window.fakes_ui import page_entries, window
 from tests.support.window.steps import find, given
 from ui.pages.logs.page import LogsPage
 from ui.services.job_notice import JobNotice
-from ui.session.running_job import RunningJob
+from ui.session.shown_module import RunningJob
 from ui.style.theme import Meaning
 from ui.widgets.notice_bar import Notice
 

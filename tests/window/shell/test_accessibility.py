@@ -38,9 +38,9 @@ from ui.core.preferences import MAX_ZOOM_PERCENT, Preferences
 from ui.main import PAGES
 from ui.pages.settings.page import SettingsPage
 from ui.shell.main_window import SMALLEST
-from ui.style.accessible_roles import Spoken
-from ui.style.painted_widget import PaintedWidget
+from ui.style.appearance import Spoken
 from ui.style.theme import Choice, Space
+from ui.widgets.readout import PaintedWidget
 
 FULL_HD_AT_200 = QSize(960, 540)
 BY_OTHER_KEYS = ("_less", "_more")

@@ -18,8 +18,7 @@ from ui.main import PAGES
 from ui.services.context import PageEntry, Services
 from ui.services.page import Page
 from ui.style.icons import Icon
-from ui.widgets.controls import Shortcut, control
-from ui.widgets.layouts import in_column
+from ui.widgets.controls import Shortcut, control, in_column
 
 MAX_STOPS = 200
 OF_MENU_AND_FOCUS = {"Ctrl+K", "Del", "End", "Enter", "Esc", "Space"}

@@ -19,7 +19,7 @@ from ui.main import PAGES, WindowOptions
 from ui.shell.main_window import MainWindow
 from ui.style.theme import Choice as Theme
 from ui.style.theme import Meaning
-from ui.widgets.labels import ElidedLabel
+from ui.widgets.controls import ElidedLabel
 from ui.widgets.notice_bar import Choice, Notice, NoticeBar
 
 ACTS = {step: lambda: None for step in NextStep}

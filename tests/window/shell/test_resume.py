@@ -18,8 +18,8 @@ from app.engine.reconnect import Absence
 from app.engine.target import Target
 from app.engine.worker import Batch
 from app.procedures.read import READABLE
-from app.safety.acts import Act
-from app.text.user_error import UserError
+from app.safety.journal import Act
+from app.text.messages import UserError
 from protocol.catalogue import SERIAL_OUTPUT, Request
 from protocol.events import EndReason, Received, Sent
 from tests.support.module_apart import ModuleApart, module_apart

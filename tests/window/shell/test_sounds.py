@@ -11,7 +11,7 @@ from PySide6.QtWidgets import QApplication
 from pytestqt.qtbot import QtBot
 
 from ui.core.preferences import Preferences
-from ui.shell.sounds import Sound, Sounds, write_tones
+from ui.shell.announcements import Sound, Sounds, write_tones
 
 
 def player(folder: Path, name: str, *, code: int, seconds: int = 0) -> Path:

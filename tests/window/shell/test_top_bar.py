@@ -15,7 +15,7 @@ from pytestqt.qtbot import QtBot
 from app.engine.conversation import StatusSample
 from app.engine.procedure import LinkView
 from app.engine.target import Target
-from app.limits.out_of_limits import LimitsInUse
+from app.limits.limits import LimitsInUse
 from app.safety.last_known import keep_away
 from protocol.events import Counters, EndReason
 from protocol.frame import Reason
@@ -28,8 +28,7 @@ from tests.support.window.spoken import said_by
 from tests.support.window.steps import let_lay_out
 from ui.core.preferences import Preferences
 from ui.main import PAGES, WindowOptions
-from ui.shell.sounds import Sound, Sounds
-from ui.shell.state_announcer import announce_states
+from ui.shell.announcements import Sound, Sounds, announce_states
 from ui.shell.status_bar import StatusBar
 from ui.shell.top_bar import TopBar
 from ui.style.theme import Choice, Meaning

@@ -21,7 +21,7 @@ from pytestqt.qtbot import QtBot
 
 from app.engine.session import Session
 from app.engine.target import Target
-from app.safety.acts import Act
+from app.safety.journal import Act
 from tests.support.processes import run_module, running
 from tests.support.window.fake_ports import VALUES, FakePorts, FakeWorker, fake_window
 from tests.support.window.fakes_ui import ADAPTER, ListedPorts, connect, simulated, window

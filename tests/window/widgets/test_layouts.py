@@ -12,8 +12,7 @@ from tests.support.window.contrast import style_all
 from tests.support.window.steps import let_lay_out
 from tests.support.window.walk import walking
 from ui.style.theme import LIGHT
-from ui.widgets.labels import ElidedLabel
-from ui.widgets.layouts import scroll_area
+from ui.widgets.controls import ElidedLabel, scroll_area
 
 WIDTH = 100
 

@@ -13,10 +13,9 @@ from tests.support.window.contrast import style_all
 from tests.support.window.cut_off import cut_off
 from ui.plots.gauge import TiltGauge
 from ui.style.icons import Icon
-from ui.style.painted_widget import Freshness
 from ui.style.theme import LIGHT, Meaning
 from ui.widgets.controls import control, set_role
-from ui.widgets.readout import Readout, StateChip
+from ui.widgets.readout import Freshness, Readout, StateChip
 
 
 @pytest.fixture(autouse=True)

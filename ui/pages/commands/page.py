@@ -8,7 +8,7 @@ from typing import Final
 
 from PySide6.QtWidgets import QFrame, QWidget
 
-from app.safety.acts import Act
+from app.safety.journal import Act
 from app.safety.last_known import Activation
 from app.text.i18n import tr
 from protocol.translatable import marked
@@ -17,9 +17,7 @@ from ui.acts.ritual_widget import RitualWidget
 from ui.services.context import Services
 from ui.services.page import Page
 from ui.style.theme import Space, is_text_large
-from ui.widgets.controls import named, set_role
-from ui.widgets.labels import text_label
-from ui.widgets.layouts import in_column, scroll_area
+from ui.widgets.controls import in_column, named, scroll_area, set_role, text_label
 from ui.widgets.visibility_timer import VisibilityTimer
 
 REFRESH_EVERY_MS: Final = 200

@@ -9,8 +9,7 @@ from PySide6.QtWidgets import QTabWidget
 from app.engine.worker import Batch
 from app.text.i18n import tr
 from protocol.translatable import marked
-from ui.pages.diagnosis.bundle import BundlePreview
-from ui.pages.diagnosis.statistics import StatisticsView
+from ui.pages.diagnosis.panels import BundlePreview, StatisticsView
 from ui.pages.diagnosis.traffic import TrafficView
 from ui.pages.diagnosis.why import WhyPanel
 from ui.services.context import Services
@@ -18,8 +17,7 @@ from ui.services.job_notice import JobNotice
 from ui.services.page import Page
 from ui.session.shown_module import ShownModule
 from ui.style.theme import Space, is_text_large
-from ui.widgets.controls import Shortcut, named
-from ui.widgets.layouts import in_column, scroll_area
+from ui.widgets.controls import Shortcut, in_column, named, scroll_area
 from ui.widgets.notice_bar import NoticeBar
 
 _VIEWS: Final = (

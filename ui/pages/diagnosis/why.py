@@ -13,19 +13,17 @@ from app.diagnosis.causes import STEP_WORDS, Diagnosis, NextStep, diagnose
 from app.diagnosis.link_state import Phase, link_text
 from app.diagnosis.symptoms import EvidenceCollector, PortEvidence
 from app.engine.worker import Batch
-from app.system.wall_clock import clock_text
+from app.system.clock import clock_text
 from app.text.i18n import tr
-from app.text.sentences import join_names, labelled
+from app.text.messages import join_names, labelled
 from protocol.events import Role
 from protocol.translatable import marked
 from ui.core.background_task import BackgroundTask
-from ui.pages.diagnosis.sharing import SharingCard
+from ui.pages.diagnosis.panels import SharingCard
 from ui.services.context import Services
 from ui.style.icons import MEANING_ICONS, Icon
 from ui.style.theme import Meaning, Space, fixed_font
-from ui.widgets.controls import control, named
-from ui.widgets.labels import SELECTABLE, IconLabel, TickingLabel, text_label
-from ui.widgets.layouts import in_column, in_row
+from ui.widgets.controls import SELECTABLE, IconLabel, TickingLabel, control, in_column, in_row, named, text_label
 from ui.widgets.visibility_timer import VisibilityTimer
 
 REFRESH_EVERY_MS: Final = 500

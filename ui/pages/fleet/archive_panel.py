@@ -1,11 +1,12 @@
-"""All modules ever seen by any station: the last check, what is due, the history, services, and the exchange."""
+"""All modules ever seen by any station, the exchange with them, and the ports of the fleet."""
 
 from collections.abc import Callable
 from datetime import UTC, date, datetime
+from functools import partial
 from pathlib import Path
-from typing import Final
+from typing import TYPE_CHECKING, Final, NamedTuple
 
-from PySide6.QtCore import QDate, Qt, Signal
+from PySide6.QtCore import QDate, QObject, Qt, QTimer, Signal
 from PySide6.QtGui import QShowEvent
 from PySide6.QtWidgets import (
     QCheckBox,
@@ -14,35 +15,171 @@ from PySide6.QtWidgets import (
     QFormLayout,
     QHeaderView,
     QLineEdit,
+    QMenu,
     QPushButton,
     QSizePolicy,
     QStackedWidget,
+    QToolButton,
     QWidget,
 )
 
 from app.archive.module_history import HistoryEvent, as_edits, module_history, settings_changed
 from app.archive.report import ModuleToday, report
+from app.engine.ports import PortInfo
+from app.engine.target import Target
+from app.fleet.card import Card
+from app.limits.limits import value_outside
 from app.modules.service import TITLES, ServiceKind, serviced
 from app.records.verification import shown_key
 from app.settings.values import setting_message
-from app.store.kinds import Serviced
-from app.system.wall_clock import MINUTE, local_time
+from app.store.rows import Serviced
+from app.system.clock import MINUTE, local_time
 from app.text.i18n import tr
-from app.text.messages import clean, joined
-from app.text.user_error import UserError
+from app.text.messages import UserError, clean, join_sentences, joined
+from protocol.catalogue import DEFAULT_BAUD_RATE
 from protocol.translatable import marked
-from ui.core.background_task import BackgroundTask
-from ui.files.file_dialogs import ThenPath, ask_path
-from ui.forms.rows_table import RowsTable
-from ui.forms.table_kit import TableColumn, select_row
-from ui.pages.fleet.archive_exchange import ArchiveExchange, archive_of
+from ui.core.background_task import BackgroundTask, Running
+from ui.files.file_dialogs import AskText, ThenPath, ask_path, ask_text
+from ui.forms.tables import RowsTable, TableColumn, select_row
 from ui.services.context import Services
+from ui.services.storage import Storage
+from ui.session.port import Port
 from ui.style.icons import Icon
 from ui.style.theme import Meaning, RowHeight, Space
-from ui.widgets.controls import control, named, set_role
-from ui.widgets.labels import text_label
-from ui.widgets.layouts import in_column, in_row, scroll_area, stacked
-from ui.widgets.sliders import WheelGuard, label_for
+from ui.widgets.controls import (
+    control,
+    in_column,
+    in_row,
+    named,
+    scroll_area,
+    set_role,
+    stacked,
+    text_label,
+    without_key,
+)
+from ui.widgets.number_line import WheelGuard, label_for
+
+if TYPE_CHECKING:
+    from app.archive.archive import Archive, Exchanged
+    from app.archive.sync import Synced
+
+EVERY_MS: Final = 300_000
+_SHOWN_LEFT_OUT: Final = 3
+
+
+class _Ended(Exception):
+    """The window is closing."""
+
+
+class ExchangeState(NamedTuple):
+    """What is known after an exchange, as a sentence; `is_trouble`: the place could not be used."""
+
+    sentence: str
+    needs_attention: bool = False
+    is_trouble: bool = False
+
+
+class ArchiveExchange(QObject):
+    """One exchange at a time, with a server or a file: none is begun while one is running. The window never waits for
+    it."""
+
+    # An exchange begins, or has ended.
+    changed = Signal()
+
+    def __init__(self, storage: Storage, parent: QObject) -> None:
+        super().__init__(parent)
+        # The one that is set, without its password.
+        self.server: str | None = None
+        self.state = ExchangeState(tr("No server is set."))
+        self._storage = storage
+        self._task: BackgroundTask[ExchangeState] = BackgroundTask("dps-s archive", self)
+        self._timer = QTimer(self, interval=EVERY_MS)
+        self._timer.timeout.connect(lambda: self.exchange(self.server))
+
+    @property
+    def is_running(self) -> bool:
+        return self._task.is_running
+
+    def start(self) -> None:
+        """Called when the store is open."""
+        store = self._storage.ready
+        self.server = None if store is None else store.state("server")
+        if self.server is not None:
+            self._timer.start()
+            self.exchange(self.server)
+
+    def use_server(self, text: str) -> None:
+        """Keep the address and exchange at once; "" forgets it. Raises `UserError`."""
+        from app.archive.places import server_url
+
+        self.server = server_url(text).shown if text.strip() else None
+        archive_of(self._storage).store.set_state("server", self.server)
+        if self.server is None:
+            self._timer.stop()
+        else:
+            self._timer.start()
+        self.exchange(text if self.server else None)
+
+    def exchange(self, place: str | None) -> None:
+        """With a server or a file, in both directions; None: count only what is not shared with the server."""
+        if self.is_running:
+            return
+        server = self.server
+
+        def work(running: Running) -> ExchangeState:
+            archive = archive_of(self._storage)
+            done = None if place is None else _sync(archive, place, running)
+            return _state(None if server is None else archive.exchanged(server), done)
+
+        self._task.run(work, self._on_ended, self._fail)
+        self.changed.emit()
+
+    def _fail(self, error: Exception) -> None:
+        if isinstance(error, UserError):
+            self._on_ended(ExchangeState(error.sentence, needs_attention=True, is_trouble=True))
+        elif not isinstance(error, _Ended):
+            raise error
+
+    def _on_ended(self, state: ExchangeState) -> None:
+        self.state = state
+        self.changed.emit()
+
+
+def _state(exchanged: "Exchanged | None", done: "Synced | None") -> ExchangeState:
+    """`exchanged`: with the server that is set. `done`: just now, with it or with a file."""
+    parts: list[str] = []
+    if exchanged is not None:
+        time = tr("never") if exchanged.last_at is None else local_time(exchanged.last_at, MINUTE)
+        parts.append(tr("Not shared: {count}. Last: {time}.", count=exchanged.not_shared, time=time))
+    if done is not None:
+        parts.append(tr("Sent: {sent}. Received: {received}.", sent=done.sent, received=done.received))
+    if done is not None and done.left_out_count:
+        parts.append(tr("Left out, unreadable or altered: {count}.", count=done.left_out_count))
+        parts += [f"{one.id[:12]}: {one.why}." for one in done.left_out[:_SHOWN_LEFT_OUT]]
+    sentence = join_sentences(parts) or tr("No server is set.")
+    return ExchangeState(sentence, needs_attention=done is not None and done.left_out_count > 0)
+
+
+def archive_of(storage: Storage) -> "Archive":
+    """In a background thread. Raises `UserError`."""
+    from app.archive.archive import Archive
+
+    store = storage.begun
+    if store is None:
+        raise _Ended
+    return Archive(store)
+
+
+def _sync(archive: "Archive", place: str, running: Running) -> "Synced":
+    """Stops between two pages if the window closes."""
+    from app.archive.sync import sync
+
+    def on_page(_done: "Synced") -> None:
+        if running.is_cancelled():
+            raise _Ended
+
+    return sync(archive, place, on_page)
+
 
 SUFFIX: Final = ".dps-s"
 MAX_LENGTH: Final = 200
@@ -317,3 +454,130 @@ class ServiceForm(QWidget):
 
 def _date_of(day: QDateEdit) -> date:
     return date.fromisoformat(day.date().toString(Qt.DateFormat.ISODate))
+
+
+SIMULATED: Final = "sim://module-{number}?lifelike"
+
+
+class FleetMembers:
+    """Adds and removes ports, and makes their cards."""
+
+    def __init__(self, services: Services) -> None:
+        self._services = services
+        self._ports = services.ports
+        # Checks and profiles leave these out.
+        self.unticked: set[Port] = set()
+
+    @property
+    def connections(self) -> tuple[Port, ...]:
+        """All that a person connected, in that order."""
+        return tuple(port for port in self._ports.all if port.is_requested)
+
+    @property
+    def ticked(self) -> tuple[Port, ...]:
+        return tuple(port for port in self.connections if port not in self.unticked)
+
+    @property
+    def reachable(self) -> tuple[Port, ...]:
+        """Those that are ticked and whose module answers."""
+        return tuple(port for port in self.ticked if port.is_open and port.module.is_going)
+
+    @property
+    def unconnected(self) -> tuple[PortInfo, ...]:
+        """What the system lists and nobody connected."""
+        targets = [port.target for port in self.connections if port.target is not None]
+        taken = {target.device for target in targets} | {target.identity for target in targets if target.identity}
+        return tuple(one for one in self._ports.watcher.ports if not {one.device, one.identity} & taken)
+
+    def connect_port(self, target: Target) -> Port:
+        """Connect one more port; the first one becomes the current one."""
+        for existing in self.connections:
+            if existing.target is not None and existing.target.key == target.key:
+                return existing
+        current = self._ports.current
+        is_free = not current.is_requested and not current.is_open
+        port = current if is_free else self._ports.add()
+        port.connect_to(target)
+        return port
+
+    def connect_all(self) -> None:
+        for listed in self.unconnected:
+            self.connect_port(target_of(listed))
+
+    def disconnect_port(self, port: Port) -> None:
+        """Another one becomes current if this one was."""
+        if port is self._ports.current:
+            other = next((other for other in self.connections if other is not port), None)
+            if other is None:
+                port.disconnect_port()
+                return
+            self._ports.choose(other)
+        self._ports.remove(port)
+
+    def now(self) -> float:
+        """By the clock of the engine."""
+        return self._ports.clock()
+
+    def card(self, port: Port) -> Card:
+        module = port.module
+        device = port_text(port.target)
+        return Card(
+            port=device,
+            link=port.state._replace(port=device),
+            conversation=module.view,
+            activation=module.activation,
+            may_have_fired=module.may_have_fired,
+            name=module.name,
+            expected=port.last_name,
+            verdict=None if module.check is None else module.check.held,
+            is_checking=module.is_checking,
+            lock_sent=port.lock.sent,
+            lock_failed=port.lock.failed,
+            is_shown=port is self._ports.current,
+            cell_outside=value_outside("cell_voltage_v", module.view, self.now(), self._services.in_use),
+        )
+
+
+class AddPort(QToolButton):
+    """Offers the ports that are there, and any other that Connect takes."""
+
+    def __init__(self, members: FleetMembers, refresh_ports: Callable[[], object]) -> None:
+        super().__init__()
+        control(self, "fleet_add", text=tr("Add port"), picture=Icon.PLUG)
+        self._members = members
+        self._refresh_ports = refresh_ports
+        self.ask_text: AskText = ask_text
+        self.setPopupMode(QToolButton.ToolButtonPopupMode.InstantPopup)
+        self._menu = named(QMenu(self), "fleet_add_menu")
+        self._menu.aboutToShow.connect(self._fill)
+        self.setMenu(self._menu)
+
+    def _fill(self) -> None:
+        self._menu.clear()
+        for listed in self._members.unconnected:
+            name = f"{listed.device.removeprefix('/dev/')} {listed.description}".strip()
+            self._offer(without_key(name), partial(self._members.connect_port, target_of(listed)))
+        if not self._menu.isEmpty():
+            self._offer(tr("Connect all ports"), self._members.connect_all)
+            self._menu.addSeparator()
+        taken = [port.target.device for port in self._members.connections if port.target is not None]
+        simulated = next(name for n in range(1, 100) if (name := SIMULATED.format(number=n)) not in taken)
+        self._offer(tr("Simulated module"), partial(self._connect, simulated))
+        ask = partial(self.ask_text, self, tr("Other port…"), tr("device or socket://host:port"), self._connect)
+        self._offer(tr("Other port…"), ask)
+        self._refresh_ports()
+
+    def _offer(self, text: str, act: Callable[[], object]) -> None:
+        self._menu.addAction(text).triggered.connect(lambda _is_checked: act())
+
+    def _connect(self, address: str) -> None:
+        if address.strip():
+            self._members.connect_port(Target(address.strip(), DEFAULT_BAUD_RATE))
+
+
+def target_of(port: PortInfo) -> Target:
+    return Target(port.device, DEFAULT_BAUD_RATE, port.identity)
+
+
+def port_text(target: Target | None) -> str:
+    return "" if target is None else target.device.removeprefix("/dev/").partition("?")[0]

@@ -15,20 +15,18 @@ from PySide6.QtWidgets import (
     QWidget,
 )
 
-from app.fleet.card import Card, Need, word_of
-from app.fleet.profile_table import Applied
+from app.fleet.card import Applied, Card, Need, word_of
 from app.safety.last_known import Activation
 from app.safety.trigger_flags import trigger_flags
 from app.settings.form import ProfileRow
 from app.settings.profiles import Profile
 from app.settings.values import value_text
-from app.text.durations import duration
 from app.text.i18n import tr
-from app.text.sentences import capitalised, in_brackets, labelled
+from app.text.messages import capitalised, duration, in_brackets, labelled
 from protocol.translatable import marked
-from ui.forms.table_kit import list_rows
+from ui.forms.tables import list_rows
+from ui.pages.fleet.archive_panel import FleetMembers
 from ui.pages.fleet.group_jobs import GroupProfile
-from ui.pages.fleet.members import FleetMembers
 from ui.session.check import VERDICT_STYLES
 from ui.session.port import Port
 from ui.style.icons import MEANING_ICONS, Icon, icon

@@ -8,18 +8,17 @@ from functools import partial
 from PySide6.QtCore import QObject, Signal
 
 from app.engine.procedure import Job
-from app.fleet.profile_table import Applied, AppliedProfile, changes_of, differences, outcome_of
+from app.fleet.card import Applied, AppliedProfile, changes_of, differences, outcome_of
 from app.preflight.findings import Person
 from app.preflight.verdict import Verdict
 from app.procedures.write import SettingChange, WriteContext, WriteReport, write_all
-from app.safety.acts import Act
-from app.safety.interlocks import Interlock, inputs_at, refusals
+from app.safety.journal import Act
+from app.safety.permit import Interlock, inputs_at, refusals
 from app.settings.form import ProfileRow
 from app.settings.profiles import NO_PROFILE, Profile
-from app.text.messages import joined, message
-from app.text.user_error import UserError
+from app.text.messages import UserError, joined, message
 from protocol.translatable import marked
-from ui.pages.fleet.members import FleetMembers, port_text
+from ui.pages.fleet.archive_panel import FleetMembers, port_text
 from ui.services.context import Services
 from ui.session.port import Port
 from ui.session.shown_module import ShownModule

@@ -8,28 +8,24 @@ from typing import Final
 from PySide6.QtCore import Qt
 from PySide6.QtWidgets import QHBoxLayout, QPushButton, QTabBar, QTabWidget, QToolButton, QVBoxLayout, QWidget
 
-from app.fleet.card import Card, Need, summary
-from app.fleet.profile_table import Applied, result_line
+from app.fleet.card import Applied, Card, Need, result_line, summary
 from app.preflight.verdict import Verdict
 from app.procedures.write import SettingChange
 from app.text.i18n import tr
-from app.text.sentences import capitalised, labelled
+from app.text.messages import capitalised, labelled
 from protocol.translatable import marked
 from ui.files.file_dialogs import AskOpen, ask_profile
-from ui.pages.fleet.archive_exchange import ArchiveExchange
-from ui.pages.fleet.archive_panel import ArchivePanel
+from ui.pages.fleet.archive_panel import AddPort, ArchiveExchange, ArchivePanel, FleetMembers
 from ui.pages.fleet.board import NEED_MEANINGS, Board
 from ui.pages.fleet.group_jobs import GroupChecks, GroupProfile
-from ui.pages.fleet.members import AddPort, FleetMembers
 from ui.services.context import Services
 from ui.services.job_notice import JobNotice, progress_notice
 from ui.services.page import Page, WaysBack
 from ui.session.port import Port
-from ui.session.running_job import is_risk_open, risk_notice
+from ui.session.shown_module import is_risk_open, risk_notice
 from ui.style.icons import Icon
 from ui.style.theme import Meaning, Space
-from ui.widgets.controls import control, named
-from ui.widgets.labels import EmptyState, text_label
+from ui.widgets.controls import EmptyState, control, named, text_label
 from ui.widgets.notice_bar import Choice, Notice, NoticeBar
 from ui.widgets.visibility_timer import VisibilityTimer
 

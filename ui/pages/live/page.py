@@ -16,21 +16,28 @@ from PySide6.QtWidgets import QFrame, QPushButton, QStackedLayout, QToolButton, 
 from app import version
 from app.diagnosis.link_state import Phase, link_text
 from app.engine.worker import Batch, PortState
-from app.system.wall_clock import wall_offset_s
+from app.system.clock import wall_offset_s
 from app.text.i18n import tr
 from ui.core.bridge import joined
 from ui.files.file_dialogs import default_name
-from ui.pages.live.data import LiveData, live_lanes
+from ui.pages.live.data import LiveData, SaveNote, live_lanes
 from ui.pages.live.panel import LivePanel
-from ui.pages.live.saving import SaveNote
 from ui.plots.time_plot import TimePlot
 from ui.services.context import Services
 from ui.services.page import Page
 from ui.style.icons import Icon
 from ui.style.theme import Space
-from ui.widgets.controls import Shortcut, control, named
-from ui.widgets.labels import EmptyState, text_label
-from ui.widgets.layouts import in_column, in_row, retain_size, stacked
+from ui.widgets.controls import (
+    EmptyState,
+    Shortcut,
+    control,
+    in_column,
+    in_row,
+    named,
+    retain_size,
+    stacked,
+    text_label,
+)
 from ui.widgets.visibility_timer import VisibilityTimer
 
 _BUSY: Final = (Phase.OPENING, Phase.FINDING, Phase.ASKING, Phase.ONLINE, Phase.LATE)

@@ -8,7 +8,7 @@ from typing import Final
 from PySide6.QtWidgets import QFrame
 
 from app.engine.conversation import ConversationView, Known
-from app.limits.out_of_limits import LimitsInUse, OutOfLimit, bay_outside, value_outside
+from app.limits.limits import LimitsInUse, OutOfLimit, bay_outside, value_outside
 from app.procedures.light import LightDirection
 from app.recordings.markers import NO_LIMITS, ModuleLimits
 from app.safety.trigger_flags import TRIGGER_NOT_KNOWN, TRIGGER_OFF, trigger_flags
@@ -16,11 +16,9 @@ from app.text.i18n import tr
 from protocol.catalogue import BY_NAME, RESET_BELOW_THRESHOLD_DEG
 from protocol.translatable import marked
 from ui.plots.gauge import TiltGauge
-from ui.style.painted_widget import Freshness
 from ui.style.theme import Meaning, Size, Space, scaled
-from ui.widgets.controls import named
-from ui.widgets.layouts import in_column, in_row
-from ui.widgets.readout import Readout, age_of
+from ui.widgets.controls import in_column, in_row, named
+from ui.widgets.readout import Freshness, Readout, age_of
 from ui.widgets.visibility_timer import VisibilityTimer
 
 _COUNT_EVERY_S: Final = 0.5

@@ -19,11 +19,10 @@ from app.flights.table import CsvColumns
 from app.flights.thresholds import FlightGroup
 from app.recordings.library import RecordingEntry, entry_text, size_text, when_text
 from app.text.i18n import tr
-from app.text.messages import clean
-from app.text.sentences import in_brackets, join_names, join_sentences, labelled
+from app.text.messages import clean, in_brackets, join_names, join_sentences, labelled
 from protocol.translatable import marked
 from ui.files.file_dialogs import AskMany, AskPath, ask_flight_logs, ask_folder, ask_path, default_name
-from ui.forms.rows_table import RowsTable, SearchedRows
+from ui.forms.tables import RowsTable, SearchedRows
 from ui.pages.logs.proposal import ProposalBar, bounds_lines
 from ui.pages.logs.rows import COLUMNS, SIDES, LogColumn, button, limits_text, row_text, sides_text
 from ui.pages.logs.thresholds import FireMapView, ThresholdPanel
@@ -34,8 +33,7 @@ from ui.services.job_notice import JobNotice
 from ui.services.page import Page, WaysBack
 from ui.style.icons import Icon, icon
 from ui.style.theme import Meaning, RowHeight, Space, is_text_large, scaled
-from ui.widgets.controls import Shortcut, named
-from ui.widgets.layouts import in_column, in_row, stacked
+from ui.widgets.controls import Shortcut, in_column, in_row, named, stacked
 from ui.widgets.notice_bar import Choice, Notice
 from ui.widgets.visibility_timer import VisibilityTimer
 

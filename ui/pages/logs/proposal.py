@@ -18,15 +18,13 @@ from app.flights.thresholds import (
     FlightMargin,
 )
 from app.text.i18n import tr
-from app.text.sentences import capitalised, join_names, labelled
+from app.text.messages import capitalised, join_names, labelled
 from ui.pages.logs.rows import button, limits_text, short_name
 from ui.pages.logs.work import LogsWork
 from ui.services.context import DraftExchange
 from ui.style.icons import Icon
 from ui.style.theme import IconSize, Meaning, Space
-from ui.widgets.controls import named
-from ui.widgets.labels import IconLabel, text_label
-from ui.widgets.layouts import in_column, in_row
+from ui.widgets.controls import IconLabel, in_column, in_row, named, text_label
 from ui.widgets.notice_bar import NoticeBar
 
 _LINES = 5

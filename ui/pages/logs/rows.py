@@ -13,13 +13,11 @@ from app.flights.judge import TriggerLimits
 from app.flights.judging import Answer, FirstFire, RuleReading, moment_text
 from app.flights.thresholds import FlightGroup, FlightOutcome
 from app.recordings.library import entry_text
-from app.text.durations import stopwatch
 from app.text.i18n import tr
-from app.text.messages import clean
-from app.text.sentences import capitalised, in_brackets, join_names, labelled
+from app.text.messages import capitalised, clean, in_brackets, join_names, labelled, stopwatch
 from protocol.messages import Source
 from protocol.translatable import marked
-from ui.forms.table_kit import TableColumn
+from ui.forms.tables import TableColumn
 from ui.pages.logs.work import LogRow
 from ui.style.icons import Icon, icon, set_icon_size
 from ui.style.theme import IconSize, Meaning, font

@@ -17,7 +17,7 @@ from protocol.translatable import marked
 from ui.plots.static_plot import StaticPlot
 from ui.style.theme import Meaning, Space, Theme, current, scaled
 from ui.widgets.controls import named
-from ui.widgets.sliders import Dial, label_for
+from ui.widgets.number_line import Dial, label_for
 
 
 class ThresholdPanel(QWidget):

@@ -17,16 +17,14 @@ from app.flights.raw_log import Floats
 from app.flights.read_log import flight_of_recording, read_flight_log
 from app.flights.table import CsvColumns, parse_line, role_words
 from app.flights.thresholds import FlightGroup, FlightOutcome, outcome_of
-from app.limits.out_of_limits import LimitsInUse
+from app.limits.limits import LimitsInUse
 from app.recordings.excerpt import LimitSteps
 from app.recordings.library import entry_of, entry_text
 from app.recordings.markers import ModuleLimits
 from app.recordings.recording import Recording, open_recording
-from app.samples.ring_buffers import Readable
+from app.samples.samples import Readable
 from app.text.i18n import tr
-from app.text.messages import clean
-from app.text.sentences import error_text
-from app.text.user_error import UserError
+from app.text.messages import UserError, clean, error_text
 from protocol.translatable import marked
 from ui.core.background_task import BackgroundTask
 from ui.pages.logs.rows import button, outcome_lines, row_text, short_name, verdict_of
@@ -35,9 +33,7 @@ from ui.plots.lanes import Lane, Mark, Scale, Span, acceleration_lane, mark_of, 
 from ui.plots.time_plot import TimePlot
 from ui.style.icons import Icon
 from ui.style.theme import IconSize, Meaning, Space
-from ui.widgets.controls import named
-from ui.widgets.labels import ElidedLabel, IconLabel, text_label
-from ui.widgets.layouts import in_column, in_row
+from ui.widgets.controls import ElidedLabel, IconLabel, in_column, in_row, named, text_label
 
 _WINDOW_S: Final = 10.0
 _MIDNIGHT_S: Final = time.mktime((2001, 1, 1, 0, 0, 0, 0, 0, -1))

@@ -27,8 +27,7 @@ from app.flights.thresholds import (
     settings_of,
 )
 from app.recordings.library import RecordingEntry
-from app.text.messages import UserMessage
-from app.text.sentences import error_text
+from app.text.messages import UserMessage, error_text
 from protocol.fields import Value
 from ui.core.background_task import BackgroundTask, Running
 from ui.services.recording_jobs import RecordingJobs

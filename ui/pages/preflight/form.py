@@ -9,20 +9,18 @@ from PySide6.QtCore import Qt, Signal
 from PySide6.QtGui import QShowEvent
 from PySide6.QtWidgets import QLineEdit, QMenu, QSizePolicy, QToolButton, QWidget
 
-from app.records.checks import aircraft_of
+from app.records.filing import aircraft_of
 from app.settings.profiles import Profile
 from app.store.fact_store import Store
-from app.store.trouble import StoreTrouble
+from app.store.opening import StoreTrouble
 from app.text.i18n import tr
-from app.text.messages import MAX_TEXT_LENGTH, clean
-from app.text.sentences import labelled
+from app.text.messages import MAX_TEXT_LENGTH, clean, labelled
 from ui.files.file_dialogs import AskOpen, add_recent, ask_profile
 from ui.services.context import Services
 from ui.services.job_notice import JobNotice
-from ui.session.module_field import ModuleField
+from ui.session.name_question import ModuleField
 from ui.style.icons import Icon, icon
-from ui.widgets.controls import named, without_key
-from ui.widgets.layouts import captioned_row
+from ui.widgets.controls import captioned_row, named, without_key
 
 MAX_NAME_LENGTH: Final = 80
 

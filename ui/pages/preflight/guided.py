@@ -15,30 +15,25 @@ from PySide6.QtWidgets import QApplication, QCheckBox, QFrame, QListWidget, QSiz
 from app.guided.catalogue import GUIDED_TESTS
 from app.guided.results import TITLES, VERDICT_WORDS, GuidedKind, GuidedResult, GuidedVerdict, MeasuredValue, StoredTest
 from app.procedures.lock import SENTENCES
-from app.safety.acts import Act
-from app.safety.journal import Outcome
+from app.safety.journal import Act, Outcome
 from app.safety.last_known import Activation
 from app.safety.ritual import Input
-from app.system.wall_clock import DAY, local_time
+from app.system.clock import DAY, local_time
 from app.text.i18n import tr
-from app.text.messages import message
-from app.text.sentences import capitalised
+from app.text.messages import capitalised, message
 from protocol.translatable import marked
 from ui.acts.act_row import ActRow
-from ui.acts.ritual_guard import RitualGuard
-from ui.forms.rows_table import RowsTable
-from ui.forms.table_kit import TableColumn
+from ui.acts.ritual_widget import RitualGuard
+from ui.forms.tables import RowsTable, TableColumn
 from ui.pages.preflight.form import PreflightForm
 from ui.services.context import Services
 from ui.session.guided import FAILED, Guided, Stage
 from ui.session.shown_module import ShownModule
 from ui.style.icons import MEANING_ICONS, icon, set_icon_size, themed_svg
-from ui.style.painted_widget import PaintedWidget, pen
 from ui.style.theme import IconSize, Meaning, RowHeight, Size, Space, current, scaled
-from ui.widgets.controls import named, set_role
-from ui.widgets.labels import text_label
-from ui.widgets.layouts import in_column, in_row, scroll_area
+from ui.widgets.controls import in_column, in_row, named, scroll_area, set_role, text_label
 from ui.widgets.notice_bar import Notice, NoticeBar
+from ui.widgets.readout import PaintedWidget, pen
 from ui.widgets.step_button import StepButton
 from ui.widgets.visibility_timer import VisibilityTimer
 

@@ -12,24 +12,21 @@ from PySide6.QtWidgets import QPushButton, QTabBar, QWidget
 
 from app.guided.results import GuidedKind
 from app.preflight.findings import Person
-from app.records.checks import document_of
+from app.records.filing import document_of
 from app.records.record import stored_record
-from app.safety.acts import Act
-from app.settings.profile_file import save_or_say_why_not
+from app.safety.journal import Act
+from app.settings.profiles import save_or_say_why_not
 from app.store.fact_store import Store
 from app.text.i18n import tr
-from app.text.sentences import join_sentences
-from app.text.user_error import UserError
+from app.text.messages import UserError, join_sentences
 from protocol.fields import Value
 from ui.acts.act_row import ActRow
-from ui.pages.preflight.check_list import CheckList
+from ui.pages.preflight.check_list import LOCK_AND_ENABLE, CheckList
 from ui.pages.preflight.controller import PreflightController
 from ui.pages.preflight.form import PreflightForm
 from ui.pages.preflight.guided import GuidedPanel
-from ui.pages.preflight.past_checks import PastChecks
+from ui.pages.preflight.past_checks import SUFFIXES, PastChecks, RecordFiles
 from ui.pages.preflight.profile_editor import ProfileEditor
-from ui.pages.preflight.record_files import SUFFIXES, RecordFiles
-from ui.pages.preflight.remedy import LOCK_AND_ENABLE
 from ui.pages.preflight.verdict import SPOKEN, VerdictBanner, announcement
 from ui.services.context import Services
 from ui.services.job_notice import JobNotice
@@ -37,10 +34,9 @@ from ui.services.page import Page, WaysBack
 from ui.session.check import ENTRIES, PASSED, Standing
 from ui.session.shown_module import ShownModule
 from ui.simulator.panel import rest_offer
-from ui.style.accessible_roles import announce
+from ui.style.appearance import announce
 from ui.style.theme import Meaning, Space, is_text_large
-from ui.widgets.controls import Shortcut, named, set_role
-from ui.widgets.layouts import in_column, in_row
+from ui.widgets.controls import Shortcut, in_column, in_row, named, set_role
 from ui.widgets.notice_bar import NoticeBar
 from ui.widgets.step_button import StepButton
 from ui.widgets.visibility_timer import VisibilityTimer

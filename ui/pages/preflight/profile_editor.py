@@ -13,7 +13,6 @@ from PySide6.QtWidgets import QCheckBox, QComboBox, QFormLayout, QLabel, QLineEd
 from app.guided.catalogue import GUIDED_TESTS
 from app.guided.results import TITLES
 from app.preflight.verdict import CHECKS
-from app.settings.profile_file import ProfileRefused, parse_profile, profile_text, save_or_say_why_not
 from app.settings.profiles import (
     LIMITS,
     MAX_ITEMS,
@@ -23,18 +22,20 @@ from app.settings.profiles import (
     CheckLimit,
     ManualLine,
     Profile,
+    ProfileRefused,
+    parse_profile,
+    profile_text,
+    save_or_say_why_not,
 )
 from app.text.i18n import tr
-from app.text.sentences import in_brackets, labelled
+from app.text.messages import in_brackets, labelled
 from protocol.translatable import marked
 from ui.files.file_dialogs import AskPath, ask_path
 from ui.services.context import Services
 from ui.style.theme import Meaning, Space
-from ui.widgets.controls import Shortcut, named
-from ui.widgets.layouts import in_column, in_row, scroll_area
+from ui.widgets.controls import Shortcut, in_column, in_row, named, scroll_area
 from ui.widgets.notice_bar import Choice, Notice, NoticeBar
-from ui.widgets.number_line import NumberKind, NumberLine
-from ui.widgets.sliders import WheelGuard
+from ui.widgets.number_line import NumberKind, NumberLine, WheelGuard
 from ui.widgets.visibility_timer import VisibilityTimer
 
 # The finest that a profile's number may be.

@@ -15,17 +15,14 @@ from app.diagnosis.link_state import link_text
 from app.preflight.findings import CheckResult
 from app.preflight.verdict import Assessment, Verdict, meaning_of
 from app.safety.last_known import LAST_HEARD_ACTIVE, keep_away
-from app.text.durations import duration
 from app.text.i18n import tr
-from app.text.sentences import capitalised, join_names, join_sentences
+from app.text.messages import capitalised, duration, join_names, join_sentences
 from ui.pages.preflight.controller import PreflightController
 from ui.session.check import LOUD, ModuleCheck, Standing
 from ui.session.ports import Ports
 from ui.style.icons import themed_svg
 from ui.style.theme import Space, current, font
-from ui.widgets.controls import named, set_role
-from ui.widgets.labels import text_label
-from ui.widgets.layouts import in_column, in_row
+from ui.widgets.controls import in_column, in_row, named, set_role, text_label
 
 # Capitals 12 mm high on a usual laptop are read at three metres, and leave room for the rows below.
 WORD_PX, QUIET_PX = 68, 32

@@ -16,18 +16,15 @@ from PySide6.QtWidgets import QLabel, QLineEdit, QPushButton, QStackedLayout, QT
 
 from app.procedures.act import Armed
 from app.procedures.light import Proposal
-from app.settings.fingerprint import fingerprint
 from app.settings.form import RowState
-from app.settings.profile_file import save_profile
-from app.settings.profiles import Profile
-from app.settings.values import DEFAULTS
+from app.settings.profiles import Profile, save_profile
+from app.settings.values import DEFAULTS, fingerprint
 from app.text.i18n import tr
-from app.text.sentences import join_sentences, labelled
+from app.text.messages import join_sentences, labelled
 from protocol.catalogue import BY_NAME, SERIAL_OUTPUT, SETTINGS
 from protocol.fields import Value
 from ui.files.file_dialogs import AskOpen, AskPath, ask_path, ask_profile
-from ui.pages.settings.baud import BaudRow
-from ui.pages.settings.panels import CalibrationPanel, ComparePanel
+from ui.pages.settings.panels import BaudRow, CalibrationPanel, ComparePanel
 from ui.pages.settings.rows import SettingsTable
 from ui.services.context import Services
 from ui.services.job_notice import JobNotice
@@ -36,8 +33,7 @@ from ui.session.settings_draft import SettingsDraft, Side
 from ui.session.shown_module import ShownModule
 from ui.style.icons import Icon
 from ui.style.theme import Meaning, Space, is_text_large
-from ui.widgets.controls import control, named, set_role
-from ui.widgets.layouts import in_column, in_row, scroll_area, stacked
+from ui.widgets.controls import control, in_column, in_row, named, scroll_area, set_role, stacked
 from ui.widgets.notice_bar import NoticeBar
 from ui.widgets.visibility_timer import VisibilityTimer
 

@@ -1,23 +1,28 @@
-"""What the page shows in place of the table: a profile beside the module, the calibration of the light threshold."""
+"""The parts of the Settings page beside its table: a profile compared, the light's calibration, the baud rate."""
 
 from typing import Final
 
-from PySide6.QtCore import Signal
+from PySide6.QtCore import QObject, Signal
 from PySide6.QtWidgets import QCheckBox, QFrame, QGridLayout, QLabel, QPushButton, QWidget
 
 from app.procedures.light import CalibrationFault, Proposal
+from app.safety.journal import TITLES, Act
+from app.safety.permit import Interlock
 from app.settings.form import FORM_COMMANDS, Match, ProfileRow
 from app.settings.values import value_text
 from app.text.i18n import tr
-from app.text.sentences import join_sentences, labelled
+from app.text.messages import join_sentences, labelled
 from protocol.catalogue import BAUD_RATE, Command
 from protocol.translatable import marked
+from ui.acts.act_row import open_conditions
+from ui.acts.confirm import Confirm
+from ui.forms.field_editors import HeldValue, make_editor
+from ui.pages.settings.rows import LARGE_SHARES, MIDDLE, SHARES, SettingsTable
+from ui.services.context import Services
 from ui.session.settings_draft import Comparison, SettingsDraft, Side
 from ui.style.icons import Icon
 from ui.style.theme import Space, is_text_large
-from ui.widgets.controls import control, named, set_role
-from ui.widgets.labels import text_label
-from ui.widgets.layouts import in_column, in_row, scroll_area
+from ui.widgets.controls import control, in_column, in_row, named, scroll_area, set_role, text_label
 
 _HEADS: Final = (marked("Parameter"), marked("Profile"), marked("Module"), marked("State"))
 
@@ -167,3 +172,64 @@ def _side_text(work: SettingsDraft, side: Side) -> str:
     if band is None or not band.raws:
         return tr("not measured yet")
     return tr("{median:.1f} V ({low:.1f} to {high:.1f} V)", median=band.median_v, low=band.low_v, high=band.high_v)
+
+
+class BaudRow(QObject):
+    """An act of its own, with a confirmation. What came of it is a notice of the port."""
+
+    def __init__(self, table: SettingsTable, services: Services) -> None:
+        super().__init__(table)
+        self._services, self._ports = services, services.ports
+        self._rate: int | None = None
+        """Chosen, and not yet confirmed."""
+        self.name = text_label("baud_title")
+        self.name.setText(tr(BAUD_RATE.title))
+        self.held = HeldValue(BAUD_RATE)
+        self.editor = make_editor(BAUD_RATE)
+        self.name.setBuddy(self.editor)
+        self.message = text_label("baud_message", "small")
+        self.confirm = Confirm("baud", ask=f"{TITLES[Act.CHANGE_BAUD]}…", go=marked("Change now"))
+        place = table.add_cells(self.name, self.held, self.editor)
+        if table.shares is LARGE_SHARES:
+            table.grid.addWidget(self.message, place + 1, 0, 1, len(LARGE_SHARES))
+        else:
+            table.grid.addWidget(self.message, place, 3, 1, len(SHARES) - 3, MIDDLE)
+        table.grid.addWidget(self.confirm, place + 2, 0, 1, len(table.shares))
+        self.editor.chosen.connect(self._choose)
+        self.confirm.confirmed.connect(self._change)
+
+    def refresh(self) -> None:
+        port = self._ports.current
+        self.held.show_known(port.module.view.known(BAUD_RATE.key, port.now_s), port.now_s)
+        refusals = open_conditions(self._services, Act.CHANGE_BAUD)
+        if port.is_changing_rate:
+            self._say(tr("Changing the baud rate…"), "small")
+        elif refusals:
+            self._say(join_sentences(refusal.sentence for refusal in refusals), "attention")
+        else:
+            self._say(tr("The vendor advises not to change it."), "small")
+        # An old status does not disable the button: the procedure asks for a new one before it decides.
+        is_refused = any(refusal.condition is not Interlock.FRESH_STATUS for refusal in refusals)
+        is_free = port.module.is_going and not port.is_changing_rate
+        self.editor.setEnabled(is_free)
+        self.confirm.set_possible(is_free and not is_refused and self._rate not in (None, port.connection.baud_rate))
+
+    def _say(self, text: str, role: str) -> None:
+        self.message.setText(text)
+        set_role(self.message, role)
+
+    def _choose(self, rate: int) -> None:
+        self._rate = rate
+        self.confirm.withdraw()
+        self.refresh()
+
+    def forget_choice(self) -> None:
+        """It was made for the module before."""
+        self._rate = None
+        self.editor.show_value(None, None)
+
+    def _change(self) -> None:
+        rate = self._rate
+        self.forget_choice()
+        if rate is not None:
+            self._ports.current.change_rate(rate, self._services.armed)

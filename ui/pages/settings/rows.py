@@ -12,7 +12,7 @@ from app.safety.consequences import Weight
 from app.settings.form import FORM_COMMANDS, FormRow, RowState
 from app.settings.values import DEFAULTS, advice_text, value_text
 from app.text.i18n import tr
-from app.text.sentences import capitalised, join_sentences, labelled, with_units
+from app.text.messages import capitalised, join_sentences, labelled, with_units
 from protocol.catalogue import Command
 from protocol.fields import Quantity
 from protocol.translatable import marked
@@ -20,9 +20,7 @@ from ui.forms.field_editors import FieldEditor, HeldValue, make_editor
 from ui.session.settings_draft import SettingsDraft
 from ui.style.icons import Icon, StateStyle
 from ui.style.theme import Meaning, Size, Space, is_text_large
-from ui.widgets.controls import control, named, set_role
-from ui.widgets.labels import IconLabel, text_label
-from ui.widgets.layouts import in_row, retain_size
+from ui.widgets.controls import IconLabel, control, in_row, named, retain_size, set_role, text_label
 from ui.widgets.number_line import NumberKind
 
 # Without a meaning a state is muted: a table in which nothing is to be done is calm.

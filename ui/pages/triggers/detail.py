@@ -7,17 +7,15 @@ from typing import Final
 from PySide6.QtCore import Signal
 from PySide6.QtWidgets import QFrame, QGridLayout, QHBoxLayout, QLineEdit, QToolButton, QVBoxLayout
 
-from app.system.wall_clock import local_time
+from app.system.clock import local_time
 from app.text.i18n import tr
-from app.text.sentences import capitalised, labelled, with_units
-from app.trigger_records.history import JUDGEMENT_WORDS, Judgement, sentence
-from app.trigger_records.kept import MAX_NOTE_LENGTH
+from app.text.messages import capitalised, labelled, with_units
+from app.trigger_records.history import JUDGEMENT_WORDS, MAX_NOTE_LENGTH, Judgement, sentence
 from protocol.translatable import marked
 from ui.pages.triggers.model import COLUMNS
 from ui.session.trigger_reading import TriggerRow
 from ui.style.theme import Size, fixed_font, is_text_large
-from ui.widgets.controls import control, named
-from ui.widgets.labels import text_label
+from ui.widgets.controls import control, named, text_label
 
 JUDGEMENTS: Final = (None, *Judgement)
 

@@ -5,14 +5,12 @@ from typing import Final
 
 from PySide6.QtGui import QIcon
 
-from app.limits.out_of_limits import record_outside
+from app.limits.limits import record_outside
 from app.text.i18n import tr
-from app.text.messages import UserMessage
-from app.text.sentences import capitalised, labelled
-from app.trigger_records.fields import source_message
-from app.trigger_records.history import JUDGEMENT_WORDS, sentence, uptime_message
+from app.text.messages import UserMessage, capitalised, labelled
+from app.trigger_records.history import JUDGEMENT_WORDS, sentence, source_message, uptime_message
 from protocol.translatable import marked
-from ui.forms.table_kit import TableColumn
+from ui.forms.tables import TableColumn
 from ui.session.trigger_reading import TriggerReading, TriggerRow
 from ui.style.icons import Icon, icon
 from ui.style.theme import Meaning

@@ -13,25 +13,21 @@ from typing import Final
 
 from PySide6.QtWidgets import QLabel, QPushButton
 
-from app.store.trouble import StoreTrouble
+from app.store.opening import StoreTrouble
 from app.text.i18n import tr
-from app.text.sentences import join_sentences, saved_text
-from app.trigger_records.csv_file import write_archive
-from app.trigger_records.history import Judgement
+from app.text.messages import join_sentences, saved_text
+from app.trigger_records.history import Judgement, write_archive
 from ui.files.file_dialogs import AskPath, ask_path
-from ui.forms.rows_table import RowsTable, SearchedRows
-from ui.forms.table_kit import select_row
+from ui.forms.tables import RowsTable, SearchedRows, select_row
 from ui.pages.triggers.detail import TriggersDetail
 from ui.pages.triggers.model import COLUMNS, Column, count_text, csv_name, empty_text, empty_title, record_text
 from ui.services.context import Services
 from ui.services.page import Page, WaysBack
-from ui.session.module_field import ModuleField
+from ui.session.name_question import ModuleField
 from ui.session.trigger_reading import TriggerReading
 from ui.style.icons import Icon
 from ui.style.theme import Meaning, RowHeight, Space
-from ui.widgets.controls import control, named
-from ui.widgets.labels import ElidedLabel
-from ui.widgets.layouts import in_column, in_row
+from ui.widgets.controls import ElidedLabel, control, in_column, in_row, named
 from ui.widgets.notice_bar import Choice, Notice, NoticeBar
 from ui.widgets.visibility_timer import VisibilityTimer
 

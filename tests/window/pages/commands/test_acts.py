@@ -11,13 +11,12 @@ from pytestqt.qtbot import QtBot
 
 from app.engine.conversation import StatusSample
 from app.procedures.act import Performed
-from app.safety.acts import REQUESTS, Act
-from app.safety.journal import Outcome
-from app.store.trouble import StoreFault, StoreTrouble
+from app.safety.journal import REQUESTS, Act, Outcome
+from app.store.opening import StoreFault, StoreTrouble
 from tests.support.window.settings_bench import Desk, desk
 from tests.support.window.steps import given, notice_text, settle
 from tests.window.pages.commands.test_commands_page import audit
-from ui.acts.outcomes import outcome_meaning
+from ui.acts.act_row import outcome_meaning
 from ui.style.theme import Meaning
 
 DEPLOY = REQUESTS[Act.DEPLOY].encode()

@@ -9,8 +9,7 @@ from PySide6.QtWidgets import QApplication, QWidget
 from pytestqt.qtbot import QtBot
 
 from app.engine.target import Target
-from app.safety.acts import REQUESTS, Act
-from app.safety.journal import Outcome
+from app.safety.journal import REQUESTS, Act, Outcome
 from app.safety.ritual import Stage
 from protocol.messages import Source
 from tests.support.line.odd_module import end_faults

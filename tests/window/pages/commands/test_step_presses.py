@@ -5,7 +5,7 @@ from itertools import product
 import pytest
 from PySide6.QtCore import QPoint, Qt
 
-from app.safety.acts import Act
+from app.safety.journal import Act
 from tests.campaigns.gestures.gesture_bench import GestureBench
 from tests.campaigns.gestures.gesture_table import ACTS, first_button, go_to
 from ui.widgets.gestures import gestures

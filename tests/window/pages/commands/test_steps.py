@@ -8,7 +8,7 @@ import pytest
 from PySide6.QtCore import QPoint, QRect, Qt
 from PySide6.QtWidgets import QApplication, QPushButton, QScrollArea, QWidget
 
-from app.safety.acts import Act
+from app.safety.journal import Act
 from app.safety.ritual import Stage
 from app.text.i18n import CHINESE, ENGLISH
 from tests.campaigns.gestures.gesture_bench import GestureBench, gesture_bench

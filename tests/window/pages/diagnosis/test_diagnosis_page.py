@@ -23,7 +23,7 @@ from app.engine.target import Target
 from app.engine.transport import PortError, PortTrouble
 from app.engine.worker import Batch, Connection, PortState
 from app.procedures.act import Armed
-from app.safety.acts import Act
+from app.safety.journal import Act
 from app.system.clock import steady_time
 from app.system.logs import Log, start_log
 from protocol.catalogue import HEARTBEAT

@@ -13,7 +13,7 @@ from tests.support.window.rig import Rig, on_fake_time
 from tests.support.window.steps import show_page
 from tests.window.pages.diagnosis.test_diagnosis_page import ALONE
 from ui.pages.diagnosis.page import DiagnosisPage
-from ui.pages.diagnosis.sharing import SharingCard
+from ui.pages.diagnosis.panels import SharingCard
 
 
 @pytest.fixture

@@ -9,7 +9,7 @@ from pytestqt.qtbot import QtBot
 
 from app.archive.archive import Archive
 from app.archive.sync import sync
-from app.store.kinds import SaidNew, Serviced, SettingsSeen, TriggerRecordSeen
+from app.store.rows import SaidNew, Serviced, SettingsSeen, TriggerRecordSeen
 from tests.files.records.test_filing import file_one
 from tests.support.patience import PATIENCE_S
 from tests.support.records.stored import open_store

@@ -17,8 +17,8 @@ from tests.support.window.fakes_ui import ADAPTER, SECOND_ADAPTER
 from tests.support.window.steps import given, let_lay_out
 from tests.window.pages.fleet.conftest import Desk
 from ui.core.port_watcher import PortWatcher
+from ui.pages.fleet.archive_panel import target_of
 from ui.pages.fleet.board import MODULE, NEXT, STATE, TRIGGERS_CELL, VERDICT
-from ui.pages.fleet.members import target_of
 from ui.session.check import ENTRIES
 from ui.style.theme import Meaning, current
 from ui.widgets.notice_bar import Notice

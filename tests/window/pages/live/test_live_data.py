@@ -9,9 +9,9 @@ import pytest
 
 from app.engine.conversation import ConversationView
 from app.engine.worker import Batch
-from app.limits.out_of_limits import LimitsInUse
+from app.limits.limits import LimitsInUse
 from app.recordings.excerpt import HEAD, csv_parts
-from app.samples.ring_buffers import Series
+from app.samples.samples import Series
 from protocol.events import Began, Ended, EndReason
 from tests.support.records.recordings_made import OPEN, batch, report, talk
 from tests.support.window.steps import given

@@ -16,9 +16,8 @@ from tests.support.window.live_bench import Bench, live_bench
 from tests.support.window.rig import Rig, on_fake_time
 from tests.support.window.steps import await_child, given
 from ui.pages.live.page import LivePage
-from ui.style.painted_widget import Freshness
 from ui.style.theme import Meaning
-from ui.widgets.readout import Readout
+from ui.widgets.readout import Freshness, Readout
 
 
 @pytest.fixture

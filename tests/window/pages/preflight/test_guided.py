@@ -13,8 +13,8 @@ from pytestqt.qtbot import QtBot
 from app.guided.catalogue import GUIDED_TESTS
 from app.guided.results import TITLES, GuidedKind, GuidedResult, GuidedVerdict
 from app.guided.status_watch import PersonSteps, StatusWatch
-from app.safety.acts import REQUESTS, Act
-from app.text.user_error import UserError
+from app.safety.journal import REQUESTS, Act
+from app.text.messages import UserError
 from tests.campaigns.gestures.gesture_bench import GestureBench
 from tests.support.hands import Hands
 from tests.support.line.frames import at_frame

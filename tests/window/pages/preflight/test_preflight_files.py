@@ -10,9 +10,8 @@ from pytestqt.qtbot import QtBot
 from app.guided.results import GuidedKind
 from app.preflight.verdict import Verdict
 from app.records.verification import RecordState, verify_file
-from app.settings.profile_file import read_profile
-from app.settings.profiles import ActivatedBy, ManualLine, Profile
-from app.store.kinds import PreflightCheck
+from app.settings.profiles import ActivatedBy, ManualLine, Profile, read_profile
+from app.store.rows import PreflightCheck
 from tests.support.window.fakes_ui import store_of
 from tests.support.window.preflight_window import NOBODY, OnBench, confirm_name, name_module, on_bench, said
 from tests.support.window.steps import choosing, given, notice_text

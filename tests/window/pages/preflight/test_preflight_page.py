@@ -15,7 +15,7 @@ from app.preflight.findings import Case, CheckResult, Finding
 from app.preflight.verdict import CHECKS, Judged
 from app.records.verification import RecordState, verify_file
 from app.settings.profiles import Profile
-from app.system.folders import data_folder
+from app.system.files import data_folder
 from app.text.messages import UserMessage
 from protocol.catalogue import BY_NAME
 from protocol.fields import Value
@@ -31,7 +31,7 @@ from tests.support.window.preflight_window import (
     said,
 )
 from tests.support.window.steps import choosing, find, given, notice_text
-from ui.pages.preflight.remedy import remedy
+from ui.pages.preflight.check_list import remedy
 from ui.pages.triggers.page import TriggersPage
 from ui.session.check import Standing
 from ui.widgets.controls import Shortcut

@@ -11,8 +11,8 @@ from PySide6.QtWidgets import QLineEdit
 
 from app.engine.worker import Batch
 from app.preflight.findings import CheckResult, Person
-from app.safety.acts import REQUESTS, Act
-from app.store.fired import note_triggered
+from app.safety.journal import REQUESTS, Act
+from app.store.acts import note_triggered
 from protocol.events import Sent
 from tests.support.window.fakes_ui import store_of
 from tests.support.window.preflight_window import OnBench, kept, name_module

@@ -13,12 +13,10 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
 from app.system.files import write_whole
-from app.text.messages import UserMessage, message
-from app.text.sentences import error_text
-from app.text.user_error import UserError
+from app.text.messages import UserError, UserMessage, error_text, message
 from protocol.translatable import marked
 
-if TYPE_CHECKING:  # imported on first use, to keep the start fast
+if TYPE_CHECKING:
     from cryptography.hazmat.primitives.asymmetric.ed25519 import Ed25519PrivateKey
 
 KEY_FILE: Final = "station.key"

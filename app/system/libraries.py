@@ -1,4 +1,4 @@
-"""The system libraries that Qt needs on Linux, each with the package of Debian and Ubuntu that has it.
+"""Whether a window can open: Qt's libraries on Linux with the packages that have them, and the screen.
 
 On other systems the PySide6 wheel contains everything. Standard library only: used before anything is installed.
 """
@@ -6,8 +6,12 @@ On other systems the PySide6 wheel contains everything. Standard library only: u
 import ctypes
 import os
 import shutil
+import sys
 from collections.abc import Iterable, Mapping
 from typing import Final
+
+from app.text.i18n import tr
+from app.text.messages import join_sentences
 
 ALWAYS: Final = {
     "libstdc++.so.6": "libstdc++6",
@@ -56,3 +60,22 @@ def _loads(name: str) -> bool:
 def install_command(packages: Iterable[str]) -> str | None:
     """What a person types to install these packages of Debian; None on another system."""
     return f"sudo apt-get install {' '.join(packages)}" if shutil.which("apt-get") else None
+
+
+def window_obstacle() -> str | None:
+    """Why no window can open; None if nothing prevents it."""
+    platform = os.environ.get("QT_QPA_PLATFORM", "").partition(":")[0]
+    has_screen = os.environ.get("DISPLAY") or os.environ.get("WAYLAND_DISPLAY")
+    if sys.platform.startswith("linux") and platform in ("", "xcb", "wayland") and not has_screen:
+        return tr("No screen: neither DISPLAY nor WAYLAND_DISPLAY is set.")
+    return missing_libraries()
+
+
+def missing_libraries() -> str | None:
+    """The missing libraries and the command that installs them; None if nothing is missing."""
+    lacking = missing(wanted_libraries()) if sys.platform.startswith("linux") else {}
+    if not lacking:
+        return None
+    what = tr("Missing system libraries: {names}.", names=", ".join(lacking))
+    command = install_command(lacking.values())
+    return what if command is None else join_sentences((what, tr("Type: {command}", command=command)))

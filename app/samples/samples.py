@@ -1,4 +1,4 @@
-"""Time series in bounded memory, and their pictures as envelopes.
+"""Samples over time in bounded memory: series with their envelopes, and values that hold until the next change.
 
 - Times never decrease and values are finite, else ValueError is raised.
 - Samples are never averaged: an envelope has the lowest and highest sample of each bucket.
@@ -8,6 +8,7 @@
 """
 
 import math
+from collections import deque
 from typing import Final, NamedTuple
 
 import numpy as np
@@ -162,3 +163,47 @@ def _edges(start_s: float, end_s: float, width_s: float) -> Seconds:
     """Multiples of the width from the one at or before the start to the first one after the end."""
     first, last = math.floor(start_s / width_s), math.floor(end_s / width_s) + 1
     return np.arange(first, last + 1, dtype=np.float64) * width_s
+
+
+MAX_STEPS: Final = 1000
+"""Changes of one setting."""
+
+
+class StepPoint(NamedTuple):
+    """The value from this time on; None: unknown."""
+
+    time_s: float
+    value: float | None
+
+
+class StepFunction:
+    """A setting over time: each value holds until the next one. The newest `kept` changes are kept."""
+
+    def __init__(self, kept: int = MAX_STEPS) -> None:
+        self._changes: deque[StepPoint] = deque(maxlen=kept)
+
+    def clear(self) -> None:
+        self._changes.clear()
+
+    @property
+    def value(self) -> float | None:
+        """The present value, None if unknown."""
+        return self._changes[-1].value if self._changes else None
+
+    def put(self, time_s: float, value: float | None) -> None:
+        """Set the value from now on; None: unknown. Raises ValueError for an earlier time."""
+        newest = self._changes[-1] if self._changes else None
+        if newest is not None and time_s < newest.time_s:
+            raise ValueError("times run backwards")
+        if newest is None or value != newest.value:
+            self._changes.append(StepPoint(time_s, value))
+
+    def between(self, start_s: float, end_s: float) -> list[StepPoint]:
+        """The value at `start_s`, if there is one, and every change up to `end_s`."""
+        points: list[StepPoint] = []
+        for change in reversed(self._changes):
+            if change.time_s <= end_s:
+                points.append(change)
+                if change.time_s <= start_s:
+                    break
+        return points[::-1]

@@ -1,0 +1,227 @@
+"""The smaller panels of the Diagnosis page: sharing of the port, statistics, and the support bundle."""
+
+import copy
+from dataclasses import replace
+from datetime import datetime
+from functools import partial
+from pathlib import Path
+from typing import Final
+
+from PySide6.QtWidgets import QCheckBox, QFormLayout, QFrame, QLabel, QLineEdit, QPlainTextEdit, QPushButton, QWidget
+
+from app import version
+from app.diagnosis.support_bundle import Contents, SupportBundle
+from app.text import i18n
+from app.text.i18n import tr
+from app.text.messages import error_text, in_brackets, join_names, labelled
+from protocol.translatable import marked
+from ui.core.background_task import BackgroundTask, Running
+from ui.files.file_dialogs import AskPath, ask_path, default_name
+from ui.pages.diagnosis.traffic import TrafficModel
+from ui.services.context import Services
+from ui.services.job_notice import JobNotice
+from ui.style.icons import Icon
+from ui.style.theme import Meaning, Size, Space, fixed_font
+from ui.widgets.controls import SELECTABLE, TickingLabel, control, in_column, in_row, named, set_role, text_label
+from ui.widgets.visibility_timer import VisibilityTimer
+
+USUAL_ADDRESS = "127.0.0.1:7001"
+
+
+class SharingCard(QFrame):
+    """What it says is of the port that the window shows."""
+
+    def __init__(self, services: Services) -> None:
+        super().__init__()
+        named(self, "sharing_card", "card")
+        self._ports = services.ports
+        self.switch = control(QCheckBox(tr("Share this port, read-only")), "sharing_switch", slot=self._press)
+        self.address = control(QLineEdit(USUAL_ADDRESS), "sharing_address", says=tr("Address for readers"))
+        self.state = text_label("sharing_state", "muted", is_selectable=True)
+        self.last = named(TickingLabel(), "sharing_last")
+        self.last.setAccessibleName(self.switch.text())
+        self.last.setWordWrap(True)
+        self.last.setTextInteractionFlags(SELECTABLE)
+        in_column(
+            in_row(self.switch, (self.address, 1), spacing=Space.M), self.state, self.last, of=self, spacing=Space.S
+        )
+        self._ports.changed.connect(self._show)
+        self._ports.shown.connect(self._show)
+        for port in self._ports.all:
+            port.sharing.changed.connect(self._show)
+        self._ports.added.connect(lambda port: port.sharing.changed.connect(self._show))
+        self._show()
+
+    def _press(self, is_on: bool) -> None:
+        sharing = self._ports.current.sharing
+        sharing.start(self.address.text()) if is_on else sharing.stop()
+        self._show()
+
+    def _show(self) -> None:
+        sharing = self._ports.current.sharing
+        is_on = sharing.address != ""
+        self.switch.setChecked(is_on)
+        self.switch.setEnabled(is_on or self._ports.current.is_open)
+        self.address.setEnabled(not is_on)
+        text = tr("Other programs on this computer may ask, and may send LOCK. TCP has no authentication.")
+        if is_on:
+            text = join_names((sharing.address, tr("readers: {count}", count=sharing.readers)))
+        self.state.setText(text)
+        self.last.setText(sharing.last)
+        set_role(self.last, "attention" if sharing.meaning is Meaning.ATTENTION else "")
+
+
+REFRESH_EVERY_MS: Final = 500
+# The share of requests without reply from which a warning is shown.
+LOSS_ATTENTION: Final = 0.01
+_FIGURES: Final = (
+    ("sent", marked("Requests")),
+    ("lost", marked("Without reply")),
+    ("trip", marked("Round trip")),
+    ("late", marked("95th percentile")),
+    ("slowest", marked("Slowest answer")),
+    ("lag", marked("Lag")),
+    ("restarts", marked("Restarts")),
+    ("losses", marked("Port lost")),
+    ("rejected", marked("Invalid bytes")),
+    ("reasons", marked("Why")),
+)
+
+
+def percent_text(share: float) -> str:
+    """ "0 %", "0.03 %", "12 %"."""
+    percent = share * 100
+    return f"{percent:.0f} %" if percent >= 10 or not percent else f"{percent:.2g} %"
+
+
+class StatisticsView(QWidget):
+    def __init__(self, services: Services) -> None:
+        super().__init__()
+        self.setObjectName("link_figures_view")
+        self._ports = services.ports
+        self.figures: dict[str, QLabel] = {}
+        card = named(QFrame(), "figures_card", "card")
+        form = QFormLayout(card)
+        form.setHorizontalSpacing(Space.XL)
+        for key, english in _FIGURES:
+            figure = self.figures[key] = named(TickingLabel(), f"figures_{key}")
+            figure.setTextInteractionFlags(SELECTABLE)
+            figure.setAccessibleName(tr(english))
+            form.addRow(named(QLabel(tr(english)), f"figures_{key}_name", "muted"), figure)
+        in_column(card, 1, of=self, spacing=Space.S, margins=(Space.M, Space.S))
+        VisibilityTimer(self, self.refresh, every_ms=REFRESH_EVERY_MS)
+
+    def refresh(self) -> None:
+        statistics, lag_s = self._ports.module.statistics, self._ports.module.view.lag_s
+        totals = statistics.totals
+        share = min(1.0, totals.time_outs / totals.sent) if totals.sent else 0.0
+        texts = {
+            "sent": f"{totals.sent:,}",
+            "lost": f"{totals.time_outs:,}{in_brackets(percent_text(share))}" if totals.sent else "—",
+            "lag": "—" if lag_s is None else f"{lag_s:.2f} s",
+            "restarts": f"{totals.restarts:,}",
+            "losses": f"{statistics.losses:,}",
+            "rejected": f"{totals.rejected:,}",
+            "reasons": "\n".join(
+                labelled(tr(why.value), f"{n:,}") for why, n in totals.rejected_bytes.most_common() if n
+            ),
+        }
+        for key, quantile in (("trip", 0.5), ("late", 0.95), ("slowest", 1.0)):
+            trip_s = statistics.quantile_s(quantile)
+            texts[key] = "—" if trip_s is None else f"{trip_s * 1000:.1f} ms"
+        for key, text in texts.items():
+            self.figures[key].setText(text)
+        warned = {"lost": share > LOSS_ATTENTION, "rejected": totals.rejected > 0, "losses": statistics.losses > 0}
+        for key, is_warned in warned.items():
+            set_role(self.figures[key], "attention" if is_warned else "")
+
+
+class BundlePreview(QWidget):
+    """Makes the bundle each time it is shown."""
+
+    def __init__(self, services: Services, traffic: TrafficModel, result: JobNotice) -> None:
+        super().__init__()
+        self.setObjectName("bundle_preview")
+        self.ask_path: AskPath = ask_path
+        self._ports, self._appearance = services.ports, services.appearance
+        self._traffic, self._log, self._result = traffic, services.log, result
+        self.bundle: SupportBundle | None = None
+        self._making: BackgroundTask[SupportBundle] = BackgroundTask("dps-s support bundle", self)
+        self._folder = Path.home()
+        promise = text_label("bundle_promise")
+        promise.setText(
+            tr(
+                "The names of the user and the computer are replaced. Names of modules, files and ports, serial "
+                "numbers and addresses stay: read everything before you pass it on. Nothing is sent."
+            )
+        )
+        self.text = control(QPlainTextEdit(), "bundle_text", says=tr("Contents"))
+        self.text.setReadOnly(True)
+        self.text.setLineWrapMode(QPlainTextEdit.LineWrapMode.NoWrap)
+        self.text.setTabChangesFocus(True)
+        self.text.setFont(fixed_font(Size.SMALL))
+        self.save = control(
+            QPushButton(tr("Save support bundle…")),
+            "bundle_save",
+            picture=Icon.BUNDLE,
+            role="primary",
+            slot=self.choose_and_save,
+        )
+        self.renew = control(QPushButton(tr("Refresh")), "bundle_renew", picture=Icon.AGAIN, slot=self.make)
+        self._where = text_label("bundle_log_path", "small", is_selectable=True)
+        self._where.setVisible(self._log is not None)
+        buttons = in_row(1, self.renew, self.save, spacing=Space.S)
+        in_column(promise, buttons, (self.text, 1), self._where, of=self, spacing=Space.S, margins=(Space.M, Space.S))
+        self._timer = VisibilityTimer(self, self.make)
+
+    def begin_again(self) -> None:
+        """What is shown, or still being made, is of the former module."""
+        self._making.cancel()
+        self.bundle = None
+        self.text.clear()
+        self._timer.refresh_seen()
+
+    def make(self) -> None:
+        """Makes the bundle in the background from the present state."""
+        log, contents = self._log, self._contents()
+        self.save.setEnabled(False)
+
+        def pack(_running: Running) -> SupportBundle:
+            return SupportBundle(contents if log is None else replace(contents, log=log.text()))
+
+        self._making.run(pack, self._show, self._notify_failure)
+
+    def _contents(self) -> Contents:
+        """Copies what belongs to the window's thread; without the log."""
+        return Contents(
+            version=version(),
+            connection=self._ports.current.connection,
+            conversation=self._ports.module.view,
+            now=self._ports.clock(),
+            statistics=copy.copy(self._ports.module.statistics),
+            preferences={"language": i18n.language(), "theme": self._appearance.choice.value},
+            traffic=self._traffic.events,
+        )
+
+    def choose_and_save(self) -> None:
+        """Saves the bundle that is shown."""
+        bundle = self.bundle
+        if bundle is None or self._result.is_writing:
+            return
+        name = default_name("support", ".zip", datetime.now().astimezone())
+        save = partial(self._save_to, bundle)
+        self.ask_path(self, tr("Save support bundle…"), self._folder / name, "*.zip", save)
+
+    def _save_to(self, bundle: SupportBundle, path: Path) -> None:
+        self._folder = path.parent
+        self._result.write_file(path, partial(bundle.write, path))
+
+    def _show(self, bundle: SupportBundle) -> None:
+        self.bundle = bundle
+        self.save.setEnabled(True)
+        self.text.setPlainText("\n".join(f"——— {part.name} ———\n{part.text}" for part in bundle.files))
+        if self._log is not None:
+            self._where.setText(tr("Log file: {path}", path=self._log.trouble or self._log.path))
+
+    def _notify_failure(self, error: Exception) -> None:
+        self._result.notify(Meaning.ATTENTION, tr("Failed: {why}.", why=error_text(error)))
