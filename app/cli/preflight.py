@@ -18,9 +18,9 @@ import msgspec
 from app.cli.act import interruption_told, pay_owed_lock, permit_for, refuse_without_yes
 from app.engine.conversation import Interrupted
 from app.limits.past import Past
+from app.preflight.checks import RESULT_WORDS, CheckResult, Person
 from app.preflight.contract import contract_of
 from app.preflight.evidence import Evidence
-from app.preflight.findings import RESULT_WORDS, CheckResult, Person
 from app.preflight.reading_object import ReadJson
 from app.preflight.run import activate_ready, run_preflight
 from app.preflight.verdict import MANUAL_WORDS, Verdict, verdict_sentence

@@ -29,8 +29,8 @@ from app.fleet.batch import (
     write_batch_labels,
 )
 from app.modules.labels import PAPERS
+from app.preflight.checks import Person
 from app.preflight.evidence import Evidence
-from app.preflight.findings import Person
 from app.procedures.write import WriteContext
 from app.store.fact_store import Store
 from app.store.opening import StoreTrouble

@@ -7,7 +7,7 @@ without a name. Everything is a fact of the store, so that the same names and se
 import json
 import logging
 import re
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import replace
 from datetime import datetime
 from functools import partial
@@ -21,9 +21,8 @@ from app.engine.procedure import Pause, Procedure
 from app.limits.past import Past
 from app.modules.labels import Label, Paper, Printer, write_labels
 from app.modules.names import Remembered, modules, remember, remembered
+from app.preflight.checks import FINGERPRINT_KEYS, Person
 from app.preflight.evidence import UNFINISHED, Evidence, read_state
-from app.preflight.findings import Person
-from app.preflight.module_checks import FINGERPRINT_KEYS
 from app.preflight.run import run_preflight
 from app.preflight.verdict import Verdict
 from app.procedures.write import SettingChange, WriteContext, WriteReport, why_not_verified, write_all
@@ -43,10 +42,27 @@ READY, SET_ASIDE, OPEN = marked("READY"), marked("SET ASIDE"), marked("open")
 TAKEN = marked("{module} is the name of another module: left out.")
 # Marks the labels of a batch, which a batch may replace.
 FORMAT = "dps-s batch"
-_TRIGGERS = ("attitude_trigger", "freefall_trigger")
 # Of the module that was named last, where it is plugged in again: its contacts may bounce.
 REPLUGGED_STARTS = 3
+EXAMPLE: Final = "M-001..M-050"
+MAX_BATCH: Final = 1000
+MAX_NAME_LENGTH: Final = 60
 _LOOK_EVERY_S = 1.0
+
+
+def counted_names(text: str) -> tuple[str, ...] | None:
+    """ "M-001..M-050": names that count upwards, with as many digits; or one name. None where it is neither."""
+    first, dots, last = text.partition("..")
+    begin, end = (re.fullmatch(r"(.*?)([0-9]{1,9})", name) for name in (first, last))
+    names: tuple[str, ...] = (first,)
+    if begin is not None and end is not None and begin[1] == end[1]:
+        low, high, digits = int(begin[2]), int(end[2]), len(begin[2])
+        names = tuple(f"{begin[1]}{number:0{digits}}" for number in range(low, min(high, low + MAX_BATCH) + 1))
+        is_valid = len(names) <= MAX_BATCH and names[-1:] == (last,)
+    else:
+        is_valid = not dots
+    is_valid &= all(visible(name) == name and 0 < len(name.strip()) == len(name) <= MAX_NAME_LENGTH for name in names)
+    return names if is_valid else None
 
 
 class ModuleBatch(NamedTuple):
@@ -71,7 +87,7 @@ class ModuleBatch(NamedTuple):
     @property
     def enables_triggers(self) -> bool:
         """By its profile. Without both triggers no module is READY."""
-        return all(self.profile.settings.get(key) is True for key in _TRIGGERS)
+        return all(self.profile.settings.get(key) is True for key in ("attitude_trigger", "freefall_trigger"))
 
 
 def batch_of(path: Path, names: tuple[str, ...]) -> ModuleBatch:
@@ -128,12 +144,21 @@ class BatchRun:
 
     def provision(self, evidence: Evidence, context: WriteContext) -> Procedure[Provisioned]:
         """The turn of one module, which fills `evidence`; reads from the store before it begins."""
-        known, most_starts = self._store.read(self._known)
-        context = replace(context, accepted_risks=self._accepted)
-        return self._turn(evidence, context, partial(_resembling, known, most_starts))
+        known = self._store.read(self._known)
+        return self._turn(evidence, replace(context, accepted_risks=self._accepted), *known)
+
+    def _known(self, facts: Facts) -> tuple[Sequence[Remembered], int]:
+        """The modules that one may be that is plugged in, and how often it may have started since."""
+        if not self._are_all_new:
+            return modules(facts), BOOTS // 2
+        # The last one, also of a former run, may still be plugged in.
+        turns = facts.back_from_newest(ModuleProvisioned)
+        last = self._last or next((turn.content.name for turn in turns if turn.content.why is None), "")
+        known = remembered(facts, last)
+        return () if known is None else (known,), REPLUGGED_STARTS if self._last else 0
 
     def _turn(
-        self, evidence: Evidence, context: WriteContext, find_known: Callable[[int, Mapping[str, Value]], str | None]
+        self, evidence: Evidence, context: WriteContext, known: Sequence[Remembered], most_starts: int
     ) -> Procedure[Provisioned]:
         """In one conversation. Raises `Interrupted`: what was written is unknown then, and the module that answers next
         begins from the start."""
@@ -144,14 +169,16 @@ class BatchRun:
                 return Provisioned(message(marked("Cannot be read.")), boot_count)
             if status.active:
                 return Provisioned(message(marked("The module is ACTIVE: lock it first.")), boot_count)
-            known = find_known(boot_count, before.settings.values)
-            if known is not None:
-                why = message(marked("It may be {module}: boot count and settings fit."), module=known)
-                return Provisioned(why, boot_count)
+            for module in known:
+                is_same = all(module.settings.get(key) == value for key, value in before.settings.values.items())
+                was = module.boot_count
+                if is_same and was is not None and (boot_count - was) % BOOTS <= most_starts:
+                    text = marked("It may be {module}: boot count and settings fit.")
+                    return Provisioned(message(text, module=module.name), boot_count)
             report = yield from write_all(self.batch.changes, context)
             if report.interrupted is not None:
                 raise report.interrupted
-            fault = _fault_of(report)
+            fault = None if report.is_fine else _fault_of(report)
             if fault is None:
                 yield from run_preflight(evidence, is_enabling=self._is_enabling, journal=context.journal)
             return Provisioned(fault, boot_count)
@@ -172,22 +199,16 @@ class BatchRun:
             adapter=adapter or evidence.port,
             at=local_now(),
         )
-        why: UserMessage | None = None
-        if done is None:
-            why = (evidence.void or UNFINISHED).message
-        elif done.why is not None:
-            why = done.why
-        else:
+        why: UserMessage | None = (evidence.void or UNFINISHED).message if done is None else done.why
+        if why is None:
             filed = judge(replace(self._person, module=name), Past(module=name))
             if filed.assessment.verdict is not Verdict.READY:
                 why = joined(filed.assessment.titles_against)
             elif remembered(facts, name) is not None:
                 why = message(TAKEN, module=name)
         module = None if why else name
-        if why is not None and evidence.began_at is not None:
-            filed = judge(replace(self._person, module=None), Past(module=None))
         if evidence.began_at is not None:
-            keep_check(facts, filed)
+            keep_check(facts, filed if module else judge(replace(self._person, module=None), Past(module=None)))
         boot_count = None if done is None else done.boot_count
         settings = evidence.settings(FINGERPRINT_KEYS)
         if module:
@@ -210,13 +231,12 @@ class BatchRun:
         aside: list[BatchRow] = []
         for turn in facts.of_kind(ModuleProvisioned):
             content = turn.content
-            if content.batch != self.batch.key:
-                continue
-            if content.why is None:
+            if content.batch == self.batch.key and content.why is None:
                 done[content.name] = BatchRow(content.name, READY, turn.at, content.code)
-            else:
-                why = message_from_json(to_builtins(content.why))
-                aside.append(BatchRow("", SET_ASIDE, turn.at, content.code, why))
+            elif content.batch == self.batch.key:
+                aside.append(
+                    BatchRow("", SET_ASIDE, turn.at, content.code, message_from_json(to_builtins(content.why)))
+                )
         return [*(done.get(name, BatchRow(name)) for name in self.batch.names), *aside]
 
     def left(self, facts: Facts) -> tuple[list[str], list[str]]:
@@ -225,34 +245,9 @@ class BatchRun:
         taken = [name for name in names if remembered(facts, name) is not None]
         return [name for name in names if name not in taken], taken
 
-    def _known(self, facts: Facts) -> tuple[list[Remembered], int]:
-        """The modules that one may be that is plugged in, and how often it may have started since."""
-        if not self._are_all_new:
-            return list(modules(facts)), BOOTS // 2
-        # The last one, also of a former run, may still be plugged in.
-        turns = facts.back_from_newest(ModuleProvisioned)
-        last = self._last or next((turn.content.name for turn in turns if turn.content.why is None), "")
-        known = remembered(facts, last)
-        return ([] if known is None else [known]), REPLUGGED_STARTS if self._last else 0
 
-
-def _resembling(
-    known: Iterable[Remembered], most_starts: int, boot_count: int, settings: Mapping[str, Value]
-) -> str | None:
-    """The first module of these settings that started as often since at most."""
-    for module in known:
-        is_same = all(module.settings.get(key) == value for key, value in settings.items())
-        if module.boot_count is None or not is_same:
-            continue
-        if (boot_count - module.boot_count) % BOOTS <= most_starts:
-            return module.name
-    return None
-
-
-def _fault_of(report: WriteReport) -> UserMessage | None:
-    """The first setting that was not verified; None where all are."""
-    if report.is_fine:
-        return None
+def _fault_of(report: WriteReport) -> UserMessage:
+    """The first setting that was not verified."""
     for written in report.results:
         why = why_not_verified(written, report)
         if why is not None:
@@ -284,24 +279,3 @@ def write_batch_labels(path: Path, rows: Sequence[BatchRow], paper: Paper, print
     labels = [Label(row.name, datetime.fromisoformat(row.at).astimezone(), row.code) for row in done]
     if labels:
         write_labels(path, labels, paper, printer, carried=json.dumps({"format": FORMAT}).encode())
-
-
-MAX_BATCH: Final = 1000
-MAX_NAME_LENGTH: Final = 60
-EXAMPLE: Final = "M-001..M-050"
-_NUMBERED: Final = re.compile(r"(.*?)([0-9]{1,9})")
-
-
-def counted_names(text: str) -> tuple[str, ...] | None:
-    """ "M-001..M-050": names that count upwards, with as many digits; or one name. None where it is neither."""
-    first, dots, last = text.partition("..")
-    begin, end = (_NUMBERED.fullmatch(name) for name in (first, last))
-    names: tuple[str, ...] = (first,)
-    if begin is not None and end is not None and begin[1] == end[1]:
-        low, high, digits = int(begin[2]), int(end[2]), len(begin[2])
-        names = tuple(f"{begin[1]}{number:0{digits}}" for number in range(low, min(high, low + MAX_BATCH) + 1))
-        is_valid = len(names) <= MAX_BATCH and names[-1:] == (last,)
-    else:
-        is_valid = not dots
-    is_valid &= all(visible(name) == name and 0 < len(name.strip()) == len(name) <= MAX_NAME_LENGTH for name in names)
-    return names if is_valid else None

@@ -1,4 +1,4 @@
-"""Several modules beside each other: the state of each with what it needs next, and one profile for all of them."""
+"""State of one module as the fleet page shows it and what it needs next; one profile for several modules."""
 
 from collections import Counter
 from collections.abc import Iterable
@@ -20,8 +20,6 @@ from app.text.i18n import tr
 from app.text.messages import UserMessage, capitalised, in_brackets, join_names, joined, labelled, message
 from protocol.catalogue import BAUD_RATE, SERIAL_OUTPUT, Command
 from protocol.translatable import marked
-
-_BUSY = (Phase.OPENING, Phase.FINDING, Phase.ASKING)
 
 
 class Need(Enum):
@@ -97,7 +95,7 @@ class Card:
     @property
     def need(self) -> Need:
         """The most urgent thing for a person to do."""
-        held, state = self.verdict, self.activation.state
+        held, state, phase = self.verdict, self.activation.state, self.link.phase
         verdict = None if held is None else held.verdict
         if self.conversation.reported[0] is True:
             return Need.TRIGGERED
@@ -107,9 +105,9 @@ class Card:
             return Need.WAS_ACTIVE
         if self.may_have_fired:
             return Need.MAY_HAVE_FIRED
-        if self.link.phase in _BUSY or (self.is_checking and self.link.phase is Phase.ONLINE):
+        if phase in (Phase.OPENING, Phase.FINDING, Phase.ASKING) or (self.is_checking and phase is Phase.ONLINE):
             return Need.WAIT
-        if self.link.phase is not Phase.ONLINE:
+        if phase is not Phase.ONLINE:
             return Need.LINK
         if verdict is Verdict.NO_GO:
             return Need.NO_GO
@@ -146,23 +144,20 @@ class Card:
                 return tr(Need.NAME.value, module=self.expected)
             case Need.ACTIVATE:
                 return verdict_sentence(Verdict.READY, ActivatedBy.PERSON).translated()
-            case Need.WAIT if self.is_checking:
-                return capitalised(tr("checking…"))
             case Need.WAIT:
-                return link_text(self.link, now).what
+                return capitalised(tr("checking…")) if self.is_checking else link_text(self.link, now).what
             case _:
                 return tr(self.need.value)
 
 
-# Never written to several: the baud rate needs a permit for each module, the program itself switches the other.
-LEFT_OUT = (BAUD_RATE, SERIAL_OUTPUT)
-NOT_READ_BACK = marked("Not read back: {names}.")
+# One profile for several modules
 
 
 def differences(profile: Profile, conversation: ConversationView, now: float) -> list[ProfileRow]:
-    """What differs from the profile or is unknown, in the catalogue's order."""
+    """What differs from the profile or is unknown, in the catalogue's order. The baud rate needs a permit for each
+    module, and the serial output is switched by the program itself, so neither is ever written to several."""
     rows = compare(profile, conversation, now)
-    return [row for row in rows if row.is_worth_applying and row.command not in LEFT_OUT]
+    return [row for row in rows if row.is_worth_applying and row.command not in (BAUD_RATE, SERIAL_OUTPUT)]
 
 
 def changes_of(rows: Iterable[ProfileRow]) -> tuple[SettingChange, ...]:
@@ -199,42 +194,37 @@ class AppliedProfile(NamedTuple):
 
 def outcome_of(report: WriteReport) -> AppliedProfile:
     """Verified only if everything that can be read back was read back equal."""
-    refused = tuple(refusal.message for refusal in report.refusals)
+
+    def naming(text: str, commands: Iterable[Command]) -> list[UserMessage]:
+        """One sentence with the names of these settings; none where there are none."""
+        titles = [message(command.title) for command in commands]
+        return [message(text, names=joined(titles))] if titles else []
+
+    not_read_back = marked("Not read back: {names}.")
+    why = [refusal.message for refusal in report.refusals]
     if report.is_refused:
-        return AppliedProfile(Applied.REFUSED, refused)
-    why = [*refused]
+        return AppliedProfile(Applied.REFUSED, tuple(why))
     if report.interrupted is not None:
         why.append(report.interrupted.message)
     if report.is_cancelled:
         why.append(message(marked("Cancelled: the rest is unknown.")))
-    why += _named(marked("Not verified: {names}."), [one.command for one in report.results if not one.is_fine])
-    changed = [] if report.changed is None else [report.changed.after.command]
-    why += _named(marked("Changed without being written: {names}."), changed)
-    why += _named(NOT_READ_BACK, report.unread)
+    why += naming(marked("Not verified: {names}."), [one.command for one in report.results if not one.is_fine])
+    if report.changed is not None:
+        why += naming(marked("Changed without being written: {names}."), [report.changed.after.command])
+    why += naming(not_read_back, report.unread)
     if why:
         return AppliedProfile(Applied.FAILED, tuple(why))
-    unproven = _named(NOT_READ_BACK, [one.command for one in report.results if one.verified is None])
+    unproven = naming(not_read_back, [one.command for one in report.results if one.verified is None])
     if unproven:
         return AppliedProfile(Applied.ACKNOWLEDGED, tuple(unproven))
     return AppliedProfile(Applied.VERIFIED if report.results else Applied.NOTHING_TO_DO)
 
 
-def _named(text: str, commands: Iterable[Command]) -> list[UserMessage]:
-    """One sentence with the names of these settings; none where there are none."""
-    titles = [message(command.title) for command in commands]
-    return [message(text, names=joined(titles))] if titles else []
-
-
 def result_line(applied: Iterable[tuple[str, AppliedProfile]]) -> str:
-    """What came of each, by name, and why where one was not written: "2 verified: M-01, M-02 · 1 refused: M-03: …"."""
-    results = list(applied)
-    parts = []
-    for state in Applied:
-        names = [in_words(name, result) for name, result in results if result.state is state]
-        if names:
-            parts.append(labelled(f"{len(names)} {tr(state.value)}", join_names(names)))
-    return " · ".join(parts)
-
-
-def in_words(name: str, result: AppliedProfile) -> str:
-    return name if result.state.is_fine or not result.why else name + in_brackets(result.sentence)
+    """What came of each, by name, and why where one was not written: "2 verified: M-01, M-02 · 1 refused: M-03 (…)"."""
+    words: dict[Applied, list[str]] = {state: [] for state in Applied}
+    for name, result in applied:
+        is_told = bool(result.why) and not result.state.is_fine
+        words[result.state].append(name + in_brackets(result.sentence) if is_told else name)
+    lines = (labelled(f"{len(names)} {tr(one.value)}", join_names(names)) for one, names in words.items() if names)
+    return " · ".join(lines)

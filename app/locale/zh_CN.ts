@@ -2156,10 +2156,6 @@
         <translation>中断：{count} 次，共 {total:.1f} s，最长 {longest:.1f} s。</translation>
     </message>
     <message>
-        <source>Picture: {what}</source>
-        <translation>示意图：{what}</translation>
-    </message>
-    <message>
         <source>Pin</source>
         <translation>固定</translation>
     </message>
@@ -3928,14 +3924,6 @@
     <message>
         <source>free fall</source>
         <translation>失重</translation>
-    </message>
-    <message>
-        <source>from behind</source>
-        <translation>从后方看</translation>
-    </message>
-    <message>
-        <source>from the side</source>
-        <translation>从侧面看</translation>
     </message>
     <message>
         <source>holds for {time}</source>

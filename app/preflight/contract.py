@@ -6,10 +6,9 @@ import msgspec
 
 from app.engine.conversation import STATUS_KEYS
 from app.engine.target import is_simulated
-from app.preflight.findings import Case, CheckResult
+from app.preflight.checks import Case, CheckResult
 from app.preflight.reading_object import reading_object
-from app.preflight.verdict import Assessment, Judged
-from app.settings.profiles import ManualLine
+from app.preflight.verdict import Assessment, blocks_go
 from app.text.messages import clean
 from protocol.fields import Value
 
@@ -21,8 +20,7 @@ def readings_of(case: Case) -> dict[str, object]:
     values |= evidence.values | {"baud_rate": evidence.baud_rate or None}
     if evidence.status is not None:
         values |= {key: getattr(evidence.status, key) for key in STATUS_KEYS}
-    for key, flag in evidence.flags.items():
-        values[key] = flag.is_enabled
+    values |= {key: flag.is_enabled for key, flag in evidence.flags.items()}
     reading = reading_object(
         port=clean(evidence.port),
         baud_rate=evidence.baud_rate,
@@ -36,43 +34,38 @@ def readings_of(case: Case) -> dict[str, object]:
 
 def contract_of(assessment: Assessment) -> dict[str, object]:
     """The object of `dps-s preflight --json`, in English, with the manual items last, as "manual_1" …"""
-    manual = [_manual_object(number, item) for number, item in enumerate(assessment.manual, 1)]
+    checks: list[dict[str, object]] = []
+    for judged in assessment.checks:
+        check, finding = judged.check, judged.finding
+        found = finding.shown.in_english().removesuffix(".")
+        checks.append(
+            {
+                "id": check.id,
+                "result": finding.result.value,
+                "measured": None if finding.result is CheckResult.UNKNOWN else finding.measured,
+                "limit": finding.limit.in_english(),
+                "why": check.why if finding.result is CheckResult.PASS else f"{check.why} Found: {found}.",
+                "do": judged.do.in_english(),
+            }
+        )
+    for number, item in enumerate(assessment.manual, 1):
+        result, measured = CheckResult.UNKNOWN if blocks_go(item) else CheckResult.WARN, "skipped"
+        if item.is_done is not None:
+            result, measured = (CheckResult.PASS, "done") if item.is_done else (CheckResult.FAIL, "not in order")
+        checks.append(
+            {
+                "id": f"manual_{number}",
+                "result": result.value,
+                "measured": measured,
+                "limit": "done",
+                "why": clean(item.text),
+                "do": "Look at it and tick it.",
+            }
+        )
     return {
         "verdict": assessment.verdict.value,
-        "checks": [*map(_check_object, assessment.checks), *manual],
+        "checks": checks,
         "read": readings_of(assessment.case),
         "simulated": is_simulated(assessment.case.evidence.port),
         "softer_limits": list(assessment.softened),
-    }
-
-
-def _check_object(judged: Judged) -> dict[str, object]:
-    check, finding = judged.check, judged.finding
-    why = check.why
-    if finding.result is not CheckResult.PASS:
-        why = f"{why} Found: {finding.shown.in_english().removesuffix('.')}."
-    return {
-        "id": check.id,
-        "result": finding.result.value,
-        "measured": None if finding.result is CheckResult.UNKNOWN else finding.measured,
-        "limit": finding.limit.in_english(),
-        "why": why,
-        "do": judged.do.in_english(),
-    }
-
-
-def _manual_object(number: int, item: ManualLine) -> dict[str, object]:
-    if item.is_done is None:
-        result, measured = CheckResult.UNKNOWN if item.is_required else CheckResult.WARN, "skipped"
-    elif item.is_done:
-        result, measured = CheckResult.PASS, "done"
-    else:
-        result, measured = CheckResult.FAIL, "not in order"
-    return {
-        "id": f"manual_{number}",
-        "result": result.value,
-        "measured": measured,
-        "limit": "done",
-        "why": clean(item.text),
-        "do": "Look at it and tick it.",
     }

@@ -16,7 +16,7 @@ from protocol.translatable import marked
 HEARTBEATS = 20
 # For tilt and acceleration.
 STILL_S = 2.0
-# Of a whole check with a stream of 50 Hz beside it.
+# Of a whole check with a stream of 50 Hz beside it; a record has to stay a fact of bounded size.
 MAX_FRAMES = 1500
 
 
@@ -33,9 +33,6 @@ OVER = Void("over", message(marked("The conversation in which it was checked is 
 UNREAD = Void("unread", message(marked("Not everything could be read again.")))
 TOO_OLD = Void("too_old", message(marked("It is older than 15 minutes.")))
 FIRED = Void("fired", message(marked("The module was told to fire, or reports TRIGGERED.")))
-
-
-# Of a trigger that nobody has enabled yet.
 NOT_ENABLED = message(marked("not enabled in this conversation"))
 
 
@@ -57,35 +54,9 @@ class TriggerFlag(NamedTuple):
 
 
 class LoggedFrame(NamedTuple):
-    """`way`: "out", "in" or "noise" (invalid bytes)."""
-
     at: float
-    way: str
+    way: str  # "out", "in" or "noise" (invalid bytes)
     raw: bytes
-
-
-class FrameLog:
-    """The first raw frames of a check; the rest is counted."""
-
-    def __init__(self) -> None:
-        self.frames: list[LoggedFrame] = []
-        self.left_out = 0
-
-    def feed(self, events: Iterable[Event]) -> None:
-        for event in events:
-            match event:
-                case Sent():
-                    frame = LoggedFrame(event.at, "out", event.raw)
-                case Received():
-                    frame = LoggedFrame(event.at, "in", event.frame.raw)
-                case Rejected():
-                    frame = LoggedFrame(event.at, "noise", event.noise.raw)
-                case _:
-                    continue
-            if len(self.frames) < MAX_FRAMES:
-                self.frames.append(frame)
-            else:
-                self.left_out += 1
 
 
 class StateReading(NamedTuple):
@@ -124,7 +95,7 @@ class Evidence:
     # Why it holds no more; set while it still runs, it is void when it ends.
     void: Void | None = None
     # The module may have fired before it restarted, and the notice about that is still open. See
-    # `app.safety.left_active`.
+    # `app.safety.firing_doubt`.
     may_have_fired: bool = False
     heartbeats_sent: int = 0
     # Not answered, or only when they were asked again.
@@ -151,7 +122,9 @@ class Evidence:
     flags: dict[str, TriggerFlag] = field(default_factory=dict)
     # Something was told that nobody had asked for.
     is_answered_twice: bool = False
-    log: FrameLog = field(default_factory=FrameLog)
+    # The first raw frames since the check began, and how many more there were.
+    frames: list[LoggedFrame] = field(default_factory=list)
+    frames_left_out: int = 0
 
     @property
     def statuses(self) -> list[StatusSample]:
@@ -161,12 +134,9 @@ class Evidence:
 
     def contradiction_of(self, key: str) -> UserMessage | None:
         """What 30 or 31 and the status said where they differed, or where one of them was not answered."""
-        for state in (self.first, self.last):
-            if state is not None:
-                said = contradictions(state.present.active, state.present.triggered, state.present.status)
-                if key in said:
-                    return said[key]
-        return None
+        presents = [state.present for state in (self.first, self.last) if state is not None]
+        said = [contradictions(one.active, one.triggered, one.status).get(key) for one in presents]
+        return next(filter(None, said), None)
 
     @property
     def is_active(self) -> bool | None:
@@ -177,6 +147,9 @@ class Evidence:
     def is_complete(self) -> bool:
         return self.ended_at is not None and self.void is None
 
+    def settings(self, keys: Iterable[str]) -> Mapping[str, Value]:
+        return {key: self.values[key] for key in keys if key in self.values}
+
     def note_state(self, state: StateReading) -> None:
         for command in state.settings.unread:
             self.values.pop(command.key, None)
@@ -186,30 +159,39 @@ class Evidence:
             self.faults.pop(key, None)
         if state.settings.boot_count is not None:
             self.values["boot_count"] = state.settings.boot_count
-        if state.status is not None:
-            self.status = state.status
+        self.status = state.status or self.status
 
     def note_error(self, error: BaseException) -> None:
         """Record why the check ended early, unless that is known already. What was enabled is not known any more."""
         for key, flag in self.flags.items():
             if flag.is_enabled is not None:
                 self.flags[key] = TriggerFlag(why=UNFINISHED.message)
-        if self.void is not None:
-            return
-        match error:
-            case Interrupted():
-                self.void = void_of_end(error)
-            case Cancelled():
-                self.void = CANCELLED
-            case UserError():
-                self.void = Void(error.code.value, error.message)
-            case _:
-                self.void = UNFINISHED
+        if self.void is None:
+            match error:
+                case Interrupted():
+                    self.void = void_of_end(error)
+                case Cancelled():
+                    self.void = CANCELLED
+                case UserError():
+                    self.void = Void(error.code.value, error.message)
+                case _:
+                    self.void = UNFINISHED
 
     def listen(self, events: Iterable[Event]) -> None:
         """Keep the frames of the port since the check began."""
-        if self.began_at is not None:
-            self.log.feed(event for event in events if event.at >= (self.began_at or 0.0))
-
-    def settings(self, keys: Iterable[str]) -> Mapping[str, Value]:
-        return {key: self.values[key] for key in keys if key in self.values}
+        for event in events:
+            match event:
+                case Sent():
+                    way, raw = "out", event.raw
+                case Received():
+                    way, raw = "in", event.frame.raw
+                case Rejected():
+                    way, raw = "noise", event.noise.raw
+                case _:
+                    continue
+            if self.began_at is None or event.at < self.began_at:
+                continue
+            if len(self.frames) < MAX_FRAMES:
+                self.frames.append(LoggedFrame(event.at, way, raw))
+            else:
+                self.frames_left_out += 1

@@ -1,4 +1,4 @@
-"""Pre-flight check as a procedure: collects evidence with queries only, judges nothing.
+"""Pre-flight check as a procedure: collects evidence with queries only, judges nothing; and from READY to GO.
 
     20 heartbeats -> settings, who is there -> trigger records -> the two trigger flags, only when asked
                   -> cell, charge, light -> two seconds of status -> settings, who is there, once more
@@ -6,8 +6,8 @@
 The flags are known some seconds after they were set, because on some lines an answer comes twice
 (`protocol.stale_replies`). What decides is asked twice, because the 8-bit checksum lets some damaged frames pass: two
 answers that differ end the conversation. An interruption makes the check void, and that is the whole treatment of
-restarts, silences and exchanged modules. Nothing that is sent activates, locks, fires, zeroes, shuts down or changes
-the rate.
+restarts, silences and exchanged modules. Nothing that the check sends activates, locks, fires, zeroes, shuts down or
+changes the rate.
 """
 
 import logging
@@ -49,6 +49,8 @@ QUIET_S = 0.3
 VALUE_ROUNDS = 3
 TRIGGERS = (BY_NAME["attitude_trigger"], BY_NAME["freefall_trigger"])
 SLOW = tuple(BY_NAME[name] for name in ("cell_voltage", "charging", "light"))
+# A module that restarts when it is activated has said so by then.
+SETTLE_S = 0.6
 
 
 def run_preflight(
@@ -70,53 +72,14 @@ def run_preflight(
 
 
 def _collect(evidence: Evidence, begin: EngineView, *, is_enabling: bool, journal: Journal) -> Procedure[None]:
-    yield Report(0, STEPS, marked("Link"))
-    yield from _heartbeats(evidence)
+    def step(done: int, doing: str) -> Procedure[EngineView]:
+        """Report progress, and count the invalid bytes so that an aborted check has them, too."""
+        view: EngineView = yield Inspect()
+        evidence.rejected_bytes = view.link.counters.rejected - begin.link.counters.rejected
+        yield Report(done, STEPS, doing)
+        return view
 
-    yield from _step(evidence, begin, 1, marked("Settings"))
-    evidence.first = yield from read_state()
-    evidence.note_state(evidence.first)
-
-    yield from _step(evidence, begin, 2, marked("Trigger records"))
-    evidence.history = yield from read_history()
-
-    yield from _step(evidence, begin, 3, marked("Triggers"))
-    evidence.flags = {command.key: TriggerFlag() for command in TRIGGERS}
-    if is_enabling:
-        yield from _enable(evidence, journal)
-
-    yield from _step(evidence, begin, 4, marked("Cell voltage"))
-    yield from _read_slow(evidence)
-
-    yield from _step(evidence, begin, 5, marked("Tilt and acceleration"))
-    has_stream = yield from _has_stream()
-    before: EngineView = yield Inspect()
-    yield from _watch(evidence)
-    after: EngineView = yield Inspect()
-    if not has_stream and _streamed(after) - _streamed(before) > len(evidence.reports) / 2:
-        evidence.is_answered_twice = True  # as many reports again as were asked for
-
-    yield from await_flags_known(Report(5, STEPS, ""))
-    yield from _step(evidence, begin, 6, marked("Settings"))
-    evidence.last = yield from read_state()
-    evidence.note_state(evidence.last)
-
-    end: EngineView = yield Inspect()
-    evidence.rejected_bytes = end.link.counters.rejected - begin.link.counters.rejected
-    evidence.is_answered_twice |= end.told.twice_at >= begin.now
-    for command in TRIGGERS:
-        evidence.flags[command.key] = _final_state(evidence.flags[command.key], command.key, end)
-    evidence.ended_at = end.now
-
-
-def _step(evidence: Evidence, begin: EngineView, done: int, doing: str) -> Procedure[None]:
-    """Report progress, and count the invalid bytes so that an aborted check has them, too."""
-    view: EngineView = yield Inspect()
-    evidence.rejected_bytes = view.link.counters.rejected - begin.link.counters.rejected
-    yield Report(done, STEPS, doing)
-
-
-def _heartbeats(evidence: Evidence) -> Procedure[None]:
+    yield from step(0, marked("Link"))
     for _ in range(HEARTBEATS):
         evidence.heartbeats_sent += 1
         outcome = yield Ask(HEARTBEAT.query())
@@ -125,8 +88,25 @@ def _heartbeats(evidence: Evidence) -> Procedure[None]:
         elif outcome.round_trip_s is not None:
             evidence.round_trips_s.append(outcome.round_trip_s)
 
+    yield from step(1, marked("Settings"))
+    evidence.first = yield from read_state()
+    evidence.note_state(evidence.first)
 
-def _read_slow(evidence: Evidence) -> Procedure[None]:
+    yield from step(2, marked("Trigger records"))
+    evidence.history = yield from read_history()
+
+    yield from step(3, marked("Triggers"))
+    evidence.flags = {command.key: TriggerFlag() for command in TRIGGERS}
+    if is_enabling:
+        # What is interrupted from here on may have left. Each is sent once, and never to an active module.
+        evidence.flags = {command.key: TriggerFlag(why=UNFINISHED.message) for command in TRIGGERS}
+        changes = [SettingChange(command, True) for command in TRIGGER_FLAGS]
+        report = yield from set_each(changes, WriteContext(journal=journal))
+        for written in report.results:
+            why = why_not_verified(written, report)
+            evidence.flags[written.command.key] = TriggerFlag(True) if why is None else TriggerFlag(why=why)
+
+    yield from step(4, marked("Cell voltage"))
     for command in SLOW * VALUE_ROUNDS:
         reading = yield from ask_value(command)
         if reading is None:
@@ -134,17 +114,37 @@ def _read_slow(evidence: Evidence) -> Procedure[None]:
         else:
             evidence.series.setdefault(command.key, []).append(reading.value)
 
-
-def _watch(evidence: Evidence) -> Procedure[None]:
-    view: EngineView = yield Inspect()
-    now = view.now
-    ends_at = now + STILL_S
-    while now < ends_at:
-        report = yield from ask_report()
-        if report is not None:
-            evidence.status = report
-            evidence.reports.append(report)
+    yield from step(5, marked("Tilt and acceleration"))
+    has_stream = yield from _has_stream()
+    before: EngineView = yield Inspect()
+    now = before.now
+    while now < before.now + STILL_S:
+        status = yield from ask_report()
+        if status is not None:
+            evidence.status = status
+            evidence.reports.append(status)
         now = yield Pause(REPORT_EVERY_S)
+    after: EngineView = yield Inspect()
+    # As many reports again as were asked for come from a second module.
+    if not has_stream and _streamed(after) - _streamed(before) > len(evidence.reports) / 2:
+        evidence.is_answered_twice = True
+
+    yield from await_flags_known(Report(5, STEPS, ""))
+    yield from step(6, marked("Settings"))
+    evidence.last = yield from read_state()
+    evidence.note_state(evidence.last)
+
+    end = yield from step(6, marked("Settings"))
+    evidence.is_answered_twice |= end.told.twice_at >= begin.now
+    for key, flag in evidence.flags.items():
+        # What the module acknowledged in this conversation, and was not asked to change since without an answer.
+        known = end.conversation.known(key, end.now)
+        if known is not None and not known.is_stale and known.how is How.ACKNOWLEDGED:
+            evidence.flags[key] = TriggerFlag(known.value is True)
+        elif flag.is_enabled is not None:
+            is_repeated = end.flags.has_repeated
+            evidence.flags[key] = TriggerFlag(why=message(WriteFault.REPEATED.value) if is_repeated else NOT_ENABLED)
+    evidence.ended_at = end.now
 
 
 def _has_stream() -> Procedure[bool]:
@@ -164,42 +164,11 @@ def _streamed(view: EngineView) -> int:
     return view.link.counters.by_role[Role.STREAMED]
 
 
-# The triggers
-
-
-def _enable(evidence: Evidence, journal: Journal) -> Procedure[None]:
-    """Enable both, each with one frame, if writing is allowed: never on an active module."""
-    # What is interrupted from here on may have left.
-    for command in TRIGGERS:
-        evidence.flags[command.key] = TriggerFlag(why=UNFINISHED.message)
-    changes = [SettingChange(command, True) for command in TRIGGER_FLAGS]
-    report = yield from set_each(changes, WriteContext(journal=journal))
-    for written in report.results:
-        why = why_not_verified(written, report)
-        flag = TriggerFlag(True) if why is None else TriggerFlag(why=why)
-        evidence.flags[written.command.key] = flag
-
-
-def _final_state(flag: TriggerFlag, key: str, view: EngineView) -> TriggerFlag:
-    """State of the trigger at the end: what the module acknowledged in this conversation, and was not asked to change
-    since without an answer."""
-    known = view.conversation.known(key, view.now)
-    if known is not None and not known.is_stale and known.how is How.ACKNOWLEDGED:
-        return TriggerFlag(known.value is True)
-    if flag.is_enabled is None:
-        return flag
-    has_repeated = view.flags.has_repeated
-    return TriggerFlag(why=message(WriteFault.REPEATED.value) if has_repeated else NOT_ENABLED)
-
-
-# A module that restarts when it is activated has said so by then.
-SETTLE_S = 0.6
-
-
 def activate_ready(ready: Assessment, journal: Journal, permit: Permit) -> Procedure[tuple[Performed, Evidence]]:
-    """Activate a module that is READY, once, and read everything again. Returns the evidence to be judged: that of
-    READY where an interlock refused it; void where READY no longer held, so that nothing was sent, where the
-    conversation ended, or where the module does not report that it is active."""
+    """Activate a module that is READY, once, and read everything again, in the conversation in which the triggers were
+    enabled. Returns the evidence to be judged: that of READY where an interlock refused it; void where READY no longer
+    held, so that nothing was sent, where the conversation ended, or where the module does not report that it is
+    active."""
     evidence = ready.case.evidence
     begin: EngineView = yield Inspect()
     void = void_reason(ready, begin.conversation, begin.now)

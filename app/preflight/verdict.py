@@ -11,10 +11,8 @@ from typing import NamedTuple
 
 from app.engine.conversation import ConversationView, StatusSample
 from app.limits.limits import bay_outside, softened
+from app.preflight.checks import CHECKS, FINGERPRINT_KEYS, Case, Check, CheckResult, Finding
 from app.preflight.evidence import FIRED, OVER, TOO_OLD, UNFINISHED, Void, changed, void_of_end
-from app.preflight.findings import Case, Check, CheckResult, Finding
-from app.preflight.line_checks import LINE_CHECKS
-from app.preflight.module_checks import FINGERPRINT_KEYS, MODULE_CHECKS
 from app.safety.journal import is_deploy_in
 from app.settings.profiles import ActivatedBy, ManualLine
 from app.text.messages import UserMessage, clean, joined, message
@@ -25,16 +23,14 @@ from protocol.translatable import marked
 
 # 15 minutes, then the check has to be repeated.
 VALID_FOR_S = 900.0
-# All pre-flight checks, in the order of the page.
-CHECKS: tuple[Check, ...] = (*LINE_CHECKS, *MODULE_CHECKS)
+# While GO or READY stands, everything is read again this often.
+REREAD_EVERY_S = 10.0
 TITLES: Mapping[str, str] = {
     **{command.key: command.title for command in SETTINGS},
     "charging": marked("Charging"),
     "cell_voltage_v": marked("Cell voltage"),
     "light_v": marked("Light"),
 }
-# While GO or READY stands, everything is read again this often.
-REREAD_EVERY_S = 10.0
 
 
 class Verdict(Enum):
@@ -43,16 +39,6 @@ class Verdict(Enum):
     GO = marked("GO")
     READY = marked("READY")
     NO_GO = marked("NO-GO")
-
-
-def unsigned(who: object, module: object, aircraft: object) -> UserMessage | None:
-    """What the signature of a check lacks: person, module or aircraft; None if it is complete."""
-    missing = [
-        UserMessage(text)
-        for text, value in ((marked("Checked by"), who), (marked("Module"), module), (marked("Aircraft"), aircraft))
-        if not value
-    ]
-    return message(marked("UNSIGNED, missing: {missing}."), missing=joined(missing)) if missing else None
 
 
 def verdict_named(name: object) -> Verdict:
@@ -84,11 +70,26 @@ def verdict_sentence(verdict: Verdict, activated_by: ActivatedBy) -> UserMessage
     return message(marked("{value}: {why}"), value=word, why=meaning_of(verdict, activated_by))
 
 
+def unsigned(who: object, module: object, aircraft: object) -> UserMessage | None:
+    """What the signature of a check lacks: person, module or aircraft; None if it is complete."""
+    missing = [
+        UserMessage(text)
+        for text, value in ((marked("Checked by"), who), (marked("Module"), module), (marked("Aircraft"), aircraft))
+        if not value
+    ]
+    return message(marked("UNSIGNED, missing: {missing}."), missing=joined(missing)) if missing else None
+
+
 MANUAL_WORDS: Mapping[bool | None, str] = {
     True: marked("done"),
     False: marked("Not OK"),
     None: marked("skipped"),
 }
+
+
+def blocks_go(item: ManualLine) -> bool:
+    """A required item must not be skipped; the others are printed as skipped."""
+    return item.is_done is False or (item.is_done is None and item.is_required)
 
 
 class Judged(NamedTuple):
@@ -105,25 +106,20 @@ class Judged(NamedTuple):
 
 
 class Assessment(NamedTuple):
-    """Results of all checks, in the order of `CHECKS`."""
+    """Results of all checks, in the order of `CHECKS`. `softened`: ids of the checks whose limit is softer in the
+    profile than advised."""
 
     case: Case
     checks: tuple[Judged, ...]
+    softened: tuple[str, ...] = ()
 
     @property
     def manual(self) -> tuple[ManualLine, ...]:
         return self.case.profile.manual
 
     @property
-    def softened(self) -> tuple[str, ...]:
-        """Ids of the checks whose limit is softer in the profile than advised."""
-        soft = softened(self.case.profile)
-        return tuple(check.id for check in CHECKS if check.id in soft)
-
-    @property
     def verdict(self) -> Verdict:
-        is_manual_fine = not any(blocks_go(item) for item in self.manual)
-        is_fine = is_manual_fine and not any(check.blocks_go for check in self.checks)
+        is_fine = not any(map(blocks_go, self.manual)) and not self.open_checks
         return verdict_of(is_fine=is_fine, is_active=self.case.evidence.is_active)
 
     @property
@@ -146,24 +142,17 @@ class Assessment(NamedTuple):
         return next(check.finding.result for check in self.checks if check.check.id == id_)
 
 
-def blocks_go(item: ManualLine) -> bool:
-    """A required item must not be skipped; the others are printed as skipped."""
-    return item.is_done is False or (item.is_done is None and item.is_required)
-
-
 def assess(case: Case) -> Assessment:
-    soft = softened(case.profile)
-    return Assessment(case, tuple(Judged(check, _shown(check.judge(case), soft.get(check.id))) for check in CHECKS))
-
-
-def _shown(finding: Finding, advised: UserMessage | None) -> Finding:
-    """A limit softer than advised is shown with the advice, and is a warning."""
-    if advised is None:
-        return finding
-    limit = message(marked("{limit}, advised {advised}"), limit=finding.limit, advised=advised)
-    return finding._replace(
-        limit=limit, result=CheckResult.WARN if finding.result is CheckResult.PASS else finding.result
-    )
+    """Judge everything. A limit softer than advised is shown with the advice, and is a warning."""
+    soft, judged = softened(case.profile), list[Judged]()
+    for check in CHECKS:
+        finding, advised = check.judge(case), soft.get(check.id)
+        if advised is not None:
+            limit = message(marked("{limit}, advised {advised}"), limit=finding.limit, advised=advised)
+            is_passed = finding.result is CheckResult.PASS
+            finding = finding._replace(limit=limit, result=CheckResult.WARN if is_passed else finding.result)
+        judged.append(Judged(check, finding))
+    return Assessment(case, tuple(judged), tuple(check.id for check in CHECKS if check.id in soft))
 
 
 # What voids it later
@@ -188,14 +177,14 @@ def void_reason(assessment: Assessment, conversation: ConversationView, now: flo
         return void_of_end(conversation.ended)
     if conversation.reported[0] is True and not assessment.has_triggered:
         return FIRED
-    what = _changed(assessment, conversation, now)
-    if what is not None:
-        return changed(what)
+    key = _changed(assessment, conversation, now)
+    if key is not None:
+        return changed(UserMessage(TITLES[key]))
     return None if 0.0 <= now - evidence.ended_at <= VALID_FOR_S else TOO_OLD
 
 
-def _changed(assessment: Assessment, conversation: ConversationView, now: float) -> UserMessage | None:
-    """The first value that differs from the checked one: it was set since, or drifted."""
+def _changed(assessment: Assessment, conversation: ConversationView, now: float) -> str | None:
+    """The key of the first value that differs from the checked one: it was set since, or drifted."""
     evidence, profile = assessment.case.evidence, assessment.case.profile
     checked: dict[str, Value] = dict(evidence.settings(FINGERPRINT_KEYS))
     charging = evidence.series.get("charging")
@@ -204,18 +193,19 @@ def _changed(assessment: Assessment, conversation: ConversationView, now: float)
     for key, before in checked.items():
         known = conversation.values.get(key)
         if known is not None and known.value != before:
-            return UserMessage(TITLES[key])
+            return key
     for key, flag in evidence.flags.items():
         known = conversation.values.get(key)
         # Absent: it was set and not acknowledged, or an acknowledgement came once more.
         if flag.is_enabled is not None and (known is None or known.value is not flag.is_enabled):
-            return UserMessage(TITLES[key])
+            return key
+    # What drifts voids only what had passed.
     voltage = conversation.fresh("cell_voltage_v", now)
     was_charged = assessment.result("cell_voltage") is CheckResult.PASS
     if was_charged and voltage is not None and voltage < profile.limit("cell_voltage_min_v"):
-        return UserMessage(TITLES["cell_voltage_v"])
+        return "cell_voltage_v"
     light, threshold = conversation.fresh("light_v", now), evidence.values.get("light_threshold_v")
     if light is None or threshold is None or assessment.result("light") is not CheckResult.PASS:
         return None
     is_open = bay_outside(light, threshold, is_inverted=profile.is_light_inverted) is not None
-    return UserMessage(TITLES["light_v"]) if is_open else None
+    return "light_v" if is_open else None

@@ -18,9 +18,8 @@ from app.guided.guided_store import last_tests
 from app.limits.past import LastTested, Past
 from app.modules.names import remember, remembered
 from app.modules.service import repack_due, service_due
+from app.preflight.checks import FINGERPRINT_KEYS, Case, CheckResult, Person, RecordsWord, records_word
 from app.preflight.evidence import Evidence
-from app.preflight.findings import Case, CheckResult, Person
-from app.preflight.module_checks import FINGERPRINT_KEYS, RecordsWord, records_word
 from app.preflight.verdict import Assessment, Verdict, assess, verdict_named
 from app.records.record import Record, SignedRecord, make_record, sign
 from app.settings.profiles import Profile

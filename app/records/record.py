@@ -21,8 +21,8 @@ from msgspec import Meta, Struct
 from app import version
 from app.engine.target import is_simulated
 from app.guided.results import GuidedKind
+from app.preflight.checks import CheckResult
 from app.preflight.contract import readings_of
-from app.preflight.findings import CheckResult
 from app.preflight.verdict import Assessment, Judged, Verdict, unsigned, verdict_of
 from app.store.station import Station
 from app.text.messages import MAX_TEXT_LENGTH, UserError, UserMessage, clean, joined, message
@@ -167,7 +167,7 @@ def make_record(assessment: Assessment, *, at: datetime, adapter: str = "") -> R
     began_at = evidence.began_at or 0.0
     frames = [
         (round(frame.at - began_at, 4), frame.way, frame.raw[:MAX_RAW_BYTES].hex(" ").upper())
-        for frame in evidence.log.frames
+        for frame in evidence.frames
     ]
     history = [] if evidence.history is None else evidence.history.records
     tests = [case.past.tests[kind].stored.plain() for kind in GuidedKind if kind in case.past.tests]
@@ -196,7 +196,7 @@ def make_record(assessment: Assessment, *, at: datetime, adapter: str = "") -> R
         "read": readings_of(case),
         "trigger_records": [kept.raw.hex(" ").upper() for kept in history],
         "frames": frames,
-        "frames_left_out": evidence.log.left_out,
+        "frames_left_out": evidence.frames_left_out,
         "notes": list(NOTES),
     }
     # msgspec does not check what is constructed, so that it is converted: what could not be read again is our fault.

@@ -18,7 +18,7 @@ from typing import Any
 
 from app.guided.results import TITLES, VERDICT_WORDS, GuidedKind, stored_test
 from app.modules.labels import A4, Printer
-from app.preflight.findings import RESULT_WORDS, CheckResult
+from app.preflight.checks import RESULT_WORDS, CheckResult
 from app.preflight.verdict import MANUAL_WORDS, Verdict, verdict_sentence
 from app.records.record import FORMAT, MAX_DOCUMENT_BYTES, Record, SignedRecord
 from app.settings.profiles import ActivatedBy

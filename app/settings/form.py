@@ -9,7 +9,7 @@ from enum import Enum
 from typing import NamedTuple
 
 from app.engine.conversation import ConversationView, How, Known
-from app.procedures.write import SettingChange, WriteFault, Written
+from app.procedures.write import SettingChange, Written
 from app.safety.consequences import Consequence, consequences
 from app.settings.profiles import Profile
 from app.settings.values import value_text
@@ -76,15 +76,22 @@ class SettingsForm:
 
     # Editing: not while it writes
 
+    @property
+    def is_writing(self) -> bool:
+        return bool(self._writing)
+
+    @property
+    def has_drafts(self) -> bool:
+        return bool(self.edited or self.mistyped)
+
     def fill(self, values: Mapping[str, Value]) -> None:
         """Edit all of these; what is no row of the form is left out."""
         for key, value in values.items():
-            if self._writing or key not in _BY_KEY:
-                continue
-            if self.edited.get(key) != value:
-                self.revert(key)
-                self.edited[key] = value
-            self.mistyped.pop(key, None)
+            if key in _BY_KEY and not self._writing:
+                if self.edited.get(key) != value:
+                    self.revert(key)
+                    self.edited[key] = value
+                self.mistyped.pop(key, None)
 
     def mistype(self, key: str, text: str) -> None:
         """What was typed is no value, so half of it is never sent."""
@@ -102,18 +109,18 @@ class SettingsForm:
             if one in self._results and self._results[one].fault is not None:
                 del self._results[one]
 
-    @property
-    def is_writing(self) -> bool:
-        return bool(self._writing)
-
-    @property
-    def has_drafts(self) -> bool:
-        return bool(self.edited or self.mistyped)
-
     # Rows
 
     def rows(self, conversation: ConversationView, now: float) -> tuple[FormRow, ...]:
-        self.observe(conversation, now)
+        """Takes what the module says first: it may end a "verified", or settle what had failed."""
+        for key, result in list(self._results.items()):
+            if result.fault is None:
+                if conversation.fresh(key, now) != result.target:  # set again, by another part of the program
+                    del self._results[key]
+            elif not self._writing and is_confirmed(result.command, conversation.known(key, now), result.target):
+                del self._results[key]  # written after all, but late
+                if self.edited.get(key) == result.target:
+                    del self.edited[key]
         return tuple(self._row(command, conversation.known(command.key, now)) for command in FORM_COMMANDS)
 
     def changes(self, conversation: ConversationView, now: float) -> tuple[SettingChange, ...]:
@@ -128,17 +135,6 @@ class SettingsForm:
         rows = self.rows(conversation, now)
         return sum(row.is_pending or row.state is RowState.WRITING or bool(row.mistyped) for row in rows)
 
-    def observe(self, conversation: ConversationView, now: float) -> None:
-        """Take what the module says: it may end a "verified", or settle what had failed."""
-        for key, result in list(self._results.items()):
-            if result.fault is None:
-                if conversation.fresh(key, now) != result.target:  # set again, by another part of the program
-                    del self._results[key]
-            elif not self._writing and is_confirmed(result.command, conversation.known(key, now), result.target):
-                del self._results[key]  # written after all, but late
-                if self.edited.get(key) == result.target:
-                    del self.edited[key]
-
     def _row(self, command: Command, known: Known | None) -> FormRow:
         key = command.key
         edited, result = self.edited.get(key), self._results.get(key)
@@ -151,7 +147,12 @@ class SettingsForm:
             state = RowState.IMPOSSIBLE
         elif result is not None and result.fault is not None:
             state = RowState.FAILED
-            reason = _failure_text(result, result.fault)
+            target, why = value_text(command, result.target), tr(result.fault.value)
+            if result.read_back is None:
+                reason = tr("{wanted} was sent: {why}.", wanted=target, why=why)
+            else:
+                stands = value_text(command, result.read_back)
+                reason = tr("{wanted} was sent: {why}. It holds {stands}.", wanted=target, why=why, stands=stands)
         elif is_pending:
             state = RowState.EDITED
         elif result is not None:
@@ -186,12 +187,11 @@ class SettingsForm:
         self._writing = {}
         for written in results:
             key = written.command.key
-            if not written.is_sent or key not in _BY_KEY:
-                continue
-            if written.fault is not None or written.verified:
-                self._results[key] = written
-            if written.fault is None:
-                self.edited.pop(key, None)
+            if written.is_sent and key in _BY_KEY:
+                if written.fault is not None or written.verified:
+                    self._results[key] = written
+                if written.fault is None:
+                    self.edited.pop(key, None)
         for key, value in list(self.edited.items()):
             if is_confirmed(_BY_KEY[key], conversation.known(key, now), value):
                 del self.edited[key]
@@ -202,14 +202,6 @@ def is_confirmed(command: Command, known: Known | None, value: Value) -> bool:
     if known is None or known.is_stale or known.value != value:
         return False
     return known.how is not How.ACKNOWLEDGED or not command.reads_back
-
-
-def _failure_text(written: Written, fault: WriteFault) -> str:
-    target, why = value_text(written.command, written.target), tr(fault.value)
-    if written.read_back is None:
-        return tr("{wanted} was sent: {why}.", wanted=target, why=why)
-    read_back = value_text(written.command, written.read_back)
-    return tr("{wanted} was sent: {why}. It holds {stands}.", wanted=target, why=why, stands=read_back)
 
 
 # A profile beside the module
@@ -242,8 +234,7 @@ def compare(profile: Profile, conversation: ConversationView, now: float) -> tup
     """Compare all settings, in the order of the catalogue. A stale value of the module counts as unknown."""
     rows = []
     for command in SETTINGS:
-        target = profile.settings.get(command.key)
-        known = conversation.known(command.key, now)
+        target, known = profile.settings.get(command.key), conversation.known(command.key, now)
         if target is None:
             match = Match.NOT_IN_PROFILE
         elif known is None or known.is_stale:

@@ -1,4 +1,7 @@
-"""Profiles: how the modules of one airframe should be set, what a check expects of them, and their files."""
+"""Profiles: how the modules of one airframe should be set, what the pre-flight check expects of them, and their files.
+
+What is wrong in a file is named by its key.
+"""
 
 import logging
 import tomllib
@@ -25,12 +28,14 @@ if TYPE_CHECKING:
     from tomlkit.container import Container
     from tomlkit.items import Table
 
+_log = logging.getLogger(__name__)
 FORMAT = 1
 MAX_NAME_LENGTH = 200
 MAX_NOTES_LENGTH = 8_000
 MAX_ITEMS = 40
 MAX_TEST_DAYS = 3650
-
+LARGEST_BYTES: Final = 128 * 1024
+MAX_WHY: Final = 120  # characters of what `tomllib` says
 SETTINGS_BY_KEY: Mapping[str, Command] = MappingProxyType({command.key: command for command in SETTINGS})
 
 
@@ -124,11 +129,6 @@ class Profile(NamedTuple):
 NO_PROFILE = Profile()
 
 
-_log = logging.getLogger(__name__)
-LARGEST_BYTES: Final = 128 * 1024
-MAX_WHY: Final = 120  # characters of what `tomllib` says
-
-
 class ProfileRefused(UserError):
     """The file is not a valid profile."""
 
@@ -136,6 +136,10 @@ class ProfileRefused(UserError):
 # Reading. A reader returns what a value says, given the value and its key, or raises `ProfileRefused`.
 
 _Reader = Callable[[object, str], Any]
+
+
+def _unexpected(key: str, expected: str | UserMessage) -> ProfileRefused:
+    return ProfileRefused(marked("{key}: expected {expected}."), key=key, expected=expected)
 
 
 def _value(read: Callable[[object], Any], expected: str | UserMessage) -> _Reader:
@@ -158,9 +162,25 @@ def _number(kind: type[float], least: float, most: float) -> _Reader:
     return _of_kind(Annotated[kind, Meta(ge=least, le=most)], f"{least:g} … {most:g}")
 
 
-def _text(longest: int, *, least: int = 0) -> _Reader:
-    kind = Annotated[str, Meta(min_length=least, max_length=longest)]
-    return _of_kind(kind, f'"…", {least} … {longest}')
+def _text(longest: int) -> _Reader:
+    return _of_kind(Annotated[str, Meta(max_length=longest)], f'"…", 0 … {longest}')
+
+
+def _code(value: object) -> str:
+    if not isinstance(value, str) or not is_fingerprint(value):
+        raise ValueError
+    return value
+
+
+def _setting(command: Command) -> _Reader:
+    field = field_of(command)
+    expected: str | UserMessage = "true, false"
+    if isinstance(field, Quantity):
+        steps = marked("{low} to {high}, in steps of {step}")
+        expected = message(steps, low=field.text(0), high=field.text(255), step=field.text(1))
+    elif isinstance(field, Choice):
+        expected = ", ".join(map(str, field.values.values()))
+    return _value(partial(fitting, field), expected)
 
 
 def _table(readers: Mapping[str, _Reader]) -> _Reader:
@@ -181,9 +201,9 @@ def _table(readers: Mapping[str, _Reader]) -> _Reader:
 def _manual(items: object, key: str) -> tuple[ManualLine, ...]:
     if not isinstance(items, list) or len(items) > MAX_ITEMS:
         raise _unexpected(key, f"[[manual]], ≤ {MAX_ITEMS}")
-    lines = []
+    read, lines = _table({"text": _text(MAX_NAME_LENGTH), "required": _FLAG}), []
     for number, item in enumerate(items, 1):
-        found = _MANUAL_LINE(item, f"{key} {number}")
+        found = read(item, f"{key} {number}")
         text = clean(found.get("text", ""), longest=MAX_NAME_LENGTH)
         if not text.strip():
             raise _unexpected(f"{key} {number}.text", '"…"')
@@ -191,29 +211,7 @@ def _manual(items: object, key: str) -> tuple[ManualLine, ...]:
     return tuple(lines)
 
 
-def _code(value: object) -> str:
-    if not isinstance(value, str) or not is_fingerprint(value):
-        raise ValueError
-    return value
-
-
-def _setting(command: Command) -> _Reader:
-    field = field_of(command)
-    expected: str | UserMessage = "true, false"
-    if isinstance(field, Quantity):
-        steps = marked("{low} to {high}, in steps of {step}")
-        expected = message(steps, low=field.text(0), high=field.text(255), step=field.text(1))
-    elif isinstance(field, Choice):
-        expected = ", ".join(map(str, field.values.values()))
-    return _value(partial(fitting, field), expected)
-
-
-def _unexpected(key: str, expected: str | UserMessage) -> ProfileRefused:
-    return ProfileRefused(marked("{key}: expected {expected}."), key=key, expected=expected)
-
-
 _FLAG: Final = _of_kind(bool, "true, false")
-_MANUAL_LINE: Final = _table({"text": _text(MAX_NAME_LENGTH), "required": _FLAG})
 _PROFILE: Final = _table({
     "format": _of_kind(Literal[1], f"{FORMAT}"),
     "name": _text(MAX_NAME_LENGTH),
@@ -251,8 +249,17 @@ def _content(path: Path) -> bytes:
 def parse_profile(data: bytes) -> Profile:
     """Return the profile in the content of a file. Its texts show what they are: see `visible`. Raises
     `ProfileRefused`."""
-    found = _PROFILE(_document(data), "")
-    tests = found.get("tests", {})
+    if len(data) > LARGEST_BYTES:
+        raise ProfileRefused(marked("too large."))
+    try:
+        document = tomllib.loads(data.decode("utf-8-sig").replace("\r\n", "\n"))
+    except UnicodeDecodeError:
+        raise ProfileRefused(marked("not UTF-8 text.")) from None
+    except RecursionError:
+        raise ProfileRefused(marked("nested too deeply.")) from None
+    except ValueError as error:
+        raise ProfileRefused(marked("not TOML: {why}."), why=clean(str(error), longest=MAX_WHY)) from error
+    found = _PROFILE(document, "")
     return Profile(
         name=clean(found.get("name", ""), longest=MAX_NAME_LENGTH),
         airframe=clean(found.get("airframe", ""), longest=MAX_NAME_LENGTH),
@@ -264,21 +271,8 @@ def parse_profile(data: bytes) -> Profile:
         is_light_inverted=found.get("light_inverted", False),
         is_service_required=found.get("service_required", False),
         activated_by=found.get("expectations", {}).get("activated_by", ActivatedBy.PERSON),
-        tests_within_days={GuidedKind(kind): days for kind, days in tests.items()},
+        tests_within_days={GuidedKind(kind): days for kind, days in found.get("tests", {}).items()},
     )
-
-
-def _document(data: bytes) -> dict[str, Any]:
-    if len(data) > LARGEST_BYTES:
-        raise ProfileRefused(marked("too large."))
-    try:
-        return tomllib.loads(data.decode("utf-8-sig").replace("\r\n", "\n"))
-    except UnicodeDecodeError:
-        raise ProfileRefused(marked("not UTF-8 text.")) from None
-    except RecursionError:
-        raise ProfileRefused(marked("nested too deeply.")) from None
-    except ValueError as error:
-        raise ProfileRefused(marked("not TOML: {why}."), why=clean(str(error), longest=MAX_WHY)) from error
 
 
 # Writing
@@ -310,11 +304,26 @@ def save_or_say_why_not(path: Path, profile: Profile, *, source: Path | None = N
 
 
 def profile_text(profile: Profile, source: str = "") -> str:
-    """Return the text of a file. `source`: the former one, whose comments and order are kept, if it is TOML."""
+    """Return the text of a file, without what need not be said. `source`: the former one, whose comments and order are
+    kept, if it is TOML."""
     import tomlkit  # to load it takes longer than a reply of the module
     from tomlkit.exceptions import TOMLKitError
 
-    wanted = _plain(profile)
+    person = profile.activated_by is ActivatedBy.PERSON
+    tables: dict[str, Any] = {
+        "name": profile.name,
+        "airframe": profile.airframe,
+        "notes": profile.notes,
+        "approved_fingerprint": profile.approved_fingerprint,
+        "light_inverted": profile.is_light_inverted,
+        "service_required": profile.is_service_required,
+        "settings": {key: profile.settings[key] for key in SETTINGS_BY_KEY if key in profile.settings},
+        "expectations": {} if person else {"activated_by": profile.activated_by.value},
+        "limits": {name: profile.limits[name] for name in LIMITS if name in profile.limits},
+        "tests": {kind.value: days for kind, days in profile.tests_within_days.items()},
+        "manual": [{"text": one.text, **({"required": True} if one.is_required else {})} for one in profile.manual],
+    }
+    wanted = {"format": FORMAT} | {key: value for key, value in tables.items() if value or key == "settings"}
     if source:
         try:
             document = tomlkit.parse(source)
@@ -327,26 +336,6 @@ def profile_text(profile: Profile, source: str = "") -> str:
     return tomlkit.dumps(wanted)
 
 
-def _plain(profile: Profile) -> dict[str, Any]:
-    """Return what the file says, without what need not be said."""
-    tables = {
-        "name": profile.name,
-        "airframe": profile.airframe,
-        "notes": profile.notes,
-        "approved_fingerprint": profile.approved_fingerprint,
-        "light_inverted": profile.is_light_inverted,
-        "service_required": profile.is_service_required,
-        "settings": {key: profile.settings[key] for key in SETTINGS_BY_KEY if key in profile.settings},
-        "expectations": {},
-        "limits": {name: profile.limits[name] for name in LIMITS if name in profile.limits},
-        "tests": {kind.value: days for kind, days in profile.tests_within_days.items()},
-        "manual": [{"text": one.text, **({"required": True} if one.is_required else {})} for one in profile.manual],
-    }
-    if profile.activated_by is not ActivatedBy.PERSON:
-        tables["expectations"] = {"activated_by": profile.activated_by.value}
-    return {"format": FORMAT} | {key: value for key, value in tables.items() if value or key == "settings"}
-
-
 def _change(table: "Container | Table", wanted: Mapping[str, Any]) -> None:
     """Make a table hold what is wanted. What is the same stays as it is written, with its comments."""
     from tomlkit.items import Item, Table
@@ -355,21 +344,14 @@ def _change(table: "Container | Table", wanted: Mapping[str, Any]) -> None:
         del table[key]
     for key, value in wanted.items():
         old = table.get(key)
-        if old is None:
-            _append(table, key, value)
-        elif isinstance(old, Table):
+        if isinstance(old, Table):
             _change(old, value)
+        elif old is None:
+            # Before the comments at the end of a table: those are about the next one.
+            body, tail = table.value.body if isinstance(table, Table) else [], []
+            while body and body[-1][0] is None:
+                tail.append(body.pop())
+            table[key] = value
+            body.extend(reversed(tail))
         elif (old.unwrap() if isinstance(old, Item) else old) != value:
             table[key] = value
-
-
-def _append(table: "Container | Table", key: str, value: object) -> None:
-    """Add a key before the comments at the end of a table: those are about the next one."""
-    from tomlkit.items import Table
-
-    body = table.value.body if isinstance(table, Table) else []
-    tail = []
-    while body and body[-1][0] is None:
-        tail.append(body.pop())
-    table[key] = value
-    body.extend(reversed(tail))

@@ -1,4 +1,4 @@
-"""Trigger records of a module: read, merged with those seen before, filed, judged by a person, exported as CSV.
+"""Trigger records: the merged history of a module, records as sentences, what is kept of them, and the CSV file.
 
 A module keeps nine records. `merge` adds those on the module to those seen before. Records have no number, and two
 triggers may have equal bytes, so records are aligned and counted, never identified by their bytes alone.
@@ -28,40 +28,20 @@ from protocol.fields import Value
 from protocol.messages import EmptySlot, TriggerRecord, decode_record
 from protocol.translatable import marked
 
+# Largest value of the counter ("最高记录65535秒").
+MAX_UPTIME_S = 65535
+MAX_NOTE_LENGTH = 2000
 JsonValue = bool | int | float | str | list[str] | None
+# Names in JSON and in the head of the CSV; they include the unit.
 FIELDS = (*RECORD_PART, "implausible", "raw")
-"""Names in JSON and in the head of the CSV; they include the unit."""
-
+CSV_HEAD = ("module", "place", "first_seen_at", "confirmed", *FIELDS, "told", "judgement", "note")
+# English, marked. Bits without a name of the vendor are missing.
 SOURCE_WORDS = {
     "serial": marked("serial"),
     "attitude": marked("attitude"),
     "pwm": "PWM",
     "freefall": marked("free fall"),
 }
-"""English, marked. Bits without a name of the vendor are missing."""
-
-
-def source_message(source: str) -> UserMessage:
-    """Text of one source; a bit without a name of the vendor is shown as such."""
-    text = SOURCE_WORDS.get(source)
-    return message(marked("unnamed ({bit})"), bit=source) if text is None else UserMessage(text)
-
-
-def record_values(record: TriggerRecord) -> dict[str, JsonValue]:
-    return {name: getattr(record, name) for name in RECORD_PART} | {"sources": list(record.sources)}
-
-
-def fields_of(record: TriggerRecord) -> dict[str, JsonValue]:
-    """`FIELDS` of a record: its values, the names of implausible ones, and its bytes."""
-    return {
-        **record_values(record),
-        "implausible": list(record.implausible),
-        "raw": record.raw.hex(" ").upper(),
-    }
-
-
-MAX_UPTIME_S = 65535
-"""Largest value of the counter ("最高记录65535秒")."""
 
 
 class Judgement(Enum):
@@ -70,8 +50,8 @@ class Judgement(Enum):
     BENCH_TEST = "bench test"
     REAL = "real"
     FALSE = "false"
+    # Looked at, and known; also the word with which a person passes a pre-flight check.
     REVIEWED = "reviewed"
-    """Looked at, and known; also the word with which a person passes a pre-flight check."""
 
 
 JUDGEMENT_WORDS = {
@@ -80,6 +60,9 @@ JUDGEMENT_WORDS = {
     Judgement.FALSE: marked("false trigger"),
     Judgement.REVIEWED: marked("reviewed"),
 }
+
+
+# Merging
 
 
 class Merged(NamedTuple):
@@ -107,12 +90,17 @@ def merge(
         return Merged(in_order(slots, boot_count))
     fresh = _lined_up(last_slots, slots)
     if fresh is None:
-        fresh = _counted(last_slots, slots)
-    kept = len(slots) - len(fresh)
+        # In no order of time: new is what occurs more often than before.
+        rest, fresh = Counter(last_slots), []
+        for raw in slots:
+            if rest[raw]:
+                rest[raw] -= 1
+            else:
+                fresh.append(raw)
     # Once all nine slots are full, each new record replaces one.
     room = MAX_RECORDS - len(last_slots)
-    expected = len(last_slots) - max(0, len(fresh) - room)
-    is_continuation = not is_confirmed or kept >= min(expected, len(last_slots))
+    expected = min(len(last_slots) - max(0, len(fresh) - room), len(last_slots))
+    is_continuation = not is_confirmed or len(slots) - len(fresh) >= expected
     return Merged(in_order(fresh, boot_count), is_continuation)
 
 
@@ -121,8 +109,7 @@ def _lined_up(last: Sequence[bytes], now: Sequence[bytes]) -> list[bytes] | None
     candidates = []
     for turned in (1, -1):
         before, after = list(last)[::turned], list(now)[::turned]
-        least = max(0, len(after) - MAX_RECORDS)
-        for pushed_out in range(least, len(before) + 1):
+        for pushed_out in range(max(0, len(after) - MAX_RECORDS), len(before) + 1):
             left = before[pushed_out:]
             fresh = after[len(left) :]
             is_room_needed = len(before) + len(fresh) - MAX_RECORDS
@@ -130,18 +117,6 @@ def _lined_up(last: Sequence[bytes], now: Sequence[bytes]) -> list[bytes] | None
                 candidates.append(fresh)
                 break
     return min(candidates, key=len, default=None)
-
-
-def _counted(last: Sequence[bytes], now: Sequence[bytes]) -> list[bytes]:
-    """The new records regardless of order: those that occur more often than before."""
-    rest = Counter(last)
-    fresh = []
-    for raw in now:
-        if rest[raw]:
-            rest[raw] -= 1
-        else:
-            fresh.append(raw)
-    return fresh
 
 
 def in_order(raws: Sequence[bytes], boot_count: int | None) -> tuple[bytes, ...]:
@@ -156,28 +131,62 @@ def in_order(raws: Sequence[bytes], boot_count: int | None) -> tuple[bytes, ...]
 
 def record_of(raw: bytes) -> TriggerRecord:
     """Decodes a stored record. Raises `ValueError`."""
-    if len(raw) != 16:
-        raise ValueError(raw.hex())
-    record = decode_record(raw)
-    if isinstance(record, EmptySlot):
+    record = decode_record(raw) if len(raw) == 16 else None
+    if record is None or isinstance(record, EmptySlot):
         raise ValueError(raw.hex())
     return record
 
 
-# Sentences
+# Records as fields and as sentences
+
+
+def record_values(record: TriggerRecord) -> dict[str, JsonValue]:
+    return {name: getattr(record, name) for name in RECORD_PART} | {"sources": list(record.sources)}
+
+
+def fields_of(record: TriggerRecord) -> dict[str, JsonValue]:
+    """`FIELDS` of a record: its values, the names of implausible ones, and its bytes."""
+    raw = record.raw.hex(" ").upper()
+    return {**record_values(record), "implausible": list(record.implausible), "raw": raw}
+
+
+def source_message(source: str) -> UserMessage:
+    """Text of one source; a bit without a name of the vendor is shown as such."""
+    text = SOURCE_WORDS.get(source)
+    return message(marked("unnamed ({bit})"), bit=source) if text is None else UserMessage(text)
 
 
 def sentence(record: TriggerRecord) -> UserMessage:
     """ "tipped past 60° 1 min 48 s after power-on of boot 1, serial link connected, 4.70 V (implausible)" """
+    causes = []
+    for source in record.sources:
+        if source == "attitude":
+            cause = message(marked("tipped past {threshold}"), threshold=f"{record.attitude_threshold_deg}°")
+        elif source == "freefall":
+            cause = message(
+                marked("fell (below {acceleration} for {seconds})"),
+                acceleration=f"{record.freefall_acceleration_g:.1f} g",
+                seconds=f"{record.freefall_time_s:.2f} s",
+            )
+        else:
+            cause = message(marked("fired by {source}"), source=source_message(source))
+        causes.append(cause)
+    volts, outside = f"{record.cell_voltage_v:.2f} V", record_outside(record)
+    voltage = UserMessage(volts)
+    if record.charging:
+        voltage = message(marked("on external power, {voltage}"), voltage=volts)
+    elif "cell_voltage_v" in record.implausible:
+        voltage = message(marked("{text} (implausible)"), text=volts)
+    elif outside is not None:
+        voltage = message(marked("{value}, {fault}"), value=volts, fault=message(outside.fault.value))
+    linked, not_linked = marked("serial link connected"), marked("serial link not connected")
     return message(
         marked("{what} {uptime} after power-on of boot {boot}, {link}, {voltage}"),
-        what=cause_message(record),
+        what=joined(causes, " + ") if causes else message(marked("no cause stated")),
         uptime=uptime_message(record),
-        boot=str(record.boot_count),
-        link=message(
-            marked("serial link connected") if record.serial_connected else marked("serial link not connected")
-        ),
-        voltage=_voltage(record),
+        boot=record.boot_count,
+        link=message(linked if record.serial_connected else not_linked),
+        voltage=voltage,
     )
 
 
@@ -194,40 +203,6 @@ def uptime_message(record: TriggerRecord) -> UserMessage:
     return message("≥ {time}", time=text) if record.uptime_s >= MAX_UPTIME_S else text
 
 
-def cause_message(record: TriggerRecord) -> UserMessage:
-    """ "tipped past 60° + fell (below 0.5 g for 1.60 s)" """
-    parts = [_cause(source, record) for source in record.sources]
-    if not parts:
-        return message(marked("no cause stated"))
-    return joined(parts, " + ")
-
-
-def _cause(source: str, record: TriggerRecord) -> UserMessage:
-    match source:
-        case "attitude":
-            return message(marked("tipped past {threshold}"), threshold=f"{record.attitude_threshold_deg}°")
-        case "freefall":
-            return message(
-                marked("fell (below {acceleration} for {seconds})"),
-                acceleration=f"{record.freefall_acceleration_g:.1f} g",
-                seconds=f"{record.freefall_time_s:.2f} s",
-            )
-        case _:
-            return message(marked("fired by {source}"), source=source_message(source))
-
-
-def _voltage(record: TriggerRecord) -> UserMessage:
-    volts = f"{record.cell_voltage_v:.2f} V"
-    if record.charging:
-        return message(marked("on external power, {voltage}"), voltage=volts)
-    if "cell_voltage_v" in record.implausible:
-        return message(marked("{text} (implausible)"), text=volts)
-    outside = record_outside(record)
-    if outside is None:
-        return UserMessage(volts)
-    return message(marked("{value}, {fault}"), value=volts, fault=message(outside.fault.value))
-
-
 def cell_text(record: TriggerRecord) -> str:
     """Its cell voltage with what is wrong with it, in the language in use."""
     volts, outside = f"{record.cell_voltage_v:.2f} V", record_outside(record)
@@ -236,7 +211,7 @@ def cell_text(record: TriggerRecord) -> str:
     return tr("{text} (implausible)", text=volts) if record.implausible else volts
 
 
-MAX_NOTE_LENGTH = 2000
+# The store
 
 
 class SeenRecord(NamedTuple):
@@ -283,8 +258,7 @@ class KeptTriggers:
         )
         self._facts.add(visit, module)
         records = self.records(module)
-        new = None if last is None else frozenset(record.id for record in records[len(known) :])
-        return Visit(records, new)
+        return Visit(records, None if last is None else frozenset(record.id for record in records[len(known) :]))
 
     def is_kept_apart(self, module: str, port: str) -> bool:
         """Whether what was kept of this name is of a simulated module, and `port` leads to a real one, or reversely."""
@@ -335,10 +309,8 @@ class KeptTriggers:
     def do_follow(self, module: str, slots: Sequence[bytes], *, is_confirmed: bool) -> bool:
         """False where these records do not continue those of the last visit: it may be another module."""
         last, last_slots, known = self._last(module)
-        if last is None:
-            return True
         raws = [record.raw for record in known]
-        return merge(raws, last_slots, slots, is_confirmed=is_confirmed).is_continuation
+        return last is None or merge(raws, last_slots, slots, is_confirmed=is_confirmed).is_continuation
 
     # A module that does not answer the query for its records (E7)
 
@@ -386,7 +358,8 @@ class PossiblyOther(NamedTuple):
 def file_triggers(
     facts: Facts, reading: TriggersReading, name: str, *, port: str, adapter: str = "", is_same_module: bool = False
 ) -> Visit | PossiblyOther:
-    """`is_same_module`: a person said so although the records do not follow. Within `Store.write`."""
+    """File what was read under the name that a person said in that conversation. `is_same_module`: a person said so
+    although the records do not follow. Within `Store.write`."""
     history, kept = reading.history, KeptTriggers(facts)
     slots = [record.raw for record in history.records]
     if kept.is_kept_apart(name, port):
@@ -399,19 +372,9 @@ def file_triggers(
     return kept.store_visit(name, slots, port=port, boot_count=reading.boot_count, is_confirmed=history.is_confirmed)
 
 
-HEAD = ("module", "place", "first_seen_at", "confirmed", *FIELDS, "told", "judgement", "note")
-_NONE: frozenset[int] = frozenset()
-
-
-def write_archive(
-    path: Path,
-    module: str,
-    records: Iterable[SeenRecord],
-    *,
-    seen_once: frozenset[int] = _NONE,
-) -> None:
-    """UTF-8 with a byte-order mark, written atomically; the sentence is in the language in use. Raises `OSError`.
-    `seen_once`: ids of the records that came in one reading only."""
+def write_archive(path: Path, module: str, records: Iterable[SeenRecord], *, seen_once: frozenset[int]) -> None:
+    """All records as CSV, safe for spreadsheets: UTF-8 with a byte-order mark, written atomically; the sentence is in
+    the language in use. Raises `OSError`. `seen_once`: ids of the records that came in one reading only."""
     rows = []
     for seen in records:
         record = record_of(seen.raw)
@@ -423,7 +386,7 @@ def write_archive(
             "confirmed": seen.id not in seen_once,
             "told": sentence(record).translated(),
             "judgement": None if seen.judgement is None else JUDGEMENT_WORDS[seen.judgement],
-            "note": clean(seen.note, longest=2000),
+            "note": clean(seen.note, longest=MAX_NOTE_LENGTH),
         }
-        rows.append([values[name] for name in HEAD])
-    write_whole(path, BYTE_ORDER_MARK + csv_text(HEAD, rows).encode())
+        rows.append([values[name] for name in CSV_HEAD])
+    write_whole(path, BYTE_ORDER_MARK + csv_text(CSV_HEAD, rows).encode())

@@ -21,7 +21,7 @@ from PySide6.QtWidgets import QAbstractButton, QApplication, QLabel, QLineEdit, 
 from app.diagnosis.link_state import Phase
 from app.engine.ports import PortInfo
 from app.flights.thresholds import FlightGroup
-from app.preflight.findings import Person
+from app.preflight.checks import Person
 from app.simulator import bench
 from app.text.i18n import CHINESE, ENGLISH, tr
 from ui.acts.ritual_widget import RitualWidget

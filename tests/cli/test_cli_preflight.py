@@ -10,7 +10,7 @@ from pathlib import Path
 import pytest
 
 import app.__main__ as program
-from app.preflight.verdict import CHECKS
+from app.preflight.checks import CHECKS
 from app.safety.journal import Act, Outcome
 from app.store.fact_store import Store
 from app.store.opening import FILE_NAME

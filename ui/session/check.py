@@ -15,15 +15,14 @@ from app.engine.procedure import Job, Report
 from app.engine.worker import Batch
 from app.fleet.card import HeldVerdict
 from app.limits.past import Past
-from app.preflight.evidence import UNREAD, Evidence, StateReading, Void, changed, read_state, void_of_end
-from app.preflight.findings import CheckResult, Person
+from app.preflight.checks import CheckResult, Person
+from app.preflight.evidence import OVER, UNREAD, Evidence, StateReading, Void, changed, read_state, void_of_end
 from app.preflight.run import STEPS, run_preflight
 from app.preflight.verdict import REREAD_EVERY_S, VALID_FOR_S, Assessment, Verdict, void_of_news, void_reason
 from app.records.filing import Filed, file_check
 from app.records.record import SignedRecord
 from app.settings.profiles import Profile
-from app.store.opening import StoreTrouble
-from app.text.messages import UserError, message
+from app.text.messages import message
 from protocol.translatable import marked
 from ui.core.background_task import BackgroundTask
 from ui.services.storage import Storage
@@ -33,7 +32,7 @@ from ui.style.theme import Meaning
 
 
 class Standing(Enum):
-    """The verdict as it stands now."""
+    """The verdict as it stands now; a verdict that holds has the value of its `Verdict`."""
 
     NOT_CHECKED = "not checked"
     CHECKING = "checking"
@@ -43,13 +42,12 @@ class Standing(Enum):
     VOID = "void"
 
 
-_STANDINGS = {Verdict.GO: Standing.GO, Verdict.READY: Standing.READY, Verdict.NO_GO: Standing.NO_GO}
 VERDICT_STYLES = {
     Verdict.GO: StateStyle(Icon.CHECK, Meaning.GOOD),
     Verdict.READY: StateStyle(Icon.LOCK, Meaning.INFORMATION),
     Verdict.NO_GO: StateStyle(Icon.DANGER, Meaning.DANGER),
 }
-LOUD = {standing: VERDICT_STYLES[verdict].meaning for verdict, standing in _STANDINGS.items()}
+LOUD = {Standing(verdict.value): style.meaning for verdict, style in VERDICT_STYLES.items()}
 PASSED = (Standing.GO, Standing.READY)
 ENTRIES = changed(message(marked("entries")))
 NEWER = Void("changed", message(marked("It was checked again.")))
@@ -69,27 +67,21 @@ class ModuleCheck(QObject):
         self._module, self._storage = module, storage
         self.profile = profile
         self.person = replace(person, module=module.name or None)
-        self.target = module.target
-        device = "" if self.target is None else self.target.device
-        self.evidence = Evidence(port=device, may_have_fired=module.may_have_fired)
+        target = module.target
+        self._adapter = "" if target is None else target.identity
+        self.evidence = Evidence(port="" if target is None else target.device, may_have_fired=module.may_have_fired)
         self.filed: Filed | None = None
         # Set during the check, it voids it when it ends.
         self.void: Void | None = None
-        # Why it was not kept.
-        self.trouble: UserError | None = None
         self.progress: Report | None = None
         self._filing: BackgroundTask[Filed] = BackgroundTask("dps-s check", self)
         self._rereading: Job[StateReading] | None = None
         self._timer = QTimer(self, interval=round(1000 * REREAD_EVERY_S))
-        self._timer.timeout.connect(self.read_again)
-        self._slots = (
-            (module.changed, self.poll),
-            (module.batch, self._on_batch),
-            (module.named, self._on_name),
-            (module.ended, self._on_ended),
-        )
-        for signal, slot in self._slots:
-            signal.connect(slot)
+        self._timer.timeout.connect(self._read_again)
+        module.changed.connect(self.poll)
+        module.batch.connect(self._on_batch)
+        module.named.connect(self._on_name)
+        module.ended.connect(self._on_ended)
         procedure = run_preflight(self.evidence, is_enabling=is_enabling, journal=module.journal)
         self._job: Job[Any] | None = module.run(procedure, self._end, on_progress=self._remember_progress, goes_on=True)
 
@@ -109,19 +101,20 @@ class ModuleCheck(QObject):
     def standing(self) -> Standing:
         if self.is_running or (self.filed is None and self.void is None):
             return Standing.CHECKING
-        if self.filed is None:
+        if self.filed is None or self.void is not None:
             return Standing.VOID
-        return Standing.VOID if self.void is not None else _STANDINGS[self.filed.assessment.verdict]
+        return Standing(self.filed.assessment.verdict.value)
 
     @property
     def assessment(self) -> Assessment | None:
+        """None while it runs, so that no old finding is shown."""
         return None if self.filed is None or self.is_running else self.filed.assessment
 
     @property
     def signed(self) -> SignedRecord | None:
         """What may be exported: None unless the check still holds, and while the next record of it is being kept."""
-        has_record = self.filed is not None and not self.is_busy and self.standing in _STANDINGS.values()
-        return self.filed.signed if self.filed is not None and has_record else None
+        is_final = self.standing in LOUD and not self.is_busy
+        return self.filed.signed if self.filed is not None and is_final else None
 
     @property
     def held(self) -> HeldVerdict | None:
@@ -154,8 +147,7 @@ class ModuleCheck(QObject):
         is_named_now = person.module != self.person.module
         self.person = person
         if self._job is None:  # else it is filed with this when it ends
-            past = None if is_named_now or self.filed is None else self.filed.assessment.case.past
-            self._file(self.evidence, past)
+            self._file(self.evidence, None if is_named_now or self.filed is None else self.filed.assessment.case.past)
             self.changed.emit()
 
     def set_void(self, void: Void) -> None:
@@ -164,87 +156,42 @@ class ModuleCheck(QObject):
             self.changed.emit()
 
     def drop(self) -> None:
-        """Nothing more is heard of it: another check or another module has taken its place."""
+        """Another check or another module has taken its place. Nothing that comes later changes one that is void."""
+        self.void = self.void or OVER
         for job in filter(None, (self._job, self._rereading)):
             job.cancel()
         self._job = self._rereading = None
         self._filing.cancel()
         self._timer.stop()
-        for signal, slot in self._slots:
-            signal.disconnect(slot)
         self.deleteLater()
 
+    # What happens
+
     def poll(self) -> None:
-        """Void the verdict if it no longer holds."""
+        """Void the verdict if it no longer holds. Reported locked, GO becomes READY at once; reported active, READY
+        becomes GO after reading everything. Not reported any more, it is asked for at once: a verdict says nothing else
+        than the top bar."""
         if self.filed is None or self.void is not None or self.is_running:
             return
-        void = void_reason(self.filed.assessment, self._module.view, self._module.now_s)
-        if void is None:
-            self._follow_activation()
-        else:
+        view, now, evidence = self._module.view, self._module.now_s, self.evidence
+        void = void_reason(self.filed.assessment, view, now)
+        if void is not None:
             self.set_void(void)
+        elif self.standing in PASSED and not self._filing.is_running:
+            known, active = view.values.get("active"), view.fresh("active", now)
+            # An acknowledgement is no report.
+            is_reported = known is not None and known.how is not How.ACKNOWLEDGED and active is not None
+            if not is_reported or (active and not evidence.is_active):
+                self._read_again()
+            elif not active and evidence.status is not None and evidence.is_active:
+                self._judge_again(replace(evidence, status=evidence.status._replace(active=False)))
 
-    def read_again(self) -> None:
+    def _read_again(self) -> None:
         """Read everything that a GO or READY depends on; any difference voids it."""
         if self.standing not in PASSED:
             self._timer.stop()
         elif self._rereading is None:
             self._rereading = self._module.run(read_state(), self._end_rereading, goes_on=True)
-
-    # What happens
-
-    def _remember_progress(self, report: Report) -> None:
-        """In the worker's thread. Only its own steps: what they are made of tells its progress, too."""
-        if report.total == STEPS:
-            self.progress = report
-
-    def _on_batch(self, batch: Batch) -> None:
-        fired = void_of_news(batch.events, batch.samples)
-        if fired is not None and not self._is_known_to_be_triggered:
-            self.set_void(fired)
-        if self._job is not None:
-            self.evidence.listen(batch.events)
-        self.poll()  # also what no page shows, and what is over by the next look
-
-    def _on_ended(self) -> None:
-        """What came of one that runs is shown no more once the next conversation begins."""
-        end = self._module.end
-        if self._job is not None and end is not None:
-            why = void_of_end(end).message
-            self._module.keep_report(message(marked("{name}: {value}"), name=message(marked("Pre-flight")), value=why))
-
-    @property
-    def _is_known_to_be_triggered(self) -> bool:
-        """The check itself found it triggered, so that a report of it is no news."""
-        return self.filed is not None and self.filed.assessment.has_triggered
-
-    def _on_name(self) -> None:
-        """The signal also comes when the same module is recognised again."""
-        name = self._module.name or None
-        if self.person.module is None:
-            self.state_again(replace(self.person, module=name))
-        elif name != self.person.module:
-            self.set_void(ENTRIES)
-
-    def _follow_activation(self) -> None:
-        """Reported locked, GO becomes READY at once; reported active, READY becomes GO after reading everything. Not
-        reported any more, it is asked for at once: a verdict says nothing else than the top bar."""
-        if self.standing not in PASSED or self._filing.is_running:
-            return
-        reported, status = self._reported_active, self.evidence.status
-        if reported is None or (reported and not self.evidence.is_active):
-            self.read_again()
-        elif reported is False and status is not None and status.active:
-            self._judge_again(replace(self.evidence, status=status._replace(active=False)))
-
-    @property
-    def _reported_active(self) -> bool | None:
-        """What the module reports now; an acknowledgement is no report."""
-        active = self._module.view.fresh("active", self._module.now_s)
-        known = self._module.view.values.get("active")
-        if known is None or known.how is How.ACKNOWLEDGED or active is None:
-            return None
-        return active is True
 
     def _end_rereading(self, job: Job[StateReading]) -> None:
         if job is not self._rereading:
@@ -261,9 +208,37 @@ class ModuleCheck(QObject):
 
     def _judge_again(self, evidence: Evidence) -> None:
         """Judge the same check with the activation that is reported now."""
-        if self.filed is None or self._filing.is_running:
-            return
-        self._file(evidence, self.filed.assessment.case.past)
+        if self.filed is not None and not self._filing.is_running:
+            self._file(evidence, self.filed.assessment.case.past)
+
+    def _remember_progress(self, report: Report) -> None:
+        """In the worker's thread. Only its own steps: what they are made of tells its progress, too."""
+        if report.total == STEPS:
+            self.progress = report
+
+    def _on_batch(self, batch: Batch) -> None:
+        fired = void_of_news(batch.events, batch.samples)
+        # What the check itself found triggered is no news.
+        if fired is not None and (self.filed is None or not self.filed.assessment.has_triggered):
+            self.set_void(fired)
+        if self._job is not None:
+            self.evidence.listen(batch.events)
+        self.poll()  # also what no page shows, and what is over by the next look
+
+    def _on_ended(self) -> None:
+        """What came of one that runs is shown no more once the next conversation begins."""
+        end = self._module.end
+        if self._job is not None and end is not None:
+            why = void_of_end(end).message
+            self._module.keep_report(message(marked("{name}: {value}"), name=message(marked("Pre-flight")), value=why))
+
+    def _on_name(self) -> None:
+        """The signal also comes when the same module is recognised again."""
+        name = self._module.name or None
+        if self.person.module is None:
+            self.state_again(replace(self.person, module=name))
+        elif name != self.person.module:
+            self.set_void(ENTRIES)
 
     def _end(self, job: Job[Any]) -> None:
         if job is not self._job:
@@ -271,8 +246,7 @@ class ModuleCheck(QObject):
         self._job, evidence = None, self.evidence
         if job.error is not None:
             evidence.note_error(job.error)  # it may not even have begun
-        if self.void is not None and evidence.void is None:
-            evidence.void = self.void
+        evidence.void = evidence.void or self.void
         if evidence.history is not None and evidence.history.is_confirmed:
             self._module.note_records_read()
         self._file(evidence)
@@ -282,20 +256,17 @@ class ModuleCheck(QObject):
         """Judge the check; keep it, in the store's thread, unless it is void. It takes the place of one being kept."""
         self.evidence = evidence
         store = self._storage.begun if evidence.is_complete else None
-        adapter = "" if self.target is None else self.target.identity
-        work = partial(file_check, evidence, self.profile, self.person, store=store, adapter=adapter, past=past)
-        if store is not None:
+        work = partial(file_check, evidence, self.profile, self.person, store=store, adapter=self._adapter, past=past)
+        if store is None:
+            self._end_filing(work())
+        else:
             self._filing.run(lambda _running: work(), self._end_filing)
-            return
-        trouble = self._storage.store if self._storage.begun is None else None
-        self._end_filing(work(), trouble if isinstance(trouble, StoreTrouble) else None)
 
-    def _end_filing(self, filed: Filed, trouble: StoreTrouble | None = None) -> None:
-        self.trouble = trouble or filed.trouble
-        is_kept = filed.assessment.case.evidence.is_complete and self.trouble is None
+    def _end_filing(self, filed: Filed) -> None:
+        self.filed = filed
+        is_kept = self.evidence.is_complete and filed.trouble is None
         if is_kept and filed.assessment.result("boot_count") is not CheckResult.FAIL:
             self._module.keep()
-        self.filed = filed
         if self.standing in PASSED and not self._timer.isActive():
             self._timer.start()
         if filed.assessment.verdict is Verdict.GO:

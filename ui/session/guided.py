@@ -25,18 +25,14 @@ from app.procedures.act import Performed
 from app.safety.journal import Outcome
 from app.store.fact_store import Facts, Store
 from app.store.opening import StoreTrouble
-from app.text.messages import UserError, UserMessage, message
+from app.text.messages import UserError, message
 from protocol.translatable import marked
 from ui.core.background_task import BackgroundTask
 from ui.services.storage import Storage
 from ui.session.lock import PortLock
 from ui.session.shown_module import ShownModule, not_kept
 
-CANCELLED = marked("cancelled")
-LOST = marked("link lost")
-FAILED = marked("program error")
-UNPROVEN = marked("not confirmed")
-BECAME_ACTIVE = marked("ACTIVE during the test")
+CANCELLED, FAILED, LOST = marked("cancelled"), marked("program error"), marked("link lost")
 
 
 class Stage(Enum):
@@ -45,9 +41,6 @@ class Stage(Enum):
     CONFIRMING = "confirming"
     MEASURING = "measuring"
     DONE = "done"
-
-
-RUNNING = (Stage.PREPARING, Stage.CONFIRMING, Stage.MEASURING)
 
 
 class Guided(QObject):
@@ -63,8 +56,6 @@ class Guided(QObject):
         self.stage = Stage.READY
         # The person's statement, for the next test.
         self.is_stated_safe = False
-        # Who tests.
-        self.who = ""
         self.steps = PersonSteps()
         self.outcome: GuidedResult | UserError | None = None
         # The name under which the last result was measured.
@@ -74,6 +65,7 @@ class Guided(QObject):
         self.owes_lock = False
         # The last result of each test, as it is kept under the module's name.
         self.last: Mapping[GuidedKind, StoredTest] = {}
+        self._who = ""
         # What is measured once it is prepared.
         self._measuring: Measure | None = None
         self._shown: Report | None = None
@@ -93,7 +85,7 @@ class Guided(QObject):
 
     @property
     def is_running(self) -> bool:
-        return self.stage in RUNNING
+        return self.stage not in (Stage.READY, Stage.DONE)
 
     @property
     def report(self) -> Report | None:
@@ -134,13 +126,12 @@ class Guided(QObject):
 
     def start(self, who: str = "") -> None:
         """`who` tests."""
-        if not self.can_start:
-            return
-        self.who = who
-        self.outcome = self.trouble = self._measuring = None
-        self.stage = Stage.PREPARING
-        self._job.run(self.test.prepare(), self._end_preparing)
-        self.changed.emit()
+        if self.can_start:
+            self._who = who
+            self.outcome = self.trouble = self._measuring = None
+            self.stage = Stage.PREPARING
+            self._job.run(self.test.prepare(), self._end_preparing)
+            self.changed.emit()
 
     def confirm(self) -> None:
         """The step that waits for the person is done."""
@@ -150,7 +141,7 @@ class Guided(QObject):
     def cancel(self, why: str = CANCELLED) -> None:
         """Abort the test; locks the module if the test may have made it active."""
         if self.is_running:
-            self._finish(_broken_off(why))
+            self._break_off(why)
 
     # How it goes on
 
@@ -162,20 +153,19 @@ class Guided(QObject):
     def act_ended(self, performed: Performed | None) -> None:
         if self.stage is not Stage.CONFIRMING:
             return  # cancelled meanwhile
-        match None if performed is None else performed.outcome:
-            case Outcome.CONFIRMED:
-                self._measure()
-            case None:
-                self._finish(_broken_off(LOST))
-            case Outcome.NOT_SENT:
-                self.owes_lock = False
-                self.changed.emit()
-            case _:
-                self._finish(_broken_off(UNPROVEN))
+        if performed is None:
+            self._break_off(LOST)
+        elif performed.outcome is Outcome.CONFIRMED:
+            self._measure()
+        elif performed.outcome is Outcome.NOT_SENT:
+            self.owes_lock = False
+            self.changed.emit()
+        else:
+            self._break_off(marked("not confirmed"))
 
     def _end_preparing(self, job: Job[Measure]) -> None:
         if job.error is not None:
-            self._finish(_why(job.error))
+            self._fail(job.error)
             return
         self._measuring = job.outcome()
         if self.test.is_active:
@@ -193,32 +183,39 @@ class Guided(QObject):
             self.changed.emit()
 
     def _end_measuring(self, job: Job[GuidedResult]) -> None:
-        self._finish(job.outcome() if job.error is None else _why(job.error))
+        if job.error is not None:
+            self._fail(job.error)
+        else:
+            self._finish(job.outcome())
+
+    def _fail(self, error: BaseException) -> None:
+        if isinstance(error, UserError):
+            self._finish(error)
+        else:
+            self._break_off(CANCELLED if isinstance(error, Cancelled) else FAILED)
+
+    def _break_off(self, why: str) -> None:
+        self._finish(UserError(marked("No result: {why}."), why=message(why)))
 
     def _finish(self, outcome: GuidedResult | UserError) -> None:
         if self.stage is Stage.DONE:
             return
-        is_measuring = self.stage is not Stage.PREPARING
+        module, is_measuring = self._module, self.stage is not Stage.PREPARING
         self._job.cancel()
         self._job.drop()
-        self._module.is_fired_by_test = False
-        if is_measuring and self._module.view.fresh("active", self._module.now_s):
+        module.is_fired_by_test = False
+        if is_measuring and module.view.fresh("active", module.now_s):
             self.owes_lock = True  # whoever activated it: somebody is holding it
         self.stage, self.outcome, self.is_stated_safe = Stage.DONE, outcome, False
         if self.owes_lock:
             self._lock.press()
         if isinstance(outcome, GuidedResult):
-            direction = light_direction(outcome)
-            if direction is not None:
-                self._module.light_direction = direction
+            module.light_direction = light_direction(outcome) or module.light_direction
             self._keep_result(outcome)
-        if not self._module.is_going:
-            self._module.keep_report(self._report_of(outcome))
+        if not module.is_going:
+            word = message(VERDICT_WORDS[outcome.verdict]) if isinstance(outcome, GuidedResult) else outcome.message
+            module.keep_report(message(marked("{name}: {value}"), name=message(TITLES[self.kind]), value=word))
         self.changed.emit()
-
-    def _report_of(self, outcome: GuidedResult | UserError) -> UserMessage:
-        word = message(VERDICT_WORDS[outcome.verdict]) if isinstance(outcome, GuidedResult) else outcome.message
-        return message(marked("{name}: {value}"), name=message(TITLES[self.kind]), value=word)
 
     # What happens
 
@@ -229,9 +226,8 @@ class Guided(QObject):
         self.changed.emit()
 
     def _on_batch(self, batch: Batch) -> None:
-        is_active = batch.conversation.fresh("active", batch.at) is True
-        if self.is_running and not self.test.is_active and is_active:
-            self.cancel(BECAME_ACTIVE)
+        if self.is_running and not self.test.is_active and batch.conversation.fresh("active", batch.at) is True:
+            self.cancel(marked("ACTIVE during the test"))
         elif self.report is not self._shown:
             self._shown = self.report
             self.changed.emit()
@@ -239,20 +235,19 @@ class Guided(QObject):
     def _on_ended(self) -> None:
         """What measures ends with its job, which may have expected that."""
         if self.stage is Stage.CONFIRMING:
-            self._finish(_broken_off(LOST))
+            self._break_off(LOST)
 
     # The store
 
     def load_last(self) -> None:
         store, name = self._storage.ready, self._module.name
-        self.last = {}
         self._loading.cancel()
-        self.changed.emit()  # before the store has answered
+        self._take_last({})  # before the store has answered
         if store is not None and name:
             work = partial(last_tests, module=name, counts_simulated=self._is_simulated)
-            self._loading.run_in(store, work, self._on_last_tests, lambda _trouble: self._on_last_tests({}))
+            self._loading.run_in(store, work, self._take_last, lambda _trouble: None)
 
-    def _on_last_tests(self, last: Mapping[GuidedKind, StoredTest]) -> None:
+    def _take_last(self, last: Mapping[GuidedKind, StoredTest]) -> None:
         self.last = last
         self.changed.emit()
 
@@ -262,34 +257,29 @@ class Guided(QObject):
         return target is not None and target.is_simulated
 
     def _keep_result(self, result: GuidedResult) -> None:
-        store, target = self._storage.store, self._module.target
+        store, target, who = self._storage.store, self._module.target, self._who
         name = self.tested_as = self._module.name
         if not isinstance(store, Store):
             self.trouble = not_kept(store, name)
             return
-        adapter = "" if target is None else target.key
-        work = partial(_keep, result=result, name=name, adapter=adapter, who=self.who, is_simulated=self._is_simulated)
+        adapter, is_simulated = "" if target is None else target.key, self._is_simulated
+
+        def keep(facts: Facts) -> None:
+            if name:
+                remember(facts, name)
+            keep_test(
+                facts,
+                result,
+                module=name or None,
+                adapter=adapter,
+                who=who,
+                is_simulated=is_simulated,
+                program=version(),
+            )
+
+        def fail(trouble: StoreTrouble) -> None:
+            self.trouble = not_kept(trouble, name)
+            self.changed.emit()
+
         keeping: BackgroundTask[None] = BackgroundTask("dps-s guided test", self, for_once=True)
-        keeping.run_in(store, work, lambda _none: self.load_last(), self._show_trouble)
-
-    def _show_trouble(self, trouble: StoreTrouble) -> None:
-        self.trouble = not_kept(trouble, self._module.name)
-        self.changed.emit()
-
-
-def _broken_off(why: str) -> UserError:
-    return UserError(marked("No result: {why}."), why=message(why))
-
-
-def _why(error: BaseException) -> UserError:
-    if isinstance(error, UserError):
-        return error
-    return _broken_off(CANCELLED if isinstance(error, Cancelled) else FAILED)
-
-
-def _keep(facts: Facts, result: GuidedResult, *, name: str, adapter: str, who: str, is_simulated: bool) -> None:
-    if name:
-        remember(facts, name)
-    keep_test(
-        facts, result, module=name or None, adapter=adapter, who=who, is_simulated=is_simulated, program=version()
-    )
+        keeping.run_in(store, keep, lambda _none: self.load_last(), fail)

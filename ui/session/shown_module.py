@@ -40,7 +40,7 @@ from ui.style.theme import Meaning
 from ui.widgets.notice_bar import Choice, Notice
 
 if TYPE_CHECKING:
-    from app.preflight.findings import Person
+    from app.preflight.checks import Person
     from app.settings.profiles import Profile
     from ui.services.storage import Storage
     from ui.session.check import ModuleCheck

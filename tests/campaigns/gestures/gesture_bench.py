@@ -386,9 +386,9 @@ def gesture_bench(
                 made.settings.ask_open = lambda *_asked: None
                 made.settings.ask_save = lambda *_asked: None
             if "preflight" in pages:
-                made.preflight.files.ask_record = lambda *_asked: None
+                made.preflight.ask_record = lambda *_asked: None
                 made.preflight.form.choose.setMenu(None)  # type: ignore[arg-type]  # so would this menu
-                made.preflight.files.ask_path = lambda *_asked: None
+                made.preflight.ask_path = lambda *_asked: None
             made.connect()
             window.activateWindow()
             made.wait(0.5)

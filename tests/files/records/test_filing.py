@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 from app.modules.names import remember
-from app.preflight.findings import CheckResult, Person
+from app.preflight.checks import CheckResult, Person
 from app.preflight.verdict import Verdict
 from app.procedures.history import History
 from app.records.filing import Filed, aircraft_of, file_check

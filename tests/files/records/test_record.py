@@ -15,7 +15,7 @@ import pytest
 from app import version
 from app.engine.target import is_simulated
 from app.modules.labels import Paper
-from app.preflight.findings import CheckResult
+from app.preflight.checks import CheckResult
 from app.preflight.verdict import Verdict
 from app.records.filing import cell_voltage_in
 from app.records.record import NOTES, Record, SignedRecord, sign

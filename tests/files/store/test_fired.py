@@ -10,7 +10,7 @@ import pytest
 from app.archive.archive import Archive
 from app.archive.module_history import module_history
 from app.archive.report import ModuleToday, report
-from app.preflight.findings import CheckResult, Person
+from app.preflight.checks import CheckResult, Person
 from app.preflight.verdict import Verdict
 from app.records.filing import Filed, file_check
 from app.safety.journal import REQUESTS, Act, Outcome

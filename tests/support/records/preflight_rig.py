@@ -8,8 +8,8 @@ from typing import Any
 
 from app.limits.past import Past
 from app.modules.names import Remembered
+from app.preflight.checks import Case, Person
 from app.preflight.evidence import Evidence
-from app.preflight.findings import Case, Person
 from app.preflight.run import run_preflight
 from app.preflight.verdict import Assessment, assess
 from app.records.record import Record, make_record
@@ -158,27 +158,16 @@ FAULTS: Mapping[str, Fault] = {
     "charging": Fault(_names("charging", "cell_voltage"), {"charger": "yes"}),
     "bay open": Fault(_names("light"), {"bay_open": "yes"}),
     "attitude threshold": Fault(_names("attitude_threshold", "fingerprint"), arrange=_memory(attitude_threshold=40)),
-    "attitude above all": Fault(_names("attitude_threshold"), arrange=_memory(attitude_threshold=200)),
-    "free-fall acceleration": Fault(_names("freefall_acceleration"), arrange=_memory(freefall_acceleration=7)),
-    "free-fall time": Fault(_names("freefall_time"), arrange=_memory(freefall_time=20)),
     "light threshold": Fault(_names("light_threshold"), arrange=_memory(light_threshold=12)),
     "triggers not set": Fault(_FLAGS, is_enabling=False),
-    "attitude trigger mute": Fault(_names("attitude_trigger"), {"mute_codes": "16"}),
     "free-fall trigger mute": Fault(_names("freefall_trigger"), {"mute_codes": "17"}),
     "new records": Fault(_names("trigger_records"), {"history": "3"}),
-    "no light": Fault(_names("light"), {"mute_codes": "14"}),
     "no charge state": Fault(_names("charging", "cell_voltage"), {"mute_codes": "33"}),
     "no voltage": Fault(_names("cell_voltage"), {"mute_codes": "34"}),
     "no boot count": Fault(_names("connection", "boot_count"), {"mute_codes": "23"}),
     "no settings": Fault(_names("attitude_threshold", "freefall_time", "fingerprint"), {"mute_codes": "20,22"}),
     "restarted": Fault(_names("connection"), arrange=on_request(STATUS_CODE, 6, lambda rig: rig.bench.restart())),
     # Nothing of the module.
-    "not as in the profile": Fault(
-        _names("attitude_threshold"),
-        profile={"settings": {"attitude_threshold_deg": 65, "light_threshold_v": 1.8}},
-    ),
     "another module": Fault(_names("boot_count"), past={"remembered": Remembered("M-07", boot_count=100)}),
-    "other records": Fault(_names("boot_count"), past={"do_records_follow": False}),
-    "not approved": Fault(_names("fingerprint"), profile={"approved_fingerprint": "AAAA-AAAA"}),
     "canopy torn": Fault(_names("manual"), profile={"manual": (ManualLine("Canopy", is_done=False),)}),
 }

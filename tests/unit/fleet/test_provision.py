@@ -9,8 +9,8 @@ import pytest
 from app.engine.conversation import Interrupted
 from app.fleet.batch import OPEN, SET_ASIDE, BatchRun, ModuleBatch, await_gone, batch_of, counted_names
 from app.modules.names import remembered
+from app.preflight.checks import Person
 from app.preflight.evidence import Evidence
-from app.preflight.findings import Person
 from app.procedures.write import WriteContext
 from app.store.fact_store import Store
 from app.text.messages import UserError

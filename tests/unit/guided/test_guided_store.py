@@ -10,7 +10,7 @@ import pytest
 
 from app.guided.guided_store import keep_test, last_tests
 from app.guided.results import GuidedKind, GuidedResult, GuidedVerdict, MeasuredValue
-from app.preflight.findings import CheckResult, Person
+from app.preflight.checks import CheckResult, Person
 from app.records.filing import file_check
 from app.records.record import read_document
 from app.records.report import report_html

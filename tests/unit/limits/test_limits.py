@@ -21,7 +21,7 @@ from app.limits.limits import (
     softened,
     value_outside,
 )
-from app.preflight.findings import CheckResult
+from app.preflight.checks import CheckResult
 from app.preflight.verdict import Verdict
 from app.procedures.history import History
 from app.records.filing import local_now

@@ -9,8 +9,8 @@ import pytest
 
 from app.limits.past import Past
 from app.modules.names import Remembered
+from app.preflight.checks import Case, CheckResult, Person
 from app.preflight.evidence import Evidence
-from app.preflight.findings import Case, CheckResult, Person
 from app.preflight.run import activate_ready, run_preflight
 from app.preflight.verdict import Assessment, Verdict, assess, void_reason
 from app.procedures.read import read_everything

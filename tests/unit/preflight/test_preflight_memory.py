@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from app.preflight.findings import Person
+from app.preflight.checks import Person
 from app.preflight.verdict import Verdict
 from app.records.filing import file_check
 from app.records.report import report_html

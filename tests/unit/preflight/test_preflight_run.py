@@ -1,62 +1,107 @@
-"""A check is of one conversation: what ends that makes it void with its sentence, and the check says how it went."""
+"""A check is of one conversation: every single fault is named, what ends the conversation makes it void with its
+sentence, and GO and READY come only when everything holds."""
 
 import itertools
 from collections.abc import Callable
+from dataclasses import replace
 
 import pytest
 
 from app.engine.conversation import Interrupted
 from app.engine.procedure import Cancelled, Report
 from app.limits.past import Past
+from app.preflight.checks import CHECKS, REPORTS_NEEDED, Case, CheckResult
 from app.preflight.evidence import HEARTBEATS, UNFINISHED, Evidence, TriggerFlag
-from app.preflight.findings import Case, CheckResult
-from app.preflight.line_checks import REPORTS_NEEDED
 from app.preflight.run import STEPS, TRIGGERS, run_preflight
-from app.preflight.verdict import Verdict, assess
+from app.preflight.verdict import Verdict, assess, verdict_of
 from app.procedures.write import WAITING, WriteFault
+from app.records.record import read_document, sign
+from app.records.verification import RecordState, StationNames, verify
 from app.safety.journal import Outcome
 from app.settings.profiles import NO_PROFILE
 from app.text.messages import UserError, message
-from protocol.catalogue import ATTITUDE_TRIGGER, BY_NAME, FREEFALL_TRIGGER, HEARTBEAT, Request
+from protocol.catalogue import BOOT_COUNT, BY_NAME, CELL_VOLTAGE, FREEFALL_TRIGGER, HEARTBEAT, Hazard
 from protocol.events import EndReason
+from protocol.stale_replies import TRIGGER_FLAGS
+from tests.files.records.test_record import AT, PERSON
 from tests.support.journals import FakeJournal
 from tests.support.line.frames import at_each_frame, at_frame
+from tests.support.line.odd_module import restart_silently
 from tests.support.line.sim_line import Rig, settled_rig, watched_rig
-from tests.support.records.preflight_rig import gather
+from tests.support.records.preflight_rig import FAULTS, Arrange, Fault, assert_only_questions, check, gather, on_request
+from tests.support.records.stations_made import station
 
 FLAGS = [command.key for command in TRIGGERS]
 
 
-def lose(rig: Rig, is_lost: Callable[[int], bool], request: Request) -> None:
-    """Loses each such request of which `is_lost` says so by its number."""
-    numbers = itertools.count(1)
-    at_each_frame(rig.bench, lambda sent: not (sent == request and is_lost(next(numbers))))
+@pytest.mark.parametrize("quirks", [
+    {},
+    {"ack": "one", "voltage_code": "34", "freefall_ack": "17", "empty_slots": "ones"},
+    {"voltage_code": "35", "freefall_ack": "16", "records": "pieces", "split_ms": "4"},
+    {"stream_at_boot": "yes", "rate": "500"},
+    {"noise": "0.5", "delay_ms": "40", "jitter_ms": "20", "empty_slots": "zeros", "records": "spaced"},
+])  # fmt: skip
+def test_every_dialect_of_a_sound_module_is_ready(quirks: dict[str, str]) -> None:
+    checked = check(options=quirks)
+    assert (checked.assessment.verdict, checked.against) == (Verdict.READY, set())
+    assert_only_questions(checked)
+    sets = [request for request in checked.rig.line.requests if request.hazard is not Hazard.NONE]
+    assert [request.command for request in sets] == list(TRIGGER_FLAGS)
 
 
-def verdict_of(evidence: Evidence) -> Verdict:
-    return assess(Case(evidence=evidence, profile=NO_PROFILE, past=Past())).verdict
+@pytest.mark.parametrize("name", FAULTS)
+def test_each_single_fault_is_named_and_its_record_does_not_contradict_itself(name: str) -> None:
+    fault = FAULTS[name]
+    checked = check(fault)
+    assert checked.assessment.verdict is Verdict.NO_GO
+    assert fault.named <= checked.against
+    assert [one.check for one in checked.assessment.checks] == list(CHECKS)
+    assert_only_questions(checked, is_enabling=fault.is_enabling)
+    signed = sign(checked.record({"at": AT}, **PERSON), station())
+    assert verify(read_document(signed.text.encode()), StationNames(None)).state is RecordState.INTACT
+    assert signed.record.follows is Verdict.NO_GO
+
+
+def test_go_is_of_an_active_module_whose_triggers_were_enabled_before() -> None:
+    enabled = check(options={"tilt": "0"})
+    enabled.rig.bench.module.activate(is_active=True)
+    before = len(enabled.rig.line.requests)
+    evidence = gather(enabled.rig, is_enabling=True)
+    assessment = assess(replace(enabled.assessment.case, evidence=evidence))
+    assert (assessment.verdict, assessment.open_checks) == (Verdict.GO, ())
+    # Nothing is written on an active module.
+    assert not [request for request in enabled.rig.line.requests[before:] if request.hazard is not Hazard.NONE]
+
+
+def test_a_locked_module_is_never_go_and_an_active_one_never_ready() -> None:
+    assert verdict_of(is_fine=True, is_active=False) is Verdict.READY
+    assert verdict_of(is_fine=True, is_active=True) is Verdict.GO
+    for is_fine, is_active in ((False, False), (False, True), (False, None), (True, None)):
+        assert verdict_of(is_fine=is_fine, is_active=is_active) is Verdict.NO_GO
+
+
+def test_light_that_reads_lower_is_judged_the_other_way() -> None:
+    inverted = Fault(frozenset(), {"light_inverted": "yes"}, profile={"is_light_inverted": True})
+    assert check(inverted).against == set()
+    assert check(inverted, FAULTS["bay open"]).against == {"light"}
+
+
+def test_nobody_there_is_all_unknown() -> None:
+    checked = check(options={"mute": "yes"})
+    # What was done by hand before stands.
+    assert checked.against == {check.id for check in CHECKS} - {"guided_tests", "service"}
+    assert checked.rig.clock.now_s - 1000.0 < 12.0
+
+
+# What it reads
 
 
 def test_a_heartbeat_that_had_to_be_asked_again_is_lost() -> None:
-    rig = settled_rig()
-    lose(rig, lambda number: number % 5 == 0, HEARTBEAT.query())
+    rig, numbers = settled_rig(), itertools.count(1)
+    at_each_frame(rig.bench, lambda sent: sent != HEARTBEAT.query() or next(numbers) % 5 != 0)
     evidence = gather(rig)
     assert evidence.void is None
     assert (evidence.heartbeats_sent, evidence.heartbeats_lost) == (HEARTBEATS, 4)
-
-
-@pytest.mark.parametrize(("first", "last"), [(True, False), (False, True)])
-def test_the_last_reading_decides_what_is_known(first: bool, last: bool) -> None:
-    evidence, rig = Evidence(port="sim"), settled_rig()
-    time = BY_NAME["freefall_time"]
-
-    def answers(report: Report) -> None:
-        if report.total == STEPS:
-            does_answer = first if report.done < STEPS - 1 else last
-            rig.bench.change(mute_codes=frozenset(() if does_answer else (time.code,)))
-
-    rig.run(run_preflight(evidence), answers)
-    assert (time.key in evidence.values, time.key in evidence.faults) == (last, not last)
 
 
 def test_a_check_reports_its_seven_steps_and_keeps_the_last_status() -> None:
@@ -70,10 +115,22 @@ def test_a_check_reports_its_seven_steps_and_keeps_the_last_status() -> None:
         {"freefall_trigger": True},
         {"attitude_trigger": True},
     ]
-    assert journal.outcomes == {0: Outcome.CONFIRMED, 1: Outcome.CONFIRMED}
     assert evidence.last is not None
     assert evidence.status == evidence.last.status
-    assert evidence.ended_at is not None
+
+
+def test_the_last_reading_decides_what_is_known() -> None:
+    time = BY_NAME["freefall_time"]
+    for first, last in ((True, False), (False, True)):
+        evidence, rig = Evidence(port="sim"), settled_rig()
+
+        def answers(report: Report, rig: Rig = rig, first: bool = first, last: bool = last) -> None:
+            if report.total == STEPS:
+                does_answer = first if report.done < STEPS - 1 else last
+                rig.bench.change(mute_codes=frozenset(() if does_answer else (time.code,)))
+
+        rig.run(run_preflight(evidence), answers)
+        assert (time.key in evidence.values, time.key in evidence.faults) == (last, not last)
 
 
 def test_a_stream_that_begins_meanwhile_is_no_second_module() -> None:
@@ -97,52 +154,87 @@ def test_a_stream_that_begins_meanwhile_is_no_second_module() -> None:
     ("options", "flag", "outcome"),
     [
         ({}, TriggerFlag(True), Outcome.CONFIRMED),
-        ({"ack": "one"}, TriggerFlag(True), Outcome.CONFIRMED),
         ({"refuses": True}, TriggerFlag(why=message(WriteFault.REFUSED.value)), Outcome.REFUSED),
         ({"mute_codes": "16,17"}, TriggerFlag(why=message(WriteFault.NO_REPLY.value)), Outcome.UNKNOWN),
+        ({"double_codes": "16,17", "double_ms": 400}, TriggerFlag(why=message(WriteFault.REPEATED.value)), None),
     ],
 )
+@pytest.mark.promise("f")
 def test_what_came_of_enabling_the_triggers_is_known_and_logged(
-    options: dict[str, str], flag: TriggerFlag, outcome: Outcome
+    options: dict[str, str], flag: TriggerFlag, outcome: Outcome | None
 ) -> None:
     evidence, journal, rig = Evidence(port="sim"), FakeJournal(), settled_rig(**options)
     state_of_module = rig.bench.module.state
     state_of_module.attitude_is_enabled = state_of_module.freefall_is_enabled = False
     rig.run(run_preflight(evidence, is_enabling=True, journal=journal))
     assert [evidence.flags[key] for key in FLAGS] == [flag, flag]
-    assert set(journal.outcomes.values()) == {outcome}
-    sets = [request for request in rig.line.requests if request.command in (ATTITUDE_TRIGGER, FREEFALL_TRIGGER)]
+    assert outcome is None or set(journal.outcomes.values()) == {outcome}
+    sets = [request for request in rig.line.requests if request.command in TRIGGER_FLAGS]
     assert len(sets) == 2, "each is sent once"
 
 
 def test_nothing_is_enabled_on_an_active_module_and_it_says_why() -> None:
     rig = settled_rig(active=True)
-    evidence = gather(rig, is_enabling=True)
-    refused = evidence.flags[FREEFALL_TRIGGER.key]
+    refused = gather(rig, is_enabling=True).flags[FREEFALL_TRIGGER.key]
     assert refused.is_enabled is None
     assert refused.why.in_english() == "not sent: The module is ACTIVE: lock it first."
     assert rig.acts == []
 
 
+# What moves, and what ends it
+
+
+def later(code: int, number: int, after_s: float, act: Callable[[Rig], object]) -> Arrange:
+    """Do this so long after the `number`-th frame of this code."""
+    return on_request(code, number, lambda rig: rig.bench.module.plan(rig.clock() + after_s, lambda _at_s: act(rig)))
+
+
+def moves(name: str, raw: int) -> Callable[[Rig], None]:
+    return lambda rig: setattr(rig.bench.module.memory, name, raw)
+
+
+def restarts(rig: Rig) -> None:
+    restart_silently(rig.bench, rig.clock())
+
+
+LIES = {
+    "threshold moves 50 ms after it was read": ("read_twice", later(0x20, 1, 0.05, moves("attitude_threshold", 20))),
+    "free-fall time moves when the light is read": ("read_twice", later(0x14, 1, 0.0, moves("freefall_time", 5))),
+    "to a value that the advice allows": ("read_twice", later(0x17, 1, 0.5, moves("attitude_threshold", 80))),
+    "restarts silently after a trigger was enabled": ("attitude_trigger", later(0x16, 1, 0.03, restarts)),
+    "restarts silently while it is measured": ("connection", later(0x32, 6, 0.0, restarts)),
+}
+
+
+@pytest.mark.parametrize("name", LIES)
 @pytest.mark.promise("f")
-def test_on_a_line_that_repeats_answers_no_trigger_is_known() -> None:
-    rig = settled_rig(double_codes="16,17", double_ms=400)
-    evidence = gather(rig, is_enabling=True)
-    repeated = TriggerFlag(why=message(WriteFault.REPEATED.value))
-    assert [evidence.flags[key] for key in FLAGS] == [repeated, repeated]
-    assert verdict_of(evidence) is Verdict.NO_GO
+def test_what_moves_is_named(name: str) -> None:
+    named, arrange = LIES[name]
+    checked = check(Fault(frozenset((named,)), arrange=arrange))
+    assert checked.assessment.verdict is Verdict.NO_GO
+    assert named in checked.against
+    assert_only_questions(checked)
 
 
-# Its end
+def test_a_module_that_falls_silent_ends_the_check_at_once() -> None:
+    silent = on_request(CELL_VOLTAGE.code, 1, lambda rig: rig.bench.change(mute=True))
+    asked = [request.command for request in check(Fault(frozenset(), arrange=silent)).rig.line.requests]
+    rest = asked[asked.index(CELL_VOLTAGE) :]
+    assert BOOT_COUNT in rest  # whether it is still there
+    assert len(rest) <= 12
 
 
-def checking(rig: Rig) -> Evidence:
-    """A check that has been going on for a second."""
-    evidence = Evidence(port="sim")
-    rig.job(run_preflight(evidence, is_enabling=True, journal=FakeJournal()))
-    rig.step_for(1.0)
-    assert evidence.void is None
-    return evidence
+@pytest.mark.parametrize("number", range(1, 60, 8))
+def test_a_restart_at_any_moment_never_goes_on_old_values(number: int) -> None:
+    """A GO, where there is one, is of the module as it stands: the flags were set after its last start."""
+    code = [request.command.code for request in check().rig.line.requests][number]
+    for count in (1, 2, 12):
+        checked = check(Fault(frozenset(), arrange=on_request(code, count, lambda rig: rig.bench.restart())))
+        module = checked.rig.bench.module
+        if checked.assessment.verdict is not Verdict.NO_GO:
+            assert module.memory.boot_count == checked.assessment.case.evidence.values["boot_count"] == 37
+        else:
+            assert "connection" in checked.against
 
 
 ENDS: dict[EndReason, Callable[[Rig], object]] = {
@@ -150,7 +242,6 @@ ENDS: dict[EndReason, Callable[[Rig], object]] = {
     EndReason.SILENT: lambda rig: rig.bench.change(mute=True),
     EndReason.CONTRADICTED: lambda rig: setattr(rig.bench.module.memory, "freefall_time", 33),
     EndReason.PORT_LOST: lambda rig: rig.session.close(EndReason.PORT_LOST),
-    EndReason.CLOSED: lambda rig: rig.session.close(EndReason.CLOSED),
     EndReason.SLEPT: lambda rig: setattr(rig.clock, "now_s", rig.clock.now_s + 8 * 3600.0),
     EndReason.ANOTHER: lambda rig: rig.session.treat_as_another(),
 }
@@ -159,8 +250,10 @@ ENDS: dict[EndReason, Callable[[Rig], object]] = {
 @pytest.mark.parametrize("reason", ENDS, ids=lambda reason: reason.value)
 @pytest.mark.promise("f")
 def test_whatever_ends_the_conversation_makes_it_void_with_that_sentence(reason: EndReason) -> None:
-    rig = settled_rig()
-    evidence = checking(rig)
+    rig, evidence = settled_rig(), Evidence(port="sim")
+    rig.job(run_preflight(evidence, is_enabling=True, journal=FakeJournal()))
+    rig.step_for(1.0)
+    assert evidence.void is None
     ENDS[reason](rig)
     if not rig.line.is_closed:
         rig.step_until(lambda: evidence.void is not None, limit_s=20.0)
@@ -170,16 +263,16 @@ def test_whatever_ends_the_conversation_makes_it_void_with_that_sentence(reason:
     if ended is not None:
         assert evidence.void.message == Interrupted(ended.reason, ended.contradiction).message
     assert evidence.ended_at is None
-    assert verdict_of(evidence) is Verdict.NO_GO
+    assert assess(Case(evidence=evidence, profile=NO_PROFILE, past=Past())).verdict is Verdict.NO_GO
     assert not any(flag.is_enabled for flag in evidence.flags.values())
 
 
 def test_the_first_reason_stays() -> None:
     evidence = Evidence(port="sim")
-    evidence.note_error(Interrupted(EndReason.SLEPT))
-    first = evidence.void
-    evidence.note_error(Interrupted(EndReason.PORT_LOST))
-    assert evidence.void == first
+    for reason in (EndReason.SLEPT, EndReason.PORT_LOST):
+        evidence.note_error(Interrupted(reason))
+        assert evidence.void is not None
+        assert evidence.void.word == "slept"
     for error, word in ((UserError("no"), "usage"), (Cancelled(), "cancelled"), (ValueError(), UNFINISHED.word)):
         other = Evidence(port="sim")
         other.note_error(error)

@@ -8,8 +8,8 @@ import pytest
 
 from app.engine.conversation import ConversationView, How, Known, StatusSample
 from app.limits.past import Past
-from app.preflight.evidence import FIRED, OVER, TOO_OLD, UNFINISHED, Evidence, FrameLog, TriggerFlag, Void
-from app.preflight.findings import Case, Person
+from app.preflight.checks import Case, Person
+from app.preflight.evidence import FIRED, OVER, TOO_OLD, UNFINISHED, Evidence, TriggerFlag, Void
 from app.preflight.run import activate_ready
 from app.preflight.verdict import VALID_FOR_S, Assessment, Verdict, assess, blocks_go, void_of_news, void_reason
 from app.safety.journal import REQUESTS, Act, Outcome
@@ -191,7 +191,7 @@ def test_a_restart_after_the_activation_is_no_go() -> None:
 
 
 def test_no_more_frames_are_kept_than_the_bound() -> None:
-    log, question = FrameLog(), HEARTBEAT.query()
-    log.feed([Rejected(Noise(b"x", Reason.NO_HEADER, 0), 0.0), *[Sent(question.encode(), question, 1, 0.0)] * 1500])
-    assert (len(log.frames), log.left_out) == (1500, 1)
+    log, question = evidence(began_at=0.0), HEARTBEAT.query()
+    log.listen([Rejected(Noise(b"x", Reason.NO_HEADER, 0), 0.0), *[Sent(question.encode(), question, 1, 0.0)] * 1500])
+    assert (len(log.frames), log.frames_left_out) == (1500, 1)
     assert [frame.way for frame in log.frames[:2]] == ["noise", "out"]

@@ -15,7 +15,7 @@ from app.modules.names import remembered
 from app.store.fact_store import Facts
 from app.store.rows import TriggerRecordSeen
 from app.trigger_records.history import (
-    HEAD,
+    CSV_HEAD,
     Judgement,
     KeptTriggers,
     PossiblyOther,
@@ -235,11 +235,11 @@ def test_the_csv_contains_no_formulas(facts: Facts, tmp_path: Path) -> None:
     for formula in ("=1+1", " =1+1", "＝1+1", "@SUM(A1)", "-2+3", "\t=1", "'=1", '=HYPERLINK("x";"y"),"', "\r\n=1"):
         store.judge(number, visit.records[0].place, Judgement.REAL, formula)
         path = tmp_path / "all.csv"
-        write_archive(path, formula, store.records(number))
+        write_archive(path, formula, store.records(number), seen_once=frozenset())
         data = path.read_bytes()
         assert data.startswith(b"\xef\xbb\xbf")
         head, first, second = csv.reader(io.StringIO(data.decode("utf-8-sig"), newline=""))
-        assert tuple(head) == HEAD
+        assert tuple(head) == CSV_HEAD
         for value in (*first, *second):
             assert not value.lstrip().startswith(("=", "+", "-", "@", "＝", "\t", "\r"))
         cells = dict(zip(head, first, strict=True))

@@ -135,7 +135,7 @@ DIALOGS: dict[str, Callable[[Bench], QWidget]] = {
 """Everything that the program shows above its window, by file and class; `test_nothing_is_missing` compares it with the
 source."""
 MENUS: Final = frozenset({
-    "ui/services/page.py: QMenu", "ui/shell/actions.py: QMenu", "ui/pages/preflight/form.py: QMenu",
+    "ui/services/page.py: QMenu", "ui/shell/actions.py: QMenu", "ui/pages/preflight/page.py: QMenu",
     "ui/pages/fleet/archive_panel.py: QMenu", "ui/widgets/notice_bar.py: QMenu",
 })  # fmt: skip
 """All of them are children of the window, where `test_over_every_menu` finds them."""

@@ -9,7 +9,7 @@ from PySide6.QtCore import QObject, Signal
 
 from app.engine.procedure import Job
 from app.fleet.card import Applied, AppliedProfile, changes_of, differences, outcome_of
-from app.preflight.findings import Person
+from app.preflight.checks import Person
 from app.preflight.verdict import Verdict
 from app.procedures.write import SettingChange, WriteContext, WriteReport, write_all
 from app.safety.journal import Act

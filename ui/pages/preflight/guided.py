@@ -5,15 +5,14 @@ locks the module if the test may have made it active.
 """
 
 from collections.abc import Callable
-from pathlib import Path
-from typing import Any, ClassVar, Final
+from typing import Any, Final
 
-from PySide6.QtCore import QEvent, QObject, QRectF, QSignalBlocker, QSize, Qt, QTimer
-from PySide6.QtGui import QColor, QPaintEvent, QShowEvent
-from PySide6.QtWidgets import QApplication, QCheckBox, QFrame, QListWidget, QSizePolicy, QWidget
+from PySide6.QtCore import QEvent, QObject, QSignalBlocker, Qt, QTimer
+from PySide6.QtGui import QShowEvent
+from PySide6.QtWidgets import QApplication, QCheckBox, QFrame, QListWidget, QWidget
 
 from app.guided.catalogue import GUIDED_TESTS
-from app.guided.results import TITLES, VERDICT_WORDS, GuidedKind, GuidedResult, GuidedVerdict, MeasuredValue, StoredTest
+from app.guided.results import TITLES, VERDICT_WORDS, GuidedKind, GuidedResult, GuidedVerdict, MeasuredValue
 from app.procedures.lock import SENTENCES
 from app.safety.journal import Act, Outcome
 from app.safety.last_known import Activation
@@ -25,20 +24,17 @@ from protocol.translatable import marked
 from ui.acts.act_row import ActRow
 from ui.acts.ritual_widget import RitualGuard
 from ui.forms.tables import RowsTable, TableColumn
-from ui.pages.preflight.form import PreflightForm
 from ui.services.context import Services
-from ui.session.guided import FAILED, Guided, Stage
+from ui.session.guided import FAILED, Stage
 from ui.session.shown_module import ShownModule
-from ui.style.icons import MEANING_ICONS, icon, set_icon_size, themed_svg
-from ui.style.theme import IconSize, Meaning, RowHeight, Size, Space, current, scaled
+from ui.style.icons import MEANING_ICONS, icon, set_icon_size
+from ui.style.theme import IconSize, Meaning, RowHeight, Space
 from ui.widgets.controls import in_column, in_row, named, scroll_area, set_role, text_label
 from ui.widgets.notice_bar import Notice, NoticeBar
-from ui.widgets.readout import PaintedWidget, pen
 from ui.widgets.step_button import StepButton
 from ui.widgets.visibility_timer import VisibilityTimer
 
 REFRESH_EVERY_MS: Final = 100
-_STEPS: Final = Path(__file__).parent / "steps.svg"
 _MEANINGS: Final = {
     GuidedVerdict.PASSED: Meaning.GOOD,
     GuidedVerdict.FAILED: Meaning.DANGER,
@@ -63,79 +59,13 @@ _COLUMNS: Final[tuple[TableColumn[MeasuredValue], ...]] = (
 )
 
 
-class GuidedPicture(PaintedWidget):
-    """What the hands do in the current step."""
-
-    usual: ClassVar = QSize(280, 170)
-
-    def __init__(self) -> None:
-        super().__init__()
-        named(self, "guided_picture")
-        self._kind, self.step = GuidedKind.TILT, 0
-        self.setSizePolicy(QSizePolicy.Policy.Fixed, QSizePolicy.Policy.Fixed)
-
-    def show_step(self, kind: GuidedKind, step: int, what: str) -> None:
-        """`what`: the step in words, for screen readers."""
-        self._kind, self.step = kind, step
-        self.announce(tr("Picture: {what}", what=what))
-
-    def paintEvent(self, _event: QPaintEvent) -> None:
-        theme = current()
-        pictures = themed_svg(
-            _STEPS,
-            **{meaning.value: theme.tint(meaning).ink for meaning in Meaning},
-            text=theme.text,
-            muted=theme.muted,
-            border=theme.border,
-            surface=theme.surface,
-            raised=theme.raised,
-            wash=theme.information.wash,
-            line=theme.line_px + 1,
-            thick=theme.line_px + 2,
-            size=scaled(Size.SMALL),
-            side=tr("from the side"),
-            behind=tr("from behind"),
-        )
-        painter = self.begin_paint()
-        painter.setPen(pen(theme.divider, theme.border_px))
-        painter.setBrush(QColor(theme.surface))
-        box = QRectF(self.rect()).adjusted(1, 1, -1, -1)
-        painter.drawRoundedRect(box, 8, 8)
-        pictures.render(painter, f"{self._kind.value}-{self.step}", box)
-        painter.end()
-
-
-def live_text(work: Guided, module: ShownModule) -> str:
-    """The current value beside its limit; of the link how many requests were lost."""
-    if work.kind not in _WATCHED:
-        values = {} if work.report is None else dict(work.report.values)
-        asked, lost = values.get("asked"), values.get("lost")
-        return "—" if asked is None else f"{tr('lost')}: {lost} / {asked}"
-    caption, key, written, limit_key = _WATCHED[work.kind]
-    view, now = module.view, module.now_s
-    known = view.fresh(key, now), view.fresh(limit_key, now)
-    value, limit = ("—" if one is None else written.format(float(one)) for one in known)
-    parts = [f"{tr(caption)}: {value}", tr("limit {limit}", limit=limit)]
-    has_fired = view.fresh("triggered", now) if work.kind is GuidedKind.TILT else None
-    if has_fired is not None:
-        not_now = tr("may have fired") if module.may_have_fired else tr("not triggered")
-        parts.append(tr("TRIGGERED") if has_fired else not_now)
-    return " · ".join(parts)
-
-
-def last_text(last: StoredTest | None) -> str:
-    if last is None:
-        return tr("not tested")
-    return f"{tr(VERDICT_WORDS[last.verdict])} {local_time(last.at, DAY)}, {last.who or '—'}"
-
-
 class GuidedPanel(QWidget):
-    """Of the module shown; person and module are entered in the page's form."""
+    """Of the module shown. `commit_person`: takes what is typed in the page's form, and gives who tests."""
 
-    def __init__(self, services: Services, form: PreflightForm) -> None:
+    def __init__(self, services: Services, commit_person: Callable[[], str]) -> None:
         super().__init__()
         self.setObjectName("guided")
-        self._ports, self._form = services.ports, form
+        self._ports, self._commit_person = services.ports, commit_person
         self.module = services.ports.module
         self.work = self.module.guided
         self._guard = RitualGuard(self)
@@ -151,8 +81,7 @@ class GuidedPanel(QWidget):
         self.made_safe = named(QCheckBox(), "guided_made_safe")
         self.activate = ActRow(services, Act.ACTIVATE, place="guided")
         self.live, self.steps = text_label("guided_live", "heading"), text_label("guided_steps")
-        self.picture, self.verdict = GuidedPicture(), text_label("guided_verdict", "heading")
-        self.advice = text_label("guided_advice")
+        self.verdict, self.advice = text_label("guided_verdict", "heading"), text_label("guided_advice")
         self.table = RowsTable(
             "guided_table",
             tr("Measured values"),
@@ -205,20 +134,39 @@ class GuidedPanel(QWidget):
         """Update what changes by itself."""
         work = self.work
         if work.is_running:
-            self.live.setText(live_text(work, self.module))
+            self.live.setText(self._live_text())
         if work.stage is Stage.CONFIRMING:
             self.activate.refresh()
         self.notice_bar.show_notice(self._notice())
         is_asked_again = work.stage is Stage.DONE and bool(work.test.statement) and not work.owes_lock
         self.primary.setEnabled(work.can_start or bool(work.confirm_words) or is_asked_again)
 
+    def _live_text(self) -> str:
+        """The current value beside its limit; of the link how many requests were lost."""
+        work, module = self.work, self.module
+        if work.kind not in _WATCHED:
+            values = {} if work.report is None else dict(work.report.values)
+            return f"{tr('lost')}: {values['lost']} / {values['asked']}" if "asked" in values else "—"
+        caption, key, written, limit_key = _WATCHED[work.kind]
+        known = (module.view.fresh(one, module.now_s) for one in (key, limit_key))
+        value, limit = ("—" if one is None else written.format(float(one)) for one in known)
+        parts = [f"{tr(caption)}: {value}", tr("limit {limit}", limit=limit)]
+        has_fired = module.view.fresh("triggered", module.now_s) if work.kind is GuidedKind.TILT else None
+        if has_fired is not None:
+            not_now = tr("may have fired") if module.may_have_fired else tr("not triggered")
+            parts.append(tr("TRIGGERED") if has_fired else not_now)
+        return " · ".join(parts)
+
     def _show_list(self) -> None:
         for row, test in enumerate(GUIDED_TESTS):
             item, last = self.list.item(row), self.work.last.get(test.kind)
-            text = f"{tr(TITLES[test.kind])}\n{last_text(last)}"
+            said, meaning = tr("not tested"), Meaning.UNKNOWN
+            if last is not None:
+                said = f"{tr(VERDICT_WORDS[last.verdict])} {local_time(last.at, DAY)}, {last.who or '—'}"
+                meaning = _MEANINGS[last.verdict]
+            text = f"{tr(TITLES[test.kind])}\n{said}"
             item.setText(text)
             item.setToolTip(text)
-            meaning = Meaning.UNKNOWN if last is None else _MEANINGS[last.verdict]
             item.setIcon(icon(MEANING_ICONS[meaning], meaning))
         with QSignalBlocker(self.list):
             self.list.setCurrentRow([test.kind for test in GUIDED_TESTS].index(self.work.kind))
@@ -226,12 +174,18 @@ class GuidedPanel(QWidget):
 
     def _show_stage(self) -> None:
         work, test, stage = self.work, self.work.test, self.work.stage
-        steps = [step.translated() for step in test.steps]
-        number, text = min(work.step, len(steps) - 1), self._instruction()
-        is_level = stage is Stage.MEASURING and text != steps[number]  # before and after a tilt
-        self.picture.show_step(work.kind, 0 if is_level else number, text if is_level else steps[number])
-        self.steps.setText("\n".join(f"{self._mark(one)} {step}" for one, step in enumerate(steps)))
-        self.title.setText(text or tr(TITLES[test.kind]))
+        instruction = tr("Asking the module…") if work.is_running else ""
+        if stage is Stage.CONFIRMING:
+            instruction = test.steps[work.step].translated()
+        elif work.report is not None:
+            instruction = message(work.report.doing, **dict(work.report.values)).translated()
+        self.title.setText(instruction or tr(TITLES[test.kind]))
+        lines = []
+        for number, step in enumerate(test.steps):
+            mark = "▸" if work.is_running and number == work.step else f"{number + 1}."
+            lines.append(f"{'✓' if number < work.step else mark} {step.translated()}")
+        self.steps.setText("\n".join(lines))
+        self.steps.setVisible(stage is not Stage.DONE)
         meaning = Meaning.DANGER if test.is_active else Meaning.INFORMATION
         self.safety.show_notice(Notice(meaning, test.precautions) if stage is Stage.READY else None)
         self.made_safe.setVisible(stage is Stage.READY and bool(test.statement))
@@ -243,19 +197,12 @@ class GuidedPanel(QWidget):
             QTimer.singleShot(0, self, lambda: self._scroll.ensureWidgetVisible(self._act_corner))
         self._act_corner.setVisible(is_asked)
         self.live.setVisible(work.is_running and not is_asked)
-        for part in (self.picture, self.steps):
-            part.setVisible(stage is not Stage.DONE)
         words = {Stage.READY: marked("Start"), Stage.DONE: marked("Test again")}.get(stage, marked("Next"))
         words = work.confirm_words or words
         self.primary.setText(tr(words))
         self.cancel.setEnabled(work.is_running)
         if self.isVisible() and self.primary.isEnabled() and QApplication.focusWidget() is None:
             self.primary.setFocus()
-
-    def _mark(self, step: int) -> str:
-        if step < self.work.step:
-            return "✓"
-        return "▸" if self.work.is_running and step == self.work.step else f"{step + 1}."
 
     def _show_outcome(self) -> None:
         outcome = self.work.outcome
@@ -275,17 +222,6 @@ class GuidedPanel(QWidget):
         self.advice.setVisible(bool(advice))
         self.table.setVisible(bool(measured))
 
-    def _instruction(self) -> str:
-        """What to do now; empty while no test runs."""
-        work = self.work
-        if work.stage is Stage.CONFIRMING:
-            return work.test.steps[work.step].translated()
-        if not work.is_running:
-            return ""
-        if work.report is None:
-            return tr("Asking the module…")
-        return message(work.report.doing, **dict(work.report.values)).translated()
-
     def _notice(self) -> Notice | None:
         work, lock = self.work, self._ports.current.lock
         locking = lock.notice()
@@ -296,15 +232,13 @@ class GuidedPanel(QWidget):
         if work.stage is Stage.DONE and lock.is_reported and work.test.is_active:
             # No success beside a test that was cancelled or has failed.
             return Notice(Meaning.INFORMATION, tr(SENTENCES[Outcome.CONFIRMED]))
-        if work.trouble is not None:
-            return Notice(Meaning.ATTENTION, work.trouble)
-        if work.stage is not Stage.DONE or not isinstance(work.outcome, GuidedResult):
-            return None
-        if not work.tested_as:
-            return Notice(Meaning.ATTENTION, tr("Without a name the result counts for no check."))
-        if work.tested_as != self.module.name:
-            return Notice(Meaning.ATTENTION, tr("The result is that of {module}.", module=work.tested_as))
-        return None
+        text = work.trouble
+        if text is None and work.stage is Stage.DONE and isinstance(work.outcome, GuidedResult):
+            if not work.tested_as:
+                text = tr("Without a name the result counts for no check.")
+            elif work.tested_as != self.module.name:
+                text = tr("The result is that of {module}.", module=work.tested_as)
+        return None if text is None else Notice(Meaning.ATTENTION, text)
 
     # What a person does
 
@@ -321,8 +255,7 @@ class GuidedPanel(QWidget):
         elif self.work.confirm_words:
             self.work.confirm()
         else:
-            self._form.commit_edits()
-            self.work.start(self._form.committed[0])
+            self.work.start(self._commit_person())
 
     # What happens
 
@@ -356,10 +289,9 @@ class GuidedPanel(QWidget):
         self._act_corner = named(QFrame(), "guided_act", "danger-corner")
         in_column(self.activate, of=self._act_corner, margins=2)
         set_role(self.activate, "")  # no line below it
-        doing = in_row(self.picture, (self.steps, 1), spacing=Space.M)
         result = in_column(self.verdict, self.advice, self.table, spacing=Space.S)
         content = named(QWidget(), "guided_content")
-        parts = (self.safety, self.made_safe, self._act_corner, self.live, doing, result)
+        parts = (self.safety, self.made_safe, self._act_corner, self.live, self.steps, result)
         in_column(*parts, 1, of=content, spacing=Space.M, margins=0)
         self._scroll = scroll_area(content, "guided_scroll", tr("Guided tests"))
         foot = in_row(1, self.cancel, self.primary, spacing=Space.S)

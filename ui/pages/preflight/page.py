@@ -3,63 +3,198 @@
 The verdict is watched as long as the program runs; what voids it is announced at once, also while the page is hidden.
 """
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
+from contextlib import suppress
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
+from tempfile import mkdtemp
 from typing import Final
 
-from PySide6.QtWidgets import QPushButton, QTabBar, QWidget
+from PySide6.QtCore import Qt, Signal
+from PySide6.QtWidgets import QLineEdit, QMenu, QPushButton, QSizePolicy, QTabBar, QToolButton, QWidget
 
 from app.guided.results import GuidedKind
-from app.preflight.findings import Person
-from app.records.filing import document_of
-from app.records.record import stored_record
+from app.modules.labels import Printer
+from app.preflight.checks import Person
+from app.records.filing import aircraft_of, document_of
+from app.records.record import SignedRecord, stored_record
+from app.records.report import suggested_name, write_report
+from app.records.verification import RecordState, Verification, is_green, verify_file
 from app.safety.journal import Act
-from app.settings.profiles import save_or_say_why_not
-from app.store.fact_store import Store
+from app.settings.profiles import Profile, save_or_say_why_not
+from app.store.opening import StoreTrouble
+from app.system.files import CANNOT_READ
 from app.text.i18n import tr
-from app.text.messages import UserError, join_sentences
+from app.text.messages import MAX_TEXT_LENGTH, UserError, clean, error_text, join_sentences, labelled, not_written
 from protocol.fields import Value
 from ui.acts.act_row import ActRow
-from ui.pages.preflight.check_list import LOCK_AND_ENABLE, CheckList
-from ui.pages.preflight.controller import PreflightController
-from ui.pages.preflight.form import PreflightForm
+from ui.core.background_task import Running
+from ui.files.file_dialogs import AskOpen, AskPath, ThenPath, add_recent, ask_open, ask_path, ask_profile
+from ui.files.report_printer import print_pages
+from ui.pages.preflight.checks import LOCK_AND_ENABLE, CheckList
 from ui.pages.preflight.guided import GuidedPanel
-from ui.pages.preflight.past_checks import SUFFIXES, PastChecks, RecordFiles
+from ui.pages.preflight.past_checks import PastChecks
 from ui.pages.preflight.profile_editor import ProfileEditor
-from ui.pages.preflight.verdict import SPOKEN, VerdictBanner, announcement
+from ui.pages.preflight.verdict import SPOKEN, VerdictBanner, Work, announcement, work_on
 from ui.services.context import Services
 from ui.services.job_notice import JobNotice
 from ui.services.page import Page, WaysBack
 from ui.session.check import ENTRIES, PASSED, Standing
+from ui.session.name_question import ModuleField
 from ui.session.shown_module import ShownModule
 from ui.simulator.panel import rest_offer
 from ui.style.appearance import announce
+from ui.style.icons import Icon, icon
 from ui.style.theme import Meaning, Space, is_text_large
-from ui.widgets.controls import Shortcut, in_column, in_row, named, set_role
+from ui.widgets.controls import Shortcut, captioned_row, in_column, in_row, named, set_role, without_key
 from ui.widgets.notice_bar import NoticeBar
 from ui.widgets.step_button import StepButton
 from ui.widgets.visibility_timer import VisibilityTimer
 
 REFRESH_EVERY_MS: Final = 250
+MAX_NAME_LENGTH: Final = 80
 # The last one has no tab: it is opened from the form.
 VIEWS: Final = ("checks", "guided", "past", "profile")
 
 
+class PreflightForm(QWidget):
+    """Person, module, aircraft, profile. `changed`: an entry changed. `edit_wanted`: the profile, or a new one, is to
+    be edited."""
+
+    changed = Signal()
+    edit_wanted = Signal()
+
+    def __init__(self, services: Services, result: JobNotice) -> None:
+        super().__init__()
+        self.setObjectName("preflight_form")
+        self._services, self._result = services, result
+        self.ask_open: AskOpen = ask_profile
+        self.profile: Profile | None = None
+        # The profile's file.
+        self.path: Path | None = None
+        self.who = named(QLineEdit(services.preferences.who), "preflight_who")
+        self.who.setMaxLength(MAX_NAME_LENGTH)
+        self.name_field = ModuleField("preflight_module", services.ports)
+        self.aircraft = named(QLineEdit(), "preflight_aircraft")
+        self.aircraft.setMaxLength(MAX_TEXT_LENGTH)
+        self.choose = named(QToolButton(), "preflight_profile")
+        self.choose.setIcon(icon(Icon.CHEVRON_DOWN))
+        self.choose.setPopupMode(QToolButton.ToolButtonPopupMode.InstantPopup)
+        self.choose.setToolButtonStyle(Qt.ToolButtonStyle.ToolButtonTextBesideIcon)
+        self.choose.setLayoutDirection(Qt.LayoutDirection.RightToLeft)  # the arrow behind the name
+        self.choose.setSizePolicy(QSizePolicy.Policy.Ignored, QSizePolicy.Policy.Fixed)
+        self.menu = named(QMenu(self.choose), "preflight_profile_menu")
+        self.menu.aboutToShow.connect(self._fill_menu)
+        self.choose.setMenu(self.menu)
+        # Person and aircraft, as they were entered last.
+        self.committed = (clean(self.who.text().strip()), "")
+        self.enter_aircraft()
+        for title, field in ((tr("Checked by"), self.who), (tr("Aircraft"), self.aircraft)):
+            field.setAccessibleName(title)
+            field.editingFinished.connect(self.commit)
+        self.setLayout(
+            captioned_row(
+                (tr("Checked by"), self.who),
+                (tr("Module"), self.name_field),
+                (tr("Aircraft"), self.aircraft),
+                (tr("Profile"), self.choose),
+            )
+        )
+        self._show_profile()
+
+    def commit(self) -> None:
+        entered = (clean(self.who.text().strip()), clean(self.aircraft.text().strip()))
+        if entered != self.committed:
+            self.committed = entered
+            self._services.preferences.who = entered[0]
+            self.changed.emit()
+
+    def commit_edits(self) -> None:
+        """Commit what is typed in a field that still has the focus, as when a key starts the check."""
+        self.name_field.apply()
+        self.commit()
+
+    def clear_aircraft(self) -> None:
+        """Another module is shown."""
+        self.aircraft.clear()
+        self.commit()
+
+    def enter_aircraft(self) -> None:
+        """That of the module's last check."""
+        store, module = self._services.storage.ready, self._services.ports.module.name
+        if store is not None and module and not self.aircraft.text():
+            with suppress(StoreTrouble):
+                self.aircraft.setText(store.read(lambda facts: aircraft_of(facts, module)))
+                self.commit()
+
+    # The profile
+
+    def use_profile(self, path: Path) -> None:
+        profile = self._result.read_profile(path)
+        if profile is not None:
+            self._services.preferences.add_profile(path)
+            self._use(profile, path)
+
+    def read_again(self) -> bool:
+        """What another page or program wrote into the file since; False where it is no profile any more, which is
+        said."""
+        profile = None if self.path is None else self._result.read_profile(self.path)
+        if profile is not None and profile != self.profile:
+            self._use(profile, self.path)
+        return self.path is None or profile is not None
+
+    def _use(self, profile: Profile | None, path: Path | None) -> None:
+        self.profile, self.path = profile, path
+        self._show_profile()
+        self.changed.emit()
+
+    def _show_profile(self) -> None:
+        self._services.in_use.use(self.profile)
+        self._services.exchange.limits_used.emit()
+        name = tr("Vendor's advice") if self.profile is None else clean(self.profile.name, longest=40)
+        self.choose.setText(without_key(name))
+        self.choose.setToolTip(labelled(tr("Profile"), name))
+        self.choose.setAccessibleName(labelled(tr("Profile"), name))
+
+    def choose_file(self) -> None:
+        self.ask_open(self, self._services.preferences.profile_folder, self.use_profile)
+
+    def _fill_menu(self) -> None:
+        def add(name: str, text: str, act: Callable[[], object]) -> None:
+            action = named(self.menu.addAction(text), f"preflight_profile_{name}")
+            action.setToolTip(text)
+            action.triggered.connect(lambda _is_checked=False: act())
+
+        self.menu.clear()
+        add("none", tr("Vendor's advice"), lambda: self._use(None, None))
+        add_recent(self.menu, "preflight_profile", self._services.preferences.recent_profiles, self.use_profile)
+        self.menu.addSeparator()
+        add("open", tr("Open profile…"), self.choose_file)
+        add("edit", tr("New profile…") if self.profile is None else tr("Edit profile…"), self.edit_wanted.emit)
+
+
+def ask_record(parent: QWidget, then: ThenPath) -> None:
+    ask_open(parent, Path.home(), tr("Verify a file…"), "*.json *.pdf", then)
+
+
 class PreflightPage(Page):
-    suffixes = SUFFIXES
+    suffixes = (".json", ".pdf")
 
     def __init__(self, services: Services) -> None:
         super().__init__("preflight")
         self._services, self._ports = services, services.ports
-        self.work = PreflightController(services.ports)
         self.result = JobNotice(self)
-        self.files = RecordFiles(services.storage, self.result, self)
+        self.ask_path: AskPath = ask_path
+        self.ask_record: Callable[[QWidget, ThenPath], object] = ask_record
+        self.printer: Printer = print_pages
+        # Where the last report was saved.
+        self._folder = Path.home()
         self.form = PreflightForm(services, self.result)
         self.banner = VerdictBanner()
         self.activation = ActRow(services, Act.ACTIVATE, place="preflight")
         self.list = CheckList(services)
-        self.guided = GuidedPanel(services, self.form)
+        self.guided = GuidedPanel(services, self._committed_person)
         self.past = PastChecks(services)
         self.editor = ProfileEditor(services)
         self.strip = named(NoticeBar(), "preflight_notice")
@@ -72,8 +207,7 @@ class PreflightPage(Page):
         self.cancel = named(StepButton(tr("Cancel"), is_safe=True), "preflight_cancel")
         if is_text_large():  # nothing else lies in its row then
             self.cancel.setSizePolicy(policy)
-        self.export = named(QPushButton(tr("Export report…")), "preflight_export")
-        self.exporting = self.export
+        self.export = self.exporting = named(QPushButton(tr("Export report…")), "preflight_export")
         self._main: QPushButton = self.run
         self.view = "checks"
         # For which module ticks and aircraft were entered, by its name.
@@ -86,6 +220,10 @@ class PreflightPage(Page):
         self._lay_out()
         self._wire()
 
+    @property
+    def work(self) -> Work:
+        return work_on(self._ports)
+
     # The views
 
     @property
@@ -94,7 +232,7 @@ class PreflightPage(Page):
 
     def show_view(self, view: str) -> None:
         """Leaving the profile asks first where something was edited."""
-        if self.view == "profile" != view and self.editor.is_edited:
+        if view != "profile" and self.has_unsaved_profile:
             self.editor.close_editor()
         else:
             self._show(view)
@@ -121,11 +259,6 @@ class PreflightPage(Page):
             self.guided.choose(GuidedKind(view))
         self.show_view(view if view in VIEWS else "guided")
 
-    def open_file(self, path: Path) -> None:
-        """Verify a record or a report that was dropped on the window."""
-        self.show_view("checks")
-        self.files.verify(path)
-
     # Display
 
     def refresh(self) -> None:
@@ -135,16 +268,16 @@ class PreflightPage(Page):
     def tick(self) -> None:
         """Update what changes by itself: ages, progress, and whether the verdict still holds."""
         self._poll()
-        if self.work.standing in (Standing.NOT_CHECKED, Standing.VOID) and self.list.clear_old_ticks():
-            self.list.show_work(self.work)
-        self.banner.show_announcement(announcement(self.work, self._ports))
-        self._show_buttons()
-        self.list.enable_acts(self.work)
-        self.form.setEnabled(self.work.standing is not Standing.CHECKING and not self.guided.work.is_running)
-
-    def _show_buttons(self) -> None:
-        """The main button is the next step: start, enable and check, activate, or export."""
         work = self.work
+        if work.standing in (Standing.NOT_CHECKED, Standing.VOID) and self.list.clear_old_ticks():
+            self.list.show_work(work)
+        self.banner.show_announcement(announcement(work, self._ports))
+        self._show_buttons(work)
+        self.list.enable_acts(work)
+        self.form.setEnabled(work.standing is not Standing.CHECKING and not self.guided.work.is_running)
+
+    def _show_buttons(self, work: Work) -> None:
+        """The main button is the next step: start, enable and check, activate, or export."""
         is_checking, has_passed = work.standing is Standing.CHECKING, work.standing in PASSED
         # In a new connection a check without enabling the triggers can only end with NO-GO.
         is_enabling = work.can_enable and not work.are_triggers_known
@@ -162,10 +295,9 @@ class PreflightPage(Page):
         self.enable.setEnabled(work.can_enable)
         self.enable.setText(tr(LOCK_AND_ENABLE if work.needs_lock else "Enable triggers and check"))
         self.enable.setVisible(is_enabling and not has_passed)
-        self.export.setEnabled(work.signed is not None)
+        for control in (self.export, *self._of_report):
+            control.setEnabled(work.signed is not None)
         self.export.setVisible(has_passed and has_room)
-        for action in self._of_report:
-            action.setEnabled(work.signed is not None)
         self.cancel.setVisible(is_checking)
         self.activation.setVisible(work.leads_to_activation)
         if work.leads_to_activation:
@@ -177,6 +309,10 @@ class PreflightPage(Page):
             self._main.click()
 
     # What a person does
+
+    def _committed_person(self) -> str:
+        self.form.commit_edits()
+        return self.form.committed[0]
 
     def check(self, stated: Person | None = None, *, is_enabling: bool = False) -> None:
         self.form.commit_edits()
@@ -239,25 +375,66 @@ class PreflightPage(Page):
         signed, last = self.work.signed, self.work.last
         self._is_export_wanted = signed is None and last is not None and last.is_busy and last.void is None
         if signed is not None:
-            self.files.export(signed)
-
-    def _print(self) -> None:
-        self._poll()
-        if self.work.signed is not None:
-            self.files.print(self.work.signed)
+            self._export(signed)
 
     def _export_stored(self, id_: str) -> None:
         """Export a check of the store as it was kept."""
-        store = self._services.storage.store
-        if not isinstance(store, Store):
-            return
-        try:
-            signed = stored_record(store.read(lambda facts: document_of(facts, id_)))
-        except UserError as error:
-            self.result.notify(Meaning.DANGER, error.sentence)
-        else:
-            self.files.export(signed)
-        self._show("checks")  # where what came of it is said
+        store = self._services.storage.ready
+        if store is not None:
+            try:
+                self._export(stored_record(store.read(lambda facts: document_of(facts, id_))))
+            except UserError as error:
+                self.result.notify(Meaning.DANGER, error.sentence)
+            self._show("checks")  # where what came of it is said
+
+    def _export(self, signed: SignedRecord) -> None:
+        """Ask for a file name, then write the report as PDF and JSON."""
+
+        def write(path: Path) -> None:
+            self._folder = path.parent
+            saved = tr("Saved to {path}.", path=f"{path}, {path.with_suffix('.json')}")
+            self._write_report(signed, path, lambda: self.result.notify_saved(path, saved))
+
+        suggested = self._folder / f"{suggested_name(signed.record)}.pdf"
+        self.ask_path(self, tr("Export report…"), suggested, "*.pdf", write)
+
+    def _print(self) -> None:
+        """Open the report in the system's own viewer, which knows the printers."""
+        self._poll()
+        signed = self.work.signed
+        if signed is not None:
+            path = Path(mkdtemp(prefix="dps-s-")) / f"{suggested_name(signed.record)}.pdf"
+            self._write_report(signed, path, lambda: self.result.open_file(path))
+
+    def _write_report(self, signed: SignedRecord, path: Path, then: Callable[[], object]) -> None:
+        def write(_running: Running) -> object:
+            return write_report(path, signed, self.printer)
+
+        self.result.begin(tr("Saving…"), write, lambda _done: then(), partial(not_written, path))
+
+    def open_file(self, path: Path) -> None:
+        """Verify a record or a report in the background: it may be large, and on a slow disk. It replaces one being
+        read."""
+        storage, file = self._services.storage, clean(path.name, longest=60)
+
+        def verify(_running: Running) -> Verification:
+            from app.archive.archive import known_names  # no start waits for it
+
+            return verify_file(path, known_names(storage.begun))
+
+        def tell(done: Verification) -> None:
+            meaning = Meaning.GOOD if is_green(done) else Meaning.INFORMATION  # an intact NO-GO is not shown in green
+            if done.state is not RecordState.INTACT:
+                meaning = Meaning.DANGER
+            self.result.notify(meaning, f"{file} — {join_sentences(one.translated() for one in done.sentences())}")
+
+        def refuse(error: Exception) -> str:
+            if isinstance(error, UserError):
+                return f"{file} — {tr('No pre-flight record: {why}.', why=error.sentence)}"
+            return tr(CANNOT_READ, file=file, why=error_text(error))
+
+        self.show_view("checks")
+        self.result.begin(tr("Reading: {what}", what=path.name), verify, tell, refuse, writes=False)
 
     def edit_profile(self) -> None:
         if self.form.read_again():
@@ -297,8 +474,7 @@ class PreflightPage(Page):
         if self._module is not None:
             self._module.named.disconnect(self._on_named)
             self._module.check_changed.disconnect(self._on_work)
-        self.list.clear_ticks()
-        self.form.clear_aircraft()
+        self._forget_entries()
         self._named = ""
         self._announced = Standing.NOT_CHECKED
         module.named.connect(self._on_named)
@@ -306,38 +482,34 @@ class PreflightPage(Page):
         self.guided.show_module(module)
         super().show_module(module)
 
+    def _forget_entries(self) -> None:
+        self.list.clear_ticks()
+        self.form.clear_aircraft()
+
     def _on_named(self) -> None:
         if self._named:
-            self.list.clear_ticks()
-            self.form.clear_aircraft()
+            self._forget_entries()
         self._named = self.module.name
         self.form.enter_aircraft()
 
     def _on_work(self) -> None:
-        self._announce()
-        if self._is_export_wanted and self.work.signed is not None:
-            self.export_check()
-        standing, trouble = self.work.standing, None if self.work.last is None else self.work.last.trouble
-        if trouble is not None and standing in (*PASSED, Standing.NO_GO):
-            self.result.notify(Meaning.ATTENTION, join_sentences((trouble.sentence, tr("Not kept."))))
-        if standing in (Standing.CHECKING, *PASSED, Standing.NO_GO):
-            self.list.verticalScrollBar().setValue(0)  # what failed is at the top
-        if standing is Standing.NO_GO:
-            self._offer_level()
-
-    def _announce(self) -> None:
-        standing = self.work.standing
-        if standing is not self._announced and standing in SPOKEN:
-            shown = announcement(self.work, self._ports)
+        work = self.work
+        if work.standing is not self._announced and work.standing in SPOKEN:
+            shown = announcement(work, self._ports)
             announce(f"{shown.word}. {shown.head}")
-        self._announced = standing
-
-    def _offer_level(self) -> None:
-        assessment = self.work.assessment
-        against = () if assessment is None else assessment.open_checks
-        offer = rest_offer(self._ports.current.target, against, self.check)
-        if offer is not None and self.strip.notice is None:
-            self.result.set_notice(offer._replace(dismiss=self.result.dismiss))
+        self._announced = work.standing
+        if self._is_export_wanted and work.signed is not None:
+            self.export_check()
+        if work.standing in (*PASSED, Standing.NO_GO):
+            trouble = None if work.last is None or work.last.filed is None else work.last.filed.trouble
+            if trouble is not None:
+                self.result.notify(Meaning.ATTENTION, join_sentences((trouble.sentence, tr("Not kept."))))
+        if work.standing is not Standing.VOID:
+            self.list.verticalScrollBar().setValue(0)  # what failed is at the top
+        if work.standing is Standing.NO_GO and work.assessment is not None:
+            offer = rest_offer(self._ports.current.target, work.assessment.open_checks, self.check)
+            if offer is not None and self.strip.notice is None:
+                self.result.set_notice(offer._replace(dismiss=self.result.dismiss))
 
     def ways_back(self) -> WaysBack:
         return (
@@ -382,12 +554,11 @@ class PreflightPage(Page):
         self._of_report[0].setShortcut("Ctrl+P")
         header.add_rare("preflight_check_again", tr("Check again"), lambda _is_checked=False: self.check())
         self.addActions(self._of_report)
-        header.add_rare("preflight_verify", tr("Verify a file…"), self.files.choose_and_verify)
+        header.add_rare("preflight_verify", tr("Verify a file…"), lambda: self.ask_record(self, self.open_file))
         self._checks = named(QWidget(), "preflight_checks")
         edges = (Space.M, 0, Space.M, Space.XS)
-        buttons = in_row(
-            1, self.cancel, self.export, self.run, self.enable, spacing=Space.S, margins=(Space.M, Space.XS)
-        )
+        row = (1, self.cancel, self.export, self.run, self.enable)
+        buttons = in_row(*row, spacing=Space.S, margins=(Space.M, Space.XS))
         parts = ((self.list, 1), self.strip, self.activation, buttons)
         checks = in_column(*parts, of=self._checks, spacing=0, margins=0)
         self._views = dict(zip(VIEWS, (self._checks, self.guided, self.past, self.editor), strict=True))

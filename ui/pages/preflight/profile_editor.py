@@ -3,7 +3,7 @@
 The profile's settings are edited on the Settings page. A profile is valid where its file could be read again.
 """
 
-from functools import partial
+from collections.abc import Callable
 from pathlib import Path
 from typing import Final
 
@@ -12,14 +12,13 @@ from PySide6.QtWidgets import QCheckBox, QComboBox, QFormLayout, QLabel, QLineEd
 
 from app.guided.catalogue import GUIDED_TESTS
 from app.guided.results import TITLES
-from app.preflight.verdict import CHECKS
+from app.preflight.checks import CHECKS
 from app.settings.profiles import (
     LIMITS,
     MAX_ITEMS,
     MAX_NAME_LENGTH,
     MAX_TEST_DAYS,
     ActivatedBy,
-    CheckLimit,
     ManualLine,
     Profile,
     ProfileRefused,
@@ -29,7 +28,6 @@ from app.settings.profiles import (
 )
 from app.text.i18n import tr
 from app.text.messages import in_brackets, labelled
-from protocol.translatable import marked
 from ui.files.file_dialogs import AskPath, ask_path
 from ui.services.context import Services
 from ui.style.theme import Meaning, Space
@@ -40,15 +38,12 @@ from ui.widgets.visibility_timer import VisibilityTimer
 
 # The finest that a profile's number may be.
 _STEP: Final = 0.0001
-_ACTIVATED: Final = {ActivatedBy.PERSON: marked("a person"), ActivatedBy.AIRCRAFT: marked("the aircraft")}
 
 
 class ManualEditor(QWidget):
     """One manual check: its text, and whether it is required. Without a text there is none."""
 
-    changed = Signal()
-
-    def __init__(self, number: int, line: ManualLine) -> None:
+    def __init__(self, number: int, line: ManualLine, on_edit: Callable[[], None]) -> None:
         super().__init__()
         name = f"profile_manual_{number}"
         self.setObjectName(name)
@@ -58,8 +53,8 @@ class ManualEditor(QWidget):
         self.text.setMaxLength(MAX_NAME_LENGTH)
         self.required = named(QCheckBox(tr("Required")), f"{name}_required")
         self.required.setChecked(line.is_required)
-        self.text.textEdited.connect(self.changed)
-        self.required.toggled.connect(self.changed)
+        self.text.textEdited.connect(on_edit)
+        self.required.toggled.connect(on_edit)
         in_row((self.text, 1), self.required, of=self, spacing=Space.S, margins=0)
 
     @property
@@ -86,16 +81,23 @@ class ProfileEditor(QWidget):
             line.setMaxLength(MAX_NAME_LENGTH)
             line.textEdited.connect(self.refresh)
         self.activated_by = named(QComboBox(), "profile_activated_by")
-        for who, text in _ACTIVATED.items():
-            self.activated_by.addItem(tr(text), who)
+        self.activated_by.addItem(tr("a person"), ActivatedBy.PERSON)
+        self.activated_by.addItem(tr("the aircraft"), ActivatedBy.AIRCRAFT)
         WheelGuard(self.activated_by)
         self.activated_by.activated.connect(self.refresh)
         self.service = named(QCheckBox(tr("Overdue service is NO-GO")), "profile_service")
         self.service.toggled.connect(self.refresh)
-        self.limits = {name: _limit_field(name, limit) for name, limit in LIMITS.items()}
+        titles = {check.id: tr(check.title) for check in CHECKS}
+        # Empty, the program's own limit holds, which stands there in grey.
+        self.limits: dict[str, NumberLine] = {}
+        for name, limit in LIMITS.items():
+            kind = NumberKind.of(limit.low, limit.high, _STEP, limit.shown.partition("}")[2].strip())
+            title = f"{titles[limit.check]} {'≤' if limit.is_maximum else '≥'}"
+            self.limits[name] = self._field(f"profile_limit_{name}", title, tr(limit.why), kind)
+            self.limits[name].setPlaceholderText(kind.with_unit(limit.usual))
         days = NumberKind.of(1, MAX_TEST_DAYS, 1, tr("days"))
         self.tests = {
-            test.kind: _field(f"profile_test_{test.kind.value}", tr(TITLES[test.kind]), tr("Not older than"), days)
+            test.kind: self._field(f"profile_test_{test.kind.value}", tr(TITLES[test.kind]), tr("Not older than"), days)
             for test in GUIDED_TESTS
         }
         # The last one is empty: a new check is typed there.
@@ -104,15 +106,19 @@ class ProfileEditor(QWidget):
         self.cancel = named(QPushButton(tr("Cancel")), "profile_cancel")
         self.save_as = named(QPushButton(tr("Save as…")), "profile_save_as")
         self.save = named(QPushButton(tr("Save")), "profile_save", "primary")
-        for button, act in (
-            (self.cancel, self.close_editor),
-            (self.save_as, self.choose_and_save),
-            (self.save, self._save),
-        ):
-            button.clicked.connect(act)
+        self.cancel.clicked.connect(self.close_editor)
+        self.save_as.clicked.connect(self.choose_and_save)
+        self.save.clicked.connect(self._save)
         Shortcut(self.save, "Ctrl+S")
         self._lay_out()
         VisibilityTimer(self, self.refresh)
+
+    def _field(self, name: str, title: str, why: str, kind: NumberKind) -> NumberLine:
+        field = named(NumberLine(kind, start=float(kind.low), may_be_empty=True), name)
+        field.setAccessibleName(title + in_brackets(kind.unit) if kind.unit else title)
+        field.setToolTip(why)
+        field.edited.connect(self.refresh)
+        return field
 
     # What is edited
 
@@ -141,7 +147,8 @@ class ProfileEditor(QWidget):
 
     @property
     def profile(self) -> Profile:
-        limits = {name: _plain(field.number) for name, field in self.limits.items() if field.number is not None}
+        numbers = {name: field.number for name, field in self.limits.items()}
+        limits = {name: int(one) if one.is_integer() else one for name, one in numbers.items() if one is not None}
         tests = {kind: int(field.number) for kind, field in self.tests.items() if field.number is not None}
         return self._original._replace(
             name=self.name.text().strip(),
@@ -157,24 +164,21 @@ class ProfileEditor(QWidget):
     def is_edited(self) -> bool:
         return self.profile != self._unedited or self._wrong_number() is not None
 
-    def fault(self) -> str:
-        """Why a file with this content would be refused, or would not hold what is typed; empty where it would not."""
-        wrong = self._wrong_number()
-        if wrong is not None:
-            return labelled(wrong.accessibleName(), wrong.kind.range_text)
-        try:
-            parse_profile(profile_text(self.profile).encode("utf-8", "surrogatepass"))
-        except ProfileRefused as refusal:
-            return refusal.sentence
-        return ""
-
     def _wrong_number(self) -> NumberLine | None:
         return next((field for field in (*self.limits.values(), *self.tests.values()) if field.is_wrong), None)
 
     def refresh(self) -> None:
         if len(self.manual) < MAX_ITEMS and (not self.manual or self.manual[-1].line.text):
             self._add_manual(ManualLine(""))
-        fault = self.fault()
+        # Why a file with this content would be refused, or would not hold what is typed.
+        fault, wrong = "", self._wrong_number()
+        if wrong is not None:
+            fault = labelled(wrong.accessibleName(), wrong.kind.range_text)
+        else:
+            try:
+                parse_profile(profile_text(self.profile).encode("utf-8", "surrogatepass"))
+            except ProfileRefused as refusal:
+                fault = refusal.sentence
         if fault:
             self.strip.show_notice(Notice(Meaning.ATTENTION, fault))
         elif self.strip.notice is not None and not self.strip.notice.choices:
@@ -208,13 +212,12 @@ class ProfileEditor(QWidget):
         fault = save_or_say_why_not(path, profile._replace(name=profile.name or path.stem), source=self._path)
         if fault is None:
             self.saved.emit(path)
-            return
-        dismiss = partial(self.strip.show_notice, None)
-        self.strip.show_notice(Notice(Meaning.DANGER, fault.translated(), dismiss=dismiss))
+        else:
+            notice = Notice(Meaning.DANGER, fault.translated(), dismiss=lambda: self.strip.show_notice(None))
+            self.strip.show_notice(notice)
 
     def _add_manual(self, line: ManualLine) -> None:
-        row = ManualEditor(len(self.manual) + 1, line)
-        row.changed.connect(self.refresh)
+        row = ManualEditor(len(self.manual) + 1, line, self.refresh)
         self.manual.append(row)
         self._manual_rows.addWidget(row)
 
@@ -232,7 +235,6 @@ class ProfileEditor(QWidget):
         for title, group in ((tr("Limits"), self.limits.values()), (tr("Guided tests"), self.tests.values())):
             form.addRow(named(QLabel(title), "profile_caption", "caption"))
             for field in group:
-                field.edited.connect(self.refresh)
                 form.addRow(field.accessibleName(), field)
         manual, content = QWidget(), named(QWidget(), "profile_editor_content")
         self._manual_rows = in_column(of=manual, spacing=Space.XS, margins=0)
@@ -242,24 +244,3 @@ class ProfileEditor(QWidget):
         foot = in_row(1, self.cancel, self.save_as, self.save, spacing=Space.S, margins=(Space.M, Space.S))
         heading = in_row(named(QLabel(tr("Profile")), "profile_title", "title"), margins=(Space.M, 0, 0, Space.S))
         in_column(heading, (scroll, 1), self.strip, foot, of=self, spacing=0, margins=0)
-
-
-def _limit_field(name: str, limit: CheckLimit) -> NumberLine:
-    """Empty, the program's own limit holds, which stands there in grey."""
-    title = next(tr(check.title) for check in CHECKS if check.id == limit.check)
-    kind = NumberKind.of(limit.low, limit.high, _STEP, limit.shown.partition("}")[2].strip())
-    sign = "≤" if limit.is_maximum else "≥"
-    field = _field(f"profile_limit_{name}", f"{title} {sign}", tr(limit.why), kind)
-    field.setPlaceholderText(kind.with_unit(limit.usual))
-    return field
-
-
-def _field(name: str, title: str, why: str, kind: NumberKind) -> NumberLine:
-    field = named(NumberLine(kind, start=float(kind.low), may_be_empty=True), name)
-    field.setAccessibleName(title + in_brackets(kind.unit) if kind.unit else title)
-    field.setToolTip(why)
-    return field
-
-
-def _plain(number: float) -> float | int:
-    return int(number) if number.is_integer() else number

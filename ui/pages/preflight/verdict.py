@@ -7,17 +7,19 @@ broken ring; what is no verdict is an outline.
 from pathlib import Path
 from typing import ClassVar, Final, NamedTuple
 
-from PySide6.QtCore import QRectF, QSize, Qt
+from PySide6.QtCore import QRectF, Qt
 from PySide6.QtGui import QAccessible, QFont, QFontMetrics, QPainter, QPaintEvent
 from PySide6.QtWidgets import QFrame, QLabel, QProgressBar, QWidget
 
-from app.diagnosis.link_state import link_text
-from app.preflight.findings import CheckResult
+from app.diagnosis.link_state import Phase, link_text
+from app.preflight.checks import CheckResult
+from app.preflight.run import TRIGGERS
 from app.preflight.verdict import Assessment, Verdict, meaning_of
+from app.records.record import SignedRecord
 from app.safety.last_known import LAST_HEARD_ACTIVE, keep_away
+from app.settings.profiles import ActivatedBy
 from app.text.i18n import tr
 from app.text.messages import capitalised, duration, join_names, join_sentences
-from ui.pages.preflight.controller import PreflightController
 from ui.session.check import LOUD, ModuleCheck, Standing
 from ui.session.ports import Ports
 from ui.style.icons import themed_svg
@@ -33,6 +35,48 @@ MAX_NAMED: Final = 5
 _SHAPES: Final = Path(__file__).parent / "verdict.svg"
 
 
+class Work(NamedTuple):
+    """What can be done now with the check of the module that the pages show."""
+
+    last: ModuleCheck | None  # whoever began it
+    standing: Standing
+    assessment: Assessment | None
+    signed: SignedRecord | None  # what may be exported
+    can_check: bool
+    can_enable: bool  # nothing is written to an active module, which is locked first
+    needs_lock: bool  # it is active and its triggers are not known: it has to be locked to enable them
+    are_triggers_known: bool  # the module acknowledged the state of both in this conversation
+    may_fire: bool  # it reports ACTIVE, or did so last
+    reported_active: bool | None  # what it reports now; None while unknown
+    leads_to_activation: bool  # READY, and it is a person who activates the module
+
+
+def work_on(ports: Ports) -> Work:
+    port, module, now = ports.current, ports.module, ports.clock()
+    last, may_fire = module.check, port.is_active
+    active = module.view.fresh("active", now)
+    is_free = module.is_going and (last is None or not last.is_busy)
+    can_check = port.is_open and port.state.phase not in (Phase.OPENING, Phase.FINDING) and is_free
+    known = [module.view.known(command.key, now) for command in TRIGGERS]
+    are_known = all(trigger is not None and not trigger.is_stale for trigger in known)
+    needs_lock = can_check and may_fire and not are_known
+    standing = Standing.NOT_CHECKED if last is None else last.standing
+    is_persons = last is not None and last.profile.activated_by is ActivatedBy.PERSON
+    return Work(
+        last=last,
+        standing=standing,
+        assessment=None if last is None else last.assessment,
+        signed=None if last is None else last.signed,
+        can_check=can_check,
+        can_enable=can_check and (not may_fire or needs_lock),
+        needs_lock=needs_lock,
+        are_triggers_known=are_known,
+        may_fire=may_fire,
+        reported_active=None if active is None else active is True,
+        leads_to_activation=standing is Standing.READY and is_persons,
+    )
+
+
 class Announcement(NamedTuple):
     """Translated texts: `word` in large letters, beside it `head` and `lines`. `progress`: 0 to 1, during a check."""
 
@@ -43,22 +87,41 @@ class Announcement(NamedTuple):
     progress: float | None = None
 
 
-def announcement(work: PreflightController, ports: Ports) -> Announcement:
-    last = work.last
+def announcement(work: Work, ports: Ports) -> Announcement:
+    last, assessment = work.last, work.assessment
     if last is None:
         return _not_checked(work, ports)
-    assessment = last.assessment
     if assessment is None:
-        return _checking(last)
+        report = last.progress
+        doing, share = (tr("Link"), 0.0) if report is None else (tr(report.doing), report.done / report.total)
+        return Announcement(work.standing, tr("CHECKING"), doing, (tr("Do not touch the aircraft."),), progress=share)
     if last.void is not None:
         lines = (tr("The results below are void. Check again."), _whose(last))
-        return Announcement(last.standing, tr("VOID"), capitalised(last.void.message.translated()), lines)
-    if assessment.verdict is Verdict.NO_GO:
-        return _failed(last, assessment)
-    return _passed(last, assessment, is_active=work.reported_active)
+        return Announcement(work.standing, tr("VOID"), capitalised(last.void.message.translated()), lines)
+    verdict = assessment.verdict
+    head = capitalised(meaning_of(verdict, assessment.case.profile.activated_by).translated())
+    if verdict is Verdict.NO_GO:
+        names = [title.translated() for title in assessment.titles_against]
+        listed = join_names(names[:MAX_NAMED])
+        if len(names) > MAX_NAMED:
+            listed = tr("{names} and {count} more", names=listed, count=len(names) - MAX_NAMED)
+        # Checks are named by what must hold: "Parachute bay closed" alone would be read as the opposite of the fault.
+        what = tr("Not met: {names}", names=listed)
+    else:
+        if verdict is Verdict.READY and work.reported_active is not False:
+            head = tr("Reading again…")  # it may be active by now
+        results = [judged.finding.result for judged in assessment.checks]
+        passed, warnings = results.count(CheckResult.PASS), results.count(CheckResult.WARN)
+        what = tr("Passed: {count}; warnings: {looks}.", count=passed, looks=warnings)
+        skipped = sum(item.is_done is None for item in assessment.manual)
+        if skipped:
+            what = join_sentences((what, tr("Skipped: {count}.", count=skipped)))
+    caveats = () if last.filed is None else last.filed.record.caveats
+    beside = join_sentences(caveat.translated() for caveat in caveats)
+    return Announcement(work.standing, tr(verdict.value), head, (beside, what, _whose(last)))
 
 
-def _not_checked(work: PreflightController, ports: Ports) -> Announcement:
+def _not_checked(work: Work, ports: Ports) -> Announcement:
     """What to do first. A module that was just powered up always needs its triggers enabled."""
     head = tr("Connect or choose a module.")
     if work.can_check:
@@ -74,43 +137,6 @@ def _not_checked(work: PreflightController, ports: Ports) -> Announcement:
         head = tr("Enable triggers and check")
         lines.insert(0, tr("Trigger state is unknown after power-up. Enable the triggers to set it."))
     return Announcement(Standing.NOT_CHECKED, tr("NOT CHECKED"), head, tuple(lines))
-
-
-def _checking(check: ModuleCheck) -> Announcement:
-    report = check.progress
-    doing = tr("Link") if report is None else tr(report.doing)
-    share = 0.0 if report is None or not report.total else report.done / report.total
-    return Announcement(Standing.CHECKING, tr("CHECKING"), doing, (tr("Do not touch the aircraft."),), progress=share)
-
-
-def _passed(check: ModuleCheck, assessment: Assessment, *, is_active: bool | None) -> Announcement:
-    verdict = assessment.verdict
-    head = capitalised(meaning_of(verdict, assessment.case.profile.activated_by).translated())
-    if verdict is Verdict.READY and is_active is not False:
-        head = tr("Reading again…")  # it may be active by now
-    results = [judged.finding.result for judged in assessment.checks]
-    passed, warnings = results.count(CheckResult.PASS), results.count(CheckResult.WARN)
-    what = tr("Passed: {count}; warnings: {looks}.", count=passed, looks=warnings)
-    skipped = sum(item.is_done is None for item in assessment.manual)
-    if skipped:
-        what = join_sentences((what, tr("Skipped: {count}.", count=skipped)))
-    return Announcement(check.standing, tr(verdict.value), head, (*_caveats(check), what, _whose(check)))
-
-
-def _failed(check: ModuleCheck, assessment: Assessment) -> Announcement:
-    names = [title.translated() for title in assessment.titles_against]
-    listed = join_names(names[:MAX_NAMED])
-    if len(names) > MAX_NAMED:
-        listed = tr("{names} and {count} more", names=listed, count=len(names) - MAX_NAMED)
-    head = capitalised(meaning_of(Verdict.NO_GO, assessment.case.profile.activated_by).translated())
-    # Checks are named by what must hold: "Parachute bay closed" alone would be read as the opposite of the fault.
-    lines = (*_caveats(check), tr("Not met: {names}", names=listed), _whose(check))
-    return Announcement(Standing.NO_GO, tr(Verdict.NO_GO.value), head, lines)
-
-
-def _caveats(check: ModuleCheck) -> tuple[str, ...]:
-    caveats = () if check.filed is None else check.filed.record.caveats
-    return (join_sentences(caveat.translated() for caveat in caveats),) if caveats else ()
 
 
 def _whose(check: ModuleCheck) -> str:
@@ -129,10 +155,10 @@ def _whose(check: ModuleCheck) -> str:
 class _Shape(QWidget):
     """The shape of a standing, in the colours of the theme in use."""
 
-    def __init__(self, side_px: int) -> None:
+    def __init__(self) -> None:
         super().__init__()
         self.setObjectName("verdict_shape")
-        self.setFixedSize(QSize(side_px, side_px))
+        self.setFixedSize(WORD_PX, WORD_PX)
         self.standing = Standing.NOT_CHECKED
 
     def paintEvent(self, _event: QPaintEvent) -> None:
@@ -157,8 +183,7 @@ class VerdictBanner(QFrame):
         for letters, size_px in ((self._loud, WORD_PX), (self._quiet, QUIET_PX)):
             letters.setPixelSize(size_px)  # also where all other text is larger
             letters.setWeight(QFont.Weight.Bold)
-        self._shape = _Shape(WORD_PX)
-        self._word = named(QLabel(), "verdict_word")
+        self._shape, self._word = _Shape(), named(QLabel(), "verdict_word")
         self._word.setMinimumHeight(QFontMetrics(self._loud).height())
         self._head, self._lines = text_label("verdict_head"), text_label("verdict_lines")
         self._bar = named(QProgressBar(), "verdict_progress")
@@ -172,18 +197,18 @@ class VerdictBanner(QFrame):
         if shown == self.announcement and self.toolTip():
             return
         self.announcement = shown
-        text = ". ".join(part.rstrip(".。") for part in (shown.word, shown.head, *shown.lines) if part)
+        lines = [line for line in shown.lines if line]
+        text = ". ".join(part.rstrip(".。") for part in (shown.word, shown.head, *lines) if part)
         self.setToolTip(text)
         self.setAccessibleName(text)
         self._word.setFont(self._loud if shown.standing in SPOKEN else self._quiet)
         self._word.setText(shown.word)
         self._head.setText(shown.head)
-        self._lines.setText("\n".join(line for line in shown.lines if line))
+        self._lines.setText("\n".join(lines))
         self._bar.setVisible(shown.progress is not None)
         self._bar.setValue(round(100 * (shown.progress or 0.0)))
         self._shape.standing = shown.standing
         self._shape.update()
         meaning = LOUD.get(shown.standing)
-        role = "quiet" if meaning is None else meaning.value
         for part in (self, self._word, self._head, self._lines):
-            set_role(part, f"verdict-{role}")
+            set_role(part, f"verdict-{'quiet' if meaning is None else meaning.value}")

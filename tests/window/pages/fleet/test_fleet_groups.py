@@ -7,8 +7,8 @@ from typing import Any
 import pytest
 
 from app.engine.procedure import Cancelled, Procedure
+from app.preflight.checks import Person
 from app.preflight.evidence import Evidence
-from app.preflight.findings import Person
 from app.preflight.run import run_preflight
 from app.procedures.read import Everything, read_everything
 from app.procedures.write import SettingChange, WriteContext

@@ -8,7 +8,7 @@ from PySide6.QtCore import QPoint, Qt
 from PySide6.QtWidgets import QApplication
 
 from app.engine.target import Target
-from app.preflight.findings import Person
+from app.preflight.checks import Person
 from app.settings.profiles import NO_PROFILE
 from protocol.events import EndReason
 from tests.support.thorough import some

@@ -7,7 +7,7 @@ import pytest
 from PySide6.QtWidgets import QAbstractButton, QApplication, QLabel, QWidget
 from pytestqt.qtbot import QtBot
 
-from app.preflight.findings import Person
+from app.preflight.checks import Person
 from app.preflight.verdict import Verdict
 from app.records.record import read_document
 from app.records.verification import RecordState, verify

@@ -23,7 +23,7 @@ def test_a_dropped_record_is_intact_or_altered(tmp_path: Path, rig: OnBench) -> 
     page = rig.preflight
     assert rig.check() is Standing.READY
     target = tmp_path / "report.pdf"
-    page.files.ask_path = choosing(target)
+    page.ask_path = choosing(target)
     rig.click(page.export)
     rig.until(lambda: not page.result.is_writing)
     rig.assembly.window.go_to("triggers")
@@ -42,7 +42,7 @@ def test_a_dropped_record_is_intact_or_altered(tmp_path: Path, rig: OnBench) -> 
     rig.drop(tmp_path / "gone.pdf")
     rig.until(lambda: "cannot be read" in said(rig))
     for path in (target, nonsense):  # the second while the first is still being read
-        page.files.verify(path)
+        page.open_file(path)
     rig.until(lambda: "No pre-flight record" in said(rig))
 
 
@@ -78,7 +78,7 @@ def test_what_was_typed_last_is_on_the_report(tmp_path: Path, rig: OnBench) -> N
     """Also where the field still has the focus: the report waits for the record that says it."""
     page, target = rig.preflight, tmp_path / "report.pdf"
     assert rig.check() is Standing.READY
-    page.files.ask_path = choosing(target)
+    page.ask_path = choosing(target)
     rig.find(QLineEdit, "preflight_aircraft").setText("H6-12")
     rig.click(page.export)
     rig.until(lambda: "Saved to" in said(rig))
@@ -103,7 +103,7 @@ def test_past_checks_and_what_they_measured(qtbot: QtBot, qapp: QApplication, tm
         axes = history.trend.axes.values()  # a kept picture cut off the first figure of the labels
         assert {axis.cacheMode() for axis in axes} == {QGraphicsItem.CacheMode.NoCache}
         target = tmp_path / "again.pdf"
-        page.files.ask_path = choosing(target)
+        page.ask_path = choosing(target)
         history.table.selectRow(1)
         bench.click(history.export)
         bench.until(lambda: not page.result.is_writing)

@@ -2,6 +2,7 @@
 
 import json
 import re
+from collections import Counter
 from pathlib import Path
 
 import pytest
@@ -10,9 +11,9 @@ from PySide6.QtWidgets import QApplication, QLineEdit
 from pytestqt.qtbot import QtBot
 
 from app.limits.past import Past
+from app.preflight.checks import CHECKS, Case, CheckResult, Finding
 from app.preflight.evidence import Evidence
-from app.preflight.findings import Case, CheckResult, Finding
-from app.preflight.verdict import CHECKS, Judged
+from app.preflight.verdict import Judged
 from app.records.verification import RecordState, verify_file
 from app.settings.profiles import Profile
 from app.system.files import data_folder
@@ -31,7 +32,7 @@ from tests.support.window.preflight_window import (
     said,
 )
 from tests.support.window.steps import choosing, find, given, notice_text
-from ui.pages.preflight.check_list import remedy
+from ui.pages.preflight.checks import remedy
 from ui.pages.triggers.page import TriggersPage
 from ui.session.check import Standing
 from ui.widgets.controls import Shortcut
@@ -82,11 +83,11 @@ def test_run_fail_repair_run_again_print(qtbot: QtBot, qapp: QApplication, tmp_p
         assert any(re.fullmatch(r"M-07 · \d\d:\d\d:\d\d · holds for \d+ min", line) for line in shown.lines)
         assert kept(bench, "M-07") == ["READY", "NO-GO"]
         target = tmp_path / "report.pdf"
-        page.files.ask_path = choosing(target)
+        page.ask_path = choosing(target)
         bench.click(page.export)
         bench.until(lambda: "report.pdf" in said(bench))
         opened: list[str] = []
-        page.files._result.open_in_system = lambda url: opened.append(url.toLocalFile())
+        page.result.open_in_system = lambda url: opened.append(url.toLocalFile())
         for choice in ("open", "folder"):
             bench.click(given(page.strip.button(choice)))
         assert opened == [str(target), str(tmp_path)]
@@ -260,7 +261,7 @@ def test_ctrl_return_is_always_the_main_button(qtbot: QtBot, qapp: QApplication,
         bench.wait_standing(Standing.READY)
         assert len(bench.acts) == 2
         target = tmp_path / "report.pdf"
-        page.files.ask_path = choosing(target)
+        page.ask_path = choosing(target)
         press()  # ask to activate, which sends nothing
         assert page.activation.confirm.is_asking
         page.activation.confirm.withdraw()
@@ -301,7 +302,7 @@ def test_each_row_that_is_not_met_carries_what_mends_it(
     check = next(check for check in CHECKS if check.id == id_)
     case = Case(evidence=Evidence(), profile=Profile(settings=settings), past=Past(module=module))
     judged = Judged(check, Finding(result, None, UserMessage(""), UserMessage("")))
-    act = remedy(judged, case, has_profile=False)
+    act = remedy(judged, case, has_profile=False, needs_lock=False, looked_at=Counter())
     assert (act.words if act else "") == words
 
 

@@ -10,7 +10,7 @@ from PySide6.QtCore import Qt
 from PySide6.QtWidgets import QLineEdit
 
 from app.engine.worker import Batch
-from app.preflight.findings import CheckResult, Person
+from app.preflight.checks import CheckResult, Person
 from app.safety.journal import REQUESTS, Act
 from app.store.acts import note_triggered
 from protocol.events import Sent

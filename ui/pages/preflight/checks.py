@@ -9,16 +9,14 @@ from PySide6.QtGui import QFontMetrics
 from PySide6.QtWidgets import QFrame, QGridLayout, QLabel, QToolButton, QWidget
 
 from app.limits.limits import SETTING_BOUNDS
-from app.preflight.findings import RESULT_WORDS, Case, Check, CheckResult, Person
-from app.preflight.module_checks import RecordsWord, records_word
-from app.preflight.verdict import CHECKS, MANUAL_WORDS, VALID_FOR_S, Judged
+from app.preflight.checks import CHECKS, RESULT_WORDS, Case, Check, CheckResult, Person, RecordsWord, records_word
+from app.preflight.verdict import MANUAL_WORDS, VALID_FOR_S, Judged
 from app.settings.profiles import NO_PROFILE, ManualLine, Profile
 from app.settings.values import DEFAULTS
 from app.text.i18n import tr
 from app.text.messages import clean
-from protocol.fields import Value
 from protocol.translatable import marked
-from ui.pages.preflight.controller import PreflightController
+from ui.pages.preflight.verdict import Work
 from ui.services.context import Services
 from ui.session.check import Standing
 from ui.style.icons import Icon, StateStyle, icon
@@ -28,88 +26,6 @@ from ui.widgets.step_button import StepButton
 
 if TYPE_CHECKING:
     from ui.pages.preflight.page import PreflightPage
-
-LOCK_AND_ENABLE: Final = marked("Lock, enable and check again")
-
-
-class Remedy(NamedTuple):
-    """`words`: of the button, English, marked. `act` does it, here or on the page that has the control for it."""
-
-    words: str
-    act: Callable[["PreflightPage"], object]
-    is_enabling: bool = False
-
-
-_APPROVE: Final = marked("Approve these settings")
-_MEASURE: Final = Remedy(marked("Measure"), lambda page: page.measure_light())
-_SETTING_KEYS: Final = {bound.check: key for key, bound in SETTING_BOUNDS.items()}
-
-
-def remedy(
-    judged: Judged, case: Case, *, has_profile: bool, needs_lock: bool = False, looked_at: Counter[bytes] | None = None
-) -> Remedy | None:
-    """What mends a row with one click; None where only hands can.
-
-    `looked_at`: the trigger records that a person had before them; only those can be called reviewed.
-    """
-    id_, is_known = judged.check.id, judged.finding.result is not CheckResult.UNKNOWN
-    if judged.finding.result is CheckResult.PASS:
-        return None
-    match id_:
-        case "attitude_trigger" | "freefall_trigger":
-            words = LOCK_AND_ENABLE if needs_lock else marked("Enable now")
-            return Remedy(words, lambda page: page.enable_and_check(), is_enabling=True)
-        case "service":
-            return Remedy(marked("Archive of all stations…"), lambda page: page.page_wanted.emit("archive"))
-        case "trigger_records" if (word := records_word(case)) is not None and judged.blocks_go:
-            if word is RecordsWord.REVIEWED and unseen_records(case, looked_at or Counter()):
-                return Remedy(marked("Look at the records"), lambda page: page.look_at_records())
-            return _said(word.value, Person(are_records_reviewed=True))
-        case "trigger_records" | "triggered" if judged.blocks_go:
-            return Remedy(marked("Triggers"), lambda page: page.page_wanted.emit("triggers"))
-        case "boot_count" | "guided_tests" if case.past.module is None:
-            return Remedy(marked("Name it"), lambda page: page.form.name_field.setFocus())
-        case "boot_count" if judged.blocks_go and is_known:
-            return _said(marked("It is this module"), Person(is_same_module=True))
-        case "guided_tests":
-            return Remedy(marked("Guided tests"), lambda page: page.show_view("guided"))
-        case "fingerprint" if is_known and has_profile:
-            return Remedy(_APPROVE, lambda page: page.approve())
-        case "fingerprint" if is_known:
-            return _said(_APPROVE, Person(are_settings_approved=True))
-        case "light" if is_known:
-            return _MEASURE
-        case _ if is_known and id_ in _SETTING_KEYS:
-            return _written(_SETTING_KEYS[id_], judged, case)
-    return None
-
-
-def unseen_records(case: Case, looked_at: Counter[bytes]) -> int:
-    """How many records nobody has reviewed or looked at."""
-    history = case.evidence.history
-    if history is None:
-        return 0
-    return (Counter(record.raw for record in history.all) - case.past.reviewed - looked_at).total()
-
-
-def _said(words: str, person: Person) -> Remedy:
-    """Check again with what a person says by pressing it."""
-    return Remedy(words, lambda page: page.check(person))
-
-
-def _written(key: str, judged: Judged, case: Case) -> Remedy | None:
-    """The profile's value, else the vendor's default; it is written in Settings, which asks what it always asks."""
-
-    def with_value(words: str, value: Value) -> Remedy:
-        return Remedy(words, lambda page: page.use_in_settings({key: value}))
-
-    value = case.profile.settings.get(key)
-    if judged.blocks_go and value is not None:
-        return with_value(marked("Write the profile's value"), value)
-    if key == "light_threshold_v":
-        return _MEASURE
-    return with_value(marked("Write the default"), DEFAULTS[key]) if judged.blocks_go else None
-
 
 _PASSED, _FAILED = StateStyle(Icon.CHECK, Meaning.GOOD), StateStyle(Icon.CROSS, Meaning.DANGER)
 _UNKNOWN = StateStyle(Icon.UNKNOWN, Meaning.UNKNOWN)
@@ -121,12 +37,73 @@ _STYLES: Final = {
 }
 _MANUAL_STYLES: Final = {True: _PASSED, False: _FAILED, None: _UNKNOWN}
 _LOUD: Final = {Meaning.DANGER: "danger", Meaning.ATTENTION: "attention"}
+LOCK_AND_ENABLE: Final = marked("Lock, enable and check again")
+_SETTING_KEYS: Final = {bound.check: key for key, bound in SETTING_BOUNDS.items()}
+
+
+class Remedy(NamedTuple):
+    """What mends a check that did not pass: the words of its button, English, marked; `act` does it, here or on the
+    page that has the control for it."""
+
+    words: str
+    act: Callable[["PreflightPage"], object]
+    is_enabling: bool = False
+
+
+def remedy(judged: Judged, case: Case, has_profile: bool, needs_lock: bool, looked_at: Counter[bytes]) -> Remedy | None:
+    """What mends a row with one click; None where only hands can. `looked_at`: the trigger records that a person had
+    before them; only those can be called reviewed."""
+    id_, is_known = judged.check.id, judged.finding.result is not CheckResult.UNKNOWN
+    if judged.finding.result is CheckResult.PASS:
+        return None
+
+    def said(words: str, person: Person) -> Remedy:
+        """Check again with what a person says by pressing it."""
+        return Remedy(words, lambda page: page.check(person))
+
+    match id_:
+        case "attitude_trigger" | "freefall_trigger":
+            words = LOCK_AND_ENABLE if needs_lock else marked("Enable now")
+            return Remedy(words, lambda page: page.enable_and_check(), is_enabling=True)
+        case "service":
+            return Remedy(marked("Archive of all stations…"), lambda page: page.page_wanted.emit("archive"))
+        case "trigger_records" if (word := records_word(case)) is not None and judged.blocks_go:
+            history = case.evidence.history
+            raws = Counter[bytes]() if history is None else Counter(record.raw for record in history.all)
+            if word is RecordsWord.REVIEWED and raws - case.past.reviewed - looked_at:
+                return Remedy(marked("Look at the records"), lambda page: page.look_at_records())
+            return said(word.value, Person(are_records_reviewed=True))
+        case "trigger_records" | "triggered" if judged.blocks_go:
+            return Remedy(marked("Triggers"), lambda page: page.page_wanted.emit("triggers"))
+        case "boot_count" | "guided_tests" if case.past.module is None:
+            return Remedy(marked("Name it"), lambda page: page.form.name_field.setFocus())
+        case "boot_count" if judged.blocks_go and is_known:
+            return said(marked("It is this module"), Person(is_same_module=True))
+        case "guided_tests":
+            return Remedy(marked("Guided tests"), lambda page: page.show_view("guided"))
+        case "fingerprint" if is_known:
+            words = marked("Approve these settings")
+            if has_profile:
+                return Remedy(words, lambda page: page.approve())
+            return said(words, Person(are_settings_approved=True))
+        case _ if is_known and id_ in _SETTING_KEYS:
+            # It is written in Settings, which asks what it always asks.
+            key = _SETTING_KEYS[id_]
+            wanted = case.profile.settings.get(key)
+            if judged.blocks_go and wanted is not None:
+                return Remedy(marked("Write the profile's value"), lambda page: page.use_in_settings({key: wanted}))
+            if judged.blocks_go and key in DEFAULTS:
+                usual = {key: DEFAULTS[key]}
+                return Remedy(marked("Write the default"), lambda page: page.use_in_settings(usual))
+    if is_known and id_ in ("light", "light_threshold"):
+        return Remedy(marked("Measure"), lambda page: page.measure_light())
+    return None
 
 
 class _Row(QFrame):
     """State, title and two columns, which stretch in the same way in every row; below them a line of its own."""
 
-    def __init__(self, name: str, title: str, *cells: str) -> None:
+    def __init__(self, name: str, title: str, measured: str, limit: str) -> None:
         super().__init__()
         named(self, name, "marked-row")
         self.mark = IconLabel(f"{name}_mark", IconSize.STATE, keeps_place=True)
@@ -136,19 +113,19 @@ class _Row(QFrame):
         self.word.setMinimumWidth(max(map(QFontMetrics(font(Size.SMALL, is_bold=True)).horizontalAdvance, words)))
         self.title = text_label(f"{name}_title", "strong")
         self.measured, self.limit = text_label(f"{name}_measured"), text_label(f"{name}_limit", "muted")
+        for label, text in ((self.title, title), (self.measured, measured), (self.limit, limit)):
+            label.setText(text)
         self.grid = QGridLayout(self)
         self.grid.setContentsMargins(Space.S, Space.XS, Space.M, Space.XS)
         self.grid.setHorizontalSpacing(Space.S)
         self.grid.setVerticalSpacing(0)
-        for column, share in ((2, 4), (3, 3), (4, 4)):
-            self.grid.setColumnStretch(column, share)
-        for column, part in enumerate((self.mark, self.word, self.title, self.measured, self.limit)):
+        for column, (part, share) in enumerate(
+            ((self.mark, 0), (self.word, 0), (self.title, 4), (self.measured, 3), (self.limit, 4))
+        ):
             self.grid.addWidget(part, 0, column)
-        for label, text in zip((self.title, self.measured, self.limit), (title, *cells), strict=False):
-            label.setText(text)
+            self.grid.setColumnStretch(column, share)
 
     def show_style(self, style: StateStyle, word: str, *, is_failed: bool = False, is_muted: bool = False) -> None:
-        is_muted |= style.meaning is None
         self.mark.show_icon(style.icon, style.meaning, is_muted=is_muted)
         self.word.setText(word)
         loud = "" if is_muted or style.meaning is None else _LOUD.get(style.meaning, "")
@@ -173,13 +150,13 @@ class CheckRow(_Row):
         super().__init__(f"check_{check.id}", tr(check.title), *cells)
         self.remedy = remedy
         reason = tr(check.why)
-        is_checking, is_void = standing is Standing.CHECKING, standing is Standing.VOID
         if judged is None:
+            is_checking = standing is Standing.CHECKING
             state = tr("checking…") if is_checking else tr("not checked")  # for the eye the verdict says it
-            self.show_style(StateStyle(Icon.CONNECTING if is_checking else Icon.UNKNOWN, None), "")
+            self.show_style(StateStyle(Icon.CONNECTING if is_checking else Icon.UNKNOWN, None), "", is_muted=True)
             is_explained = not is_checking
         else:
-            result = judged.finding.result
+            result, is_void = judged.finding.result, standing is Standing.VOID
             is_explained = result is not CheckResult.PASS
             words = [tr(RESULT_WORDS[result]), *([tr("void")] if is_void else [])]
             state = " · ".join(words)
@@ -207,9 +184,8 @@ class ManualRow(_Row):
     ticked = Signal(int, object)
 
     def __init__(self, number: int, line: ManualLine) -> None:
-        super().__init__(
-            f"manual_{number}", clean(line.text), "", tr("required") if line.is_required else tr("optional")
-        )
+        required = tr("required") if line.is_required else tr("optional")
+        super().__init__(f"manual_{number}", clean(line.text), "", required)
         self.number, self.line = number, line
         self.state: bool | None = None
         self.done = named(ChoiceButton(), f"{self.objectName()}_done")
@@ -286,12 +262,12 @@ class CheckList(ScrollArea):
 
     def use_profile(self, profile: Profile | None) -> None:
         """Show the items of another profile, none of them ticked; with another approved code it is the same one."""
-        before, self._profile = self._profile, profile
-        if _without_code(before) == _without_code(profile):
+        former, self._profile = self._profile, profile
+        same = [None if one is None else one._replace(approved_fingerprint=None) for one in (former, profile)]
+        if same[0] == same[1]:
             return
         self._ticks.clear()
-        lines = () if profile is None else profile.manual
-        self.manual = [ManualRow(number, line) for number, line in enumerate(lines, 1)]
+        self.manual = [ManualRow(number, line) for number, line in enumerate(profile.manual if profile else (), 1)]
         for row in self.manual:
             row.ticked.connect(self._tick)
         self._manual.fill(self.manual)
@@ -305,34 +281,27 @@ class CheckList(ScrollArea):
         self._ticks = {number: tick for number, tick in self._ticks.items() if now - tick[1] <= VALID_FOR_S}
         return len(self._ticks) < before
 
-    def show_work(self, work: PreflightController) -> None:
+    def show_work(self, work: Work) -> None:
         """Show the results, unless they are shown already: signals come many times during a check."""
-        assessment, standing = work.assessment, work.standing
-        looked_at, needs_lock = self._ports.module.looked_at.copy(), work.needs_lock
-        shown = (assessment, standing, needs_lock, self._profile is None, looked_at)
+        assessment, standing, has_profile = work.assessment, work.standing, self._profile is not None
+        looked_at = self._ports.module.looked_at.copy()
+        shown = (assessment, standing, work.needs_lock, has_profile, looked_at)
         if shown != self._shown:
             self._shown = shown
             judged = {} if assessment is None else {check.check.id: check for check in assessment.checks}
-            remedies: dict[str, Remedy | None] = {}
-            if assessment is not None and standing is not Standing.VOID:
+            self.rows.clear()
+            for check in CHECKS:
+                one, mends = judged.get(check.id), None
                 # What is said of a void result would count for whatever module answers now.
-                for id_, check in judged.items():
-                    remedies[id_] = remedy(
-                        check,
-                        assessment.case,
-                        has_profile=self._profile is not None,
-                        needs_lock=needs_lock,
-                        looked_at=looked_at,
-                    )
-            self.rows = {
-                check.id: CheckRow(check, judged.get(check.id), remedies.get(check.id), standing) for check in CHECKS
-            }
+                if one is not None and assessment is not None and standing is not Standing.VOID:
+                    mends = remedy(one, assessment.case, has_profile, work.needs_lock, looked_at)
+                self.rows[check.id] = CheckRow(check, one, mends, standing)
             self._place(list(judged.values()))
         for item in self.manual:
             state, _at = self._ticks.get(item.number, (None, 0.0))
             item.show_state(state, can_tick=standing is not Standing.CHECKING)
 
-    def enable_acts(self, work: PreflightController) -> None:
+    def enable_acts(self, work: Work) -> None:
         for row in self.rows.values():
             if row.act is not None and row.remedy is not None:
                 row.act.setEnabled(work.can_enable if row.remedy.is_enabling else work.can_check)
@@ -370,7 +339,3 @@ class CheckList(ScrollArea):
         if state is not None:
             self._ticks[number] = (state, self._ports.clock())
         self.ticked.emit()
-
-
-def _without_code(profile: Profile | None) -> Profile | None:
-    return None if profile is None else profile._replace(approved_fingerprint=None)
