@@ -17,16 +17,14 @@ from typing import TYPE_CHECKING
 
 from app.cli.commands import BY_NAME, WINDOW, is_file_name, whole_parser
 from app.terminal import console
-from app.terminal.interruption import TimedOut, limit_time, signals_noted
 from app.text.i18n import set_language, system_language, tr
 from app.text.messages import ErrorCode, UserError, join_names
+from protocol.translatable import marked
 
 if TYPE_CHECKING:
     from app.modules.labels import Paper
 
 _log = logging.getLogger(__name__)
-# With 1, errors show their traceback and the log goes to standard error.
-DEBUG = "DPS_S_DEBUG"
 # The port if --port is missing.
 PORT = "DPS_S_PORT"
 # Threshold of the garbage collector (Python's is 700): collecting during the imports takes a tenth of the start.
@@ -53,12 +51,10 @@ def main(argv: Sequence[str] | None = None) -> int:
         console.write("")  # flushes what argparse printed
     except SystemExit as end:  # from argparse, which printed the help
         code = end.code if isinstance(end.code, int) else console.USAGE_ERROR
-    except TimedOut as error:
-        code = _fail(words, ErrorCode.NO_LINK, error.sentence)
     except KeyboardInterrupt as interrupted:
         # As a shell reports it: 130 for Ctrl-C, 143 for SIGTERM.
         code = 128 + getattr(interrupted, "number", 2)
-        if "--json" in words and not console.has_result():  # else nothing is said: who pressed Ctrl-C knows
+        if "--json" in words and not console.state.has_result:  # else nothing is said: who pressed Ctrl-C knows
             _fail(words, ErrorCode.CANCELLED, tr("Interrupted."))
     except console.OutputLost as error:
         if str(error):
@@ -72,7 +68,7 @@ def main(argv: Sequence[str] | None = None) -> int:
 
 def _run(words: list[str]) -> int:
     if words[:1] in (["-h"], ["--help"]):
-        whole_parser().print_help()
+        whole_parser(is_complete=False).print_help()
         return console.SUCCESS
     if words[:1] == ["--version"]:
         from app import version
@@ -86,27 +82,36 @@ def _run(words: list[str]) -> int:
         words = [WINDOW, *words]
     entry = BY_NAME.get(words[0])
     if entry is None:
-        raise console.Refused(_why_no_command(words[0]))
+        if words[0] == "deploy":
+            raise console.Refused(tr("Deploying is possible in the window only."))
+        named = tr("There is no command {name}.", name=words[0] + console.did_you_mean(words[0], BY_NAME))
+        raise console.Refused("\n".join((named, tr("Help: {command}", command="dps-s -h"))))
     args = entry.parse_words(words[1:])
     console.start(args)
-    is_window = entry.name == WINDOW
-    _prepare_log(is_window=is_window)
+    if console.state.verbosity > (0 if entry.name == WINDOW else 1):
+        logging.basicConfig(level=logging.DEBUG)
+    elif entry.name != WINDOW:  # which configures its own log
+        logging.getLogger().addHandler(logging.NullHandler())  # else Python prints warnings and tracebacks
     _log.debug("%s", entry.name)
-    if is_window:
+    code: int
+    if entry.name == WINDOW:
         if args.port is not None:
             _refuse_address(args.port)
         args.open_window = _open_window
-    else:
-        args.printer = _print_pages
-        if getattr(args, "json", False) and isinstance(sys.stdout, io.TextIOWrapper):
-            # JSON is always UTF-8; bytes of a file name that are not are written as JSON escapes.
-            sys.stdout.reconfigure(encoding="utf-8", errors="backslashreplace")
-        limit_time(getattr(args, "timeout", None) if entry.name != "lock" else None)
-        if hasattr(args, "port"):
-            _choose_ports(args)
-            if entry.name != "lock":  # which waits for no file
-                _say_left_active(args)
-    code: int = entry.load().run(args)
+        code = entry.load().run(args)
+        return code
+    args.printer = _print_pages
+    if getattr(args, "json", False) and isinstance(sys.stdout, io.TextIOWrapper):
+        # JSON is always UTF-8; bytes of a file name that are not are written as JSON escapes.
+        sys.stdout.reconfigure(encoding="utf-8", errors="backslashreplace")
+    if not hasattr(args, "port"):
+        code = entry.load().run(args)
+        return code
+    with console.signals_noted():  # so that a signal keeps no result from being printed, once nothing is sent any more
+        _choose_ports(args)
+        if entry.name != "lock":  # which waits for no file
+            _say_left_active(args)
+        code = entry.load().run(args)
     return code
 
 
@@ -167,18 +172,13 @@ def _say_left_active(args: argparse.Namespace) -> None:
     if real and os.access(data_folder(), os.F_OK):  # else nothing of the store is loaded
         from app.terminal.records import say_left_active
 
-        say_left_active(real, getattr(args, "module", None) or "")
+        say_left_active(real, getattr(args, "module", None))
 
 
-def _why_no_command(word: str) -> str:
-    if word == "deploy":
-        return tr("Deploying is possible in the window only.")
-    named = tr("There is no command {name}.", name=word + console.did_you_mean(word, BY_NAME))
-    return "\n".join((named, tr("Help: {command}", command="dps-s -h")))
+# Passed to the commands, which do not import Qt
 
 
 def _open_window(args: argparse.Namespace) -> int:
-    """Passed to the command, which does not import Qt."""
     from ui.main import WindowOptions, run
 
     return run(
@@ -195,19 +195,20 @@ def _open_window(args: argparse.Namespace) -> int:
 
 
 def _print_pages(bodies: Sequence[str], paper: "Paper", attachment: bytes | None) -> bytes:
-    """Passed to the command, which does not import Qt."""
-    with signals_noted():  # an exception in the middle of Qt, or of its import, aborts the process
+    """Raises `UserError`. Signals are noted meanwhile: an exception in the middle of Qt would abort the process."""
+    try:
         from ui.files.report_printer import print_pages
 
         return print_pages(bodies, paper, attachment)
+    except (ImportError, RuntimeError) as error:
+        raise UserError(marked("It cannot be printed: {why}."), why=error) from error
 
 
 def _prepare_output() -> None:
     if sys.platform != "win32":  # there windowed programs have none
         for name, mode in (("stdin", "r"), ("stdout", "w"), ("stderr", "w")):
-            if (
-                getattr(sys, name) is None
-            ):  # it was closed: the port or a file would get its number, and what is printed
+            # It was closed: the port or a file would get its number, and what is printed.
+            if getattr(sys, name) is None:
                 nowhere = os.open(os.devnull, os.O_RDWR)
                 setattr(sys, name, open(nowhere, mode, encoding="utf-8", closefd=False))  # noqa: SIM115
     for stream in (sys.stdout, sys.stderr):
@@ -217,62 +218,43 @@ def _prepare_output() -> None:
                 stream.reconfigure(encoding="utf-8")  # the ANSI code page lacks "…" in one country and "°" in another
 
 
-def _prepare_log(*, is_window: bool) -> None:
-    """Commands log on request only; the window configures its own log."""
-    if os.environ.get(DEBUG) == "1" or console.verbosity() > (0 if is_window else 1):
-        logging.basicConfig(level=logging.DEBUG)
-    elif not is_window:
-        logging.getLogger().addHandler(logging.NullHandler())  # else Python prints warnings and tracebacks
-
-
-def _fail(words: Sequence[str], code: ErrorCode, sentence: str, *, what: str = "", hint: str = "") -> int:
+def _fail(words: Sequence[str], code: ErrorCode, sentence: str, what: str = "", hint: str = "") -> int:
     """Say why there is no result, with --json also as an object; returns the exit code. `what`: the sentence without
     its hint, where it has one."""
     console.notify(sentence)
-    if "--json" in words and not console.has_result():
+    if "--json" in words and not console.state.has_result:
         console.write_failure(code, what or sentence, hint)
     return code.exit_code
 
 
 def _explain(words: Sequence[str], error: Exception) -> int:
-    if os.environ.get(DEBUG) == "1":
-        import traceback
-
-        traceback.print_exception(error)
+    """Say why there is no result; returns the exit code."""
+    _log.debug("ended by", exc_info=error)
     if isinstance(error, UserError) and error.code is not ErrorCode.INTERRUPTED:  # which is told with what to do next
-        return _fail(words, error.code, error.sentence, what=error.what, hint=error.hint)
-    sentence = _why_not_loaded(error) if isinstance(error, ImportError) else None
-    if sentence is not None:
-        return _fail(words, ErrorCode.INTERNAL, sentence)
+        return _fail(words, error.code, error.sentence, error.what, error.hint)
+    if isinstance(error, ImportError):
+        from app.system.libraries import missing_libraries
+
+        package = (error.name or "").partition(".")[0]
+        sentence = missing_libraries()
+        if isinstance(error, ModuleNotFoundError) and package not in ("", "app", "protocol", "ui"):
+            sentence = tr("The Python package {package} is missing. Install the program again.", package=package)
+        if sentence is not None:
+            return _fail(words, ErrorCode.INTERNAL, sentence)
     from app.diagnosis.causes import explain
-
-    why = explain(error)
-    return _fail(words, _code_of(error), why.terminal_sentence, what=why.what, hint=why.next_step)
-
-
-def _code_of(error: Exception) -> ErrorCode:
     from app.engine.transport import PortError, PortTrouble
 
-    if not isinstance(error, PortError):
-        return error.code if isinstance(error, UserError) else ErrorCode.INTERNAL
-    codes = {
-        PortTrouble.MISSING: ErrorCode.NO_PORT,
-        PortTrouble.UNUSABLE: ErrorCode.NO_PORT,
-        PortTrouble.BUSY: ErrorCode.BUSY,
-        PortTrouble.NOT_ALLOWED: ErrorCode.NO_PERMISSION,
-        PortTrouble.UNSUPPORTED: ErrorCode.USAGE,
-    }
-    return codes.get(error.trouble, ErrorCode.NO_LINK)
-
-
-def _why_not_loaded(error: ImportError) -> str | None:
-    """A sentence on the system's libraries or the package that is missing; None where a part of the program is."""
-    from app.system.libraries import missing_libraries
-
-    package = (error.name or "").partition(".")[0]
-    if isinstance(error, ModuleNotFoundError) and package not in ("", "app", "protocol", "ui"):
-        return tr("The Python package {package} is missing. Install the program again.", package=package)
-    return missing_libraries()
+    why = explain(error)
+    code = error.code if isinstance(error, UserError) else ErrorCode.INTERNAL
+    if isinstance(error, PortError):
+        code = {
+            PortTrouble.MISSING: ErrorCode.NO_PORT,
+            PortTrouble.UNUSABLE: ErrorCode.NO_PORT,
+            PortTrouble.BUSY: ErrorCode.BUSY,
+            PortTrouble.NOT_ALLOWED: ErrorCode.NO_PERMISSION,
+            PortTrouble.UNSUPPORTED: ErrorCode.USAGE,
+        }.get(error.trouble, ErrorCode.NO_LINK)
+    return _fail(words, code, why.terminal_sentence, why.what, why.next_step)
 
 
 if __name__ == "__main__":

@@ -5,9 +5,7 @@ Exit code 0 done; 1 there is no such module; 2 no archive file, or an invalid ad
 """
 
 import argparse
-from collections.abc import Iterator
-from contextlib import contextmanager
-from datetime import UTC, datetime
+from datetime import UTC, date, datetime
 from typing import Any
 
 import msgspec
@@ -23,12 +21,12 @@ from app.records.filing import local_now
 from app.store.station import fingerprint_of
 from app.system.clock import MINUTE, local_time
 from app.terminal import console
-from app.terminal.arguments import add, add_verbosity, any_name, day, name
 from app.terminal.records import opened_store
 from app.terminal.results import Count, Result, Time
 from app.text.csv_cells import csv_text, utc_cell
 from app.text.i18n import tr
 from app.text.messages import ErrorCode, in_brackets, labelled
+from protocol.translatable import marked
 
 SERVER = "postgresql://USER@HOST/DATABASE"
 REPORT_HEAD = (
@@ -122,83 +120,76 @@ class ServicedJson(Result):
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     commands = parser.add_subparsers(metavar="COMMAND", required=True)
     synced = commands.add_parser("sync", help="exchange with a server or a file, in both directions")
-    synced.add_argument(
-        "place", nargs="?", metavar="URL|FILE", help=f"{SERVER} (default: the server set in the window)"
-    )
+    text = f"{SERVER} (default: the server set in the window)"
+    synced.add_argument("place", nargs="?", metavar="URL|FILE", help=text)
     status = commands.add_parser("status", help="show what is in the archive")
     history = commands.add_parser("module", help="print the history of a module")
-    history.add_argument("module", type=name, metavar="NAME")
     service = commands.add_parser("service", help="record a service of a module")
-    service.add_argument("module", type=name, metavar="NAME")
+    for command in (history, service):
+        command.add_argument("module", type=console.name, metavar="NAME")
     service.add_argument("--what", choices=[kind.value for kind in ServiceKind], required=True)
-    service.add_argument("--on", type=day, metavar="YYYY-MM-DD", help="day on which it was done (default: today)")
-    service.add_argument("--due", type=day, metavar="YYYY-MM-DD", help="day on which it is due again")
-    service.add_argument("--who", required=True, type=any_name, metavar="WHO", help="who did it")
-    service.add_argument("--note", default="", type=any_name, metavar="TEXT", help="note")
+    text = "day on which it was done (default: today)"
+    service.add_argument("--on", type=date.fromisoformat, metavar="YYYY-MM-DD", help=text)
+    text = "day on which it is due again"
+    service.add_argument("--due", type=date.fromisoformat, metavar="YYYY-MM-DD", help=text)
+    service.add_argument("--who", required=True, metavar="WHO", help="who did it")
+    service.add_argument("--note", default="", metavar="TEXT", help="note")
     reported = commands.add_parser("report", help="print all modules")
     form = reported.add_mutually_exclusive_group()
-    add(form, "--json")
+    console.add(form, "--json")
     form.add_argument("--csv", action="store_true", help="print a table as CSV")
-    for command in (synced, status, history, service):
-        add(command, "--json")
     runs = {synced: run_sync, status: run_status, history: run_module, service: run_service, reported: run_report}
     for command, function in runs.items():
-        add_verbosity(command)
+        if command is not reported:
+            console.add(command, "--json")
+        console.add_verbosity(command)
         command.set_defaults(function=function)
 
 
 def run(args: argparse.Namespace) -> int:
-    code: int = args.function(args)
+    """Raises `UserError` if the records of this computer cannot be read."""
+    with opened_store() as (store, _troubles):
+        code: int = args.function(args, Archive(store))
     return code
 
 
-@contextmanager
-def opened_archive() -> Iterator[Archive]:
-    """Raises `UserError` if the records of this computer cannot be read."""
-    with opened_store() as (store, _troubles):
-        yield Archive(store)
-
-
-def run_status(args: argparse.Namespace) -> int:
-    with opened_archive() as archive:
-        place = archive.server
-        status = archive.status()
-        exchanged = archive.exchanged(place or "")
-        own = _shown(archive.store.station)
-    stations = [ArchiveStationJson(_shown(key), named) for key, named in sorted(status.stations.items())]
+def run_status(args: argparse.Namespace, archive: Archive) -> int:
+    place, status = archive.server, archive.status()
+    exchanged = archive.exchanged(place or "")
     answer = ArchiveStatusJson(
-        station=own,
+        station=_shown(archive.store.station),
         facts=status.facts,
         own=status.own,
-        stations=stations,
+        stations=[ArchiveStationJson(_shown(key), named) for key, named in sorted(status.stations.items())],
         server=place,
         not_shared=exchanged.not_shared,
         last_sync_at=exchanged.last_at,
         stations_ahead=list(map(_shown, status.ahead)),
     )
-    rows = (
+    rows = [
         (tr("Records"), f"{status.facts}"),
-        (tr("Stations"), f"{len(stations)}"),
+        (tr("Stations"), f"{len(answer.stations)}"),
         (tr("Server"), place or "–"),
-    )
-    page = console.columns(rows, indent=2)
-    records = in_brackets(labelled(tr("Records"), f"{status.own}"))
-    page.append(tr("This station: {fingerprint}", fingerprint=own) + records)
+    ]
+    own = in_brackets(labelled(tr("Records"), f"{status.own}"))
     last = local_time(exchanged.last_at or "–")
-    page.append(tr("Not shared: {count}. Last: {time}.", count=exchanged.not_shared, time=last))
-    for station in answer.stations_ahead:
-        page.append(tr("{station} wrote with a clock that is ahead: that counts for nothing.", station=station))
+    page = [
+        *console.columns(rows, indent=2),
+        tr("This station: {fingerprint}", fingerprint=answer.station) + own,
+        tr("Not shared: {count}. Last: {time}.", count=exchanged.not_shared, time=last),
+    ]
+    ahead = marked("{station} wrote with a clock that is ahead: that counts for nothing.")
+    page += [tr(ahead, station=station) for station in answer.stations_ahead]
     console.emit(args, answer, page)
     return console.SUCCESS
 
 
-def run_sync(args: argparse.Namespace) -> int:
+def run_sync(args: argparse.Namespace, archive: Archive) -> int:
     """Both directions."""
-    with opened_archive() as archive:
-        address = args.place or archive.server
-        if address is None:
-            raise console.Refused(tr("No server is set: give {example}.", example=SERVER))
-        done = sync(archive, address)
+    address = args.place or archive.server
+    if address is None:
+        raise console.Refused(tr("No server is set: give {example}.", example=SERVER))
+    done = sync(archive, address)
     left_out = [LeftOutJson.of(one) for one in done.left_out]
     shown = server_url(address).shown if is_server(address) else address
     answer = SyncJson(shown, done.sent, done.received, left_out, done.left_out_count)
@@ -210,10 +201,9 @@ def run_sync(args: argparse.Namespace) -> int:
     return console.PARTIAL
 
 
-def run_report(args: argparse.Namespace) -> int:
+def run_report(args: argparse.Namespace, archive: Archive) -> int:
     now = datetime.now(UTC)
-    with opened_archive() as archive:
-        modules = report(archive, now)
+    modules = report(archive, now)
     answer = ArchiveReportJson(now.isoformat(timespec="seconds"), list(map(_module_json, modules)))
     if args.csv:
         rows = [_report_cells(module, state.due_words) for module, state in zip(answer.modules, modules, strict=True)]
@@ -228,12 +218,11 @@ def run_report(args: argparse.Namespace) -> int:
     return console.SUCCESS
 
 
-def run_module(args: argparse.Namespace) -> int:
+def run_module(args: argparse.Namespace, archive: Archive) -> int:
     """The history of one module."""
-    with opened_archive() as archive:
-        events = module_history(archive, args.module)
+    events = module_history(archive, args.module)
     if not events:
-        raise console.Refused(labelled(args.module, tr("none")), ErrorCode.REFUSED)
+        raise _unknown(args.module)
     lines = [(tr("Time"), tr("Station"), "")]
     answer = ModuleHistoryJson(args.module, [])
     for event in events:
@@ -245,17 +234,20 @@ def run_module(args: argparse.Namespace) -> int:
     return console.SUCCESS
 
 
-def run_service(args: argparse.Namespace) -> int:
+def run_service(args: argparse.Namespace, archive: Archive) -> int:
     """Keep what a person did to a module; print what is due."""
     on = args.on or local_now().date()
     content = serviced(ServiceKind(args.what), on=on, due=args.due, who=args.who, note=args.note)
-    with opened_archive() as archive:
-        if args.module not in archive.read(lambda facts: facts.modules()):
-            raise console.Refused(labelled(args.module, tr("none")), ErrorCode.REFUSED)
-        archive.store.add(content, args.module).result()
+    if args.module not in archive.read(lambda facts: facts.modules()):
+        raise _unknown(args.module)
+    archive.store.add(content, args.module).result()
     told = service_summary(content)
     console.emit(args, ServicedJson(module=args.module, told=told.in_english()), [told.translated()])
     return console.SUCCESS
+
+
+def _unknown(module: str) -> console.Refused:
+    return console.Refused(labelled(module, tr("none")), ErrorCode.REFUSED)
 
 
 def _shown(key: str) -> str:

@@ -11,13 +11,11 @@ from pathlib import Path
 from typing import Any, Final, NamedTuple
 
 from app.terminal import console
-from app.terminal.arguments import Parser, add_verbosity
 from app.text.messages import capitalised
 
 WINDOW: Final = "gui"
 # Commands with commands of their own, before whose words no option of theirs may stand.
 _HAVE_COMMANDS: Final = ("archive", "recordings")
-_SUFFIX = re.compile(r"\.[A-Za-z0-9]{1,8}")
 
 
 class SubCommand(NamedTuple):
@@ -38,12 +36,12 @@ class SubCommand(NamedTuple):
         parser.description = capitalised(module.__doc__.partition(": ")[2].strip())
         parser.epilog = f"Example: dps-s {self.name} {self.example}".strip()
         module.add_arguments(parser)
-        add_verbosity(parser)
+        console.add_verbosity(parser)
         parser.set_defaults(command=self.name)
 
     def parse_words(self, words: list[str]) -> argparse.Namespace:
         """Raises `Refused`; exits after --help."""
-        parser = Parser(prog=f"dps-s {self.name}")
+        parser = console.Parser(prog=f"dps-s {self.name}")
         self.describe(parser)
         return parser.parse_args(words) if self.name in _HAVE_COMMANDS else parser.parse_intermixed_args(words)
 
@@ -80,29 +78,25 @@ BY_NAME: Final = {entry.name: entry for entry in ENTRIES}
 
 def is_file_name(word: str) -> bool:
     """Whether `word` names a file, as in `dps-s FILE`, and not a command."""
-    return word not in BY_NAME and (bool(_SUFFIX.fullmatch(Path(word).suffix)) or Path(word).exists())
+    path = Path(word)
+    return word not in BY_NAME and (bool(re.fullmatch(r"\.[A-Za-z0-9]{1,8}", path.suffix)) or path.exists())
 
 
-def whole_parser() -> Parser:
-    """A parser whose help lists all commands, without importing them."""
-    rows = console.columns([(entry.name, entry.summary) for entry in ENTRIES], indent=2)
-    about = "\n".join(("Configures, tests and watches a DPS-S parachute module.", "", *rows))
-    parser = Parser(prog="dps-s", formatter_class=argparse.RawDescriptionHelpFormatter, description=about)
-    parser.usage = "dps-s [COMMAND] … | dps-s FILE"  # without a command the window opens
-    parser.epilog = (
-        "Help on a command: dps-s COMMAND -h\n"
-        "Exit code: 0 done; 1 the answer is no; 2 usage error; 3 no link; 4 done in part; 130, 143 interrupted."
-    )
-    parser.add_argument("--version", action="store_true")
-    return parser
-
-
-def complete_parser() -> Parser:
-    """A parser that knows every command with all its options."""
-    parser = Parser(prog="dps-s")
-    commands = parser.add_subparsers(dest="command", metavar="COMMAND")
-    for entry in ENTRIES:
-        entry.describe(commands.add_parser(entry.name, help=entry.summary))
-    add_verbosity(parser)
+def whole_parser(*, is_complete: bool) -> console.Parser:
+    """A parser whose help lists all commands, without importing them. `is_complete`: it knows all their options."""
+    parser = console.Parser(prog="dps-s", formatter_class=argparse.RawDescriptionHelpFormatter)
+    if is_complete:
+        commands = parser.add_subparsers(dest="command", metavar="COMMAND")
+        for entry in ENTRIES:
+            entry.describe(commands.add_parser(entry.name, help=entry.summary))
+        console.add_verbosity(parser)
+    else:
+        rows = console.columns([(entry.name, entry.summary) for entry in ENTRIES], indent=2)
+        parser.description = "\n".join(("Configures, tests and watches a DPS-S parachute module.", "", *rows))
+        parser.usage = "dps-s [COMMAND] … | dps-s FILE"  # without a command the window opens
+        parser.epilog = (
+            "Help on a command: dps-s COMMAND -h\n"
+            "Exit code: 0 done; 1 the answer is no; 2 usage error; 3 no link; 4 done in part; 130, 143 interrupted."
+        )
     parser.add_argument("--version", action="store_true")
     return parser

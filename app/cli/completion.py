@@ -8,7 +8,7 @@ zsh    dps-s completion zsh > ~/.zfunc/_dps-s    (~/.zfunc in $fpath before comp
 
 import argparse
 
-from app.cli.commands import complete_parser
+from app.cli.commands import whole_parser
 from app.terminal import console
 
 _PREAMBLES = {
@@ -34,5 +34,5 @@ def run(args: argparse.Namespace) -> int:
     import shtab
 
     preamble = _PREAMBLES[args.shell].replace("DEVICES", _DEVICES)
-    console.write(shtab.complete(complete_parser(), args.shell, preamble=preamble) + "\n")
+    console.write(shtab.complete(whole_parser(is_complete=True), args.shell, preamble=preamble) + "\n")
     return console.SUCCESS

@@ -12,7 +12,7 @@ frame, or some of the file is missing or could not be read.
 import argparse
 import sys
 from collections.abc import Iterable
-from contextlib import suppress
+from contextlib import ExitStack, suppress
 from pathlib import Path
 from typing import Any, Literal
 
@@ -22,7 +22,6 @@ from msgspec import UNSET, Struct, UnsetType
 from app.captures.explain import meaning, sentence
 from app.captures.traffic import Explained, Explainer, NotHex, TextReader, Way, hex_bytes, lines_in
 from app.terminal import console
-from app.terminal.arguments import add, add_file
 from app.terminal.results import CommandName, Count, Hex, Result, Value
 from app.text.i18n import tr
 from app.text.messages import ErrorCode, UserError, error_text
@@ -30,7 +29,6 @@ from protocol.catalogue import BY_NAME, COMMANDS, RECORD_PART, STATUS_PARTS
 from protocol.frame import Direction, Frame, Noise
 
 SHOWN_BYTES = 16  # the length of the longest frame
-ROWS_AT_ONCE = 500  # of a file; standard input and pipes are printed line by line
 _DIRECTIONS = {Way.OUT: Direction.HOST_TO_MODULE, Way.IN: Direction.MODULE_TO_HOST}
 
 
@@ -54,106 +52,96 @@ class _FrameHeadJson(Result, kw_only=True):
     command: CommandName | None
 
 
-def _meanings() -> list[tuple[str, Any, Any]]:
-    """The values that a frame can carry, from the catalogue, each left out where the frame has none."""
-    names = [part.name for part in STATUS_PARTS]
-    names += RECORD_PART
-    for command in COMMANDS:
-        names += [key for key in (command.reply_key, command.write_key) if key is not None]
-    kinds: dict[str, Any] = dict.fromkeys(names, Value)
-    kinds |= {"sources": list[str], "empty": bool, "acknowledged": bool, "may_answer": list[CommandName]}
-    return [(name, kind | UnsetType, UNSET) for name, kind in kinds.items()]
-
-
-# A frame with the values that it carries.
+# A frame with the values that it carries, from the catalogue, each left out where the frame has none.
+_NAMES = [part.name for part in STATUS_PARTS] + list(RECORD_PART)
+_NAMES += [key for command in COMMANDS for key in (command.reply_key, command.write_key) if key is not None]
+_KINDS: dict[str, Any] = dict.fromkeys(_NAMES, Value)
+_KINDS |= {"sources": list[str], "empty": bool, "acknowledged": bool, "may_answer": list[CommandName]}
 DecodedFrameJson = msgspec.defstruct(
-    "DecodedFrameJson", _meanings(), bases=(_FrameHeadJson,), kw_only=True, tag_field="kind", tag="frame"
+    "DecodedFrameJson",
+    [(name, kind | UnsetType, UNSET) for name, kind in _KINDS.items()],
+    bases=(_FrameHeadJson,),
+    kw_only=True,
+    tag_field="kind",
+    tag="frame",
 )
 DecodedJson = DecodedFrameJson | RejectedJson
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     text = "hex bytes, a recording or a capture, or - for standard input"
-    add_file(parser, "hex", nargs="*", metavar="HEX", help=text)
+    console.add_file(parser, "hex", nargs="*", metavar="HEX", help=text)
     text = f"what was asked, where the host's frames are missing: {', '.join(BY_NAME)}"
     parser.add_argument("--asked", metavar="NAME", choices=sorted(BY_NAME), help=text)
-    add(parser, "--json")
+    console.add(parser, "--json")
 
 
 def run(args: argparse.Namespace) -> int:
     words: list[str] = args.hex
-    is_file = bool(words) and _names_file(words[0])
-    if not words or (is_file and len(words) > 1):
+    path = Path(words[0]) if words and _names_file(words[0]) else None
+    if not words or (path is not None and len(words) > 1):
         raise console.Refused(tr("expected {expected}", expected="41 75 32, FILE, -"))
+    asked = BY_NAME.get(args.asked)
     try:
-        is_whole = _decode_file(Path(words[0]), args) if is_file else _decode_words(words, args)
+        if path is not None and path.suffix.lower() == ".mcap":
+            from app.recordings.recording import RecordedTraffic
+
+            explainer, traffic = Explainer(asked), RecordedTraffic(path)
+            is_whole = _print_rows(map(explainer.feed, traffic), explainer, is_json=args.json)
+            if traffic.damage is not None:
+                console.notify(traffic.damage.translated())
+            return console.SUCCESS if is_whole and traffic.damage is None else console.PARTIAL
+        with ExitStack() as files:
+            lines: Iterable[str] = [" ".join(words)]
+            if path is not None:
+                lines = lines_in(files.enter_context(path.open(encoding="utf-8-sig")))
+            elif words == ["-"]:
+                lines = lines_in(sys.stdin)
+            reader = TextReader(asked)
+            is_whole = _print_rows(map(reader.feed, lines), reader, is_json=args.json)
     except NotHex as error:
         raise console.Refused(tr("{word}: neither hex nor a file", word=error.word)) from error
     except (OSError, UnicodeDecodeError, UserError) as error:
         why = tr("unknown kind of file") if isinstance(error, UnicodeDecodeError) else error_text(error)
         text = tr("{file} cannot be read: {why}.", file=words[0], why=why)
         raise console.Refused(text, ErrorCode.UNREADABLE) from error
-    return console.SUCCESS if is_whole else console.PARTIAL
+    for number, fault in reader.faults:
+        console.notify(tr("Line {number} is left out: {why}.", number=number, why=tr(fault)))
+    return console.SUCCESS if is_whole and not reader.faults else console.PARTIAL
 
 
-def _decode_file(path: Path, args: argparse.Namespace) -> bool:
-    """Whether every byte is part of a frame, and nothing is missing."""
-    if path.suffix.lower() != ".mcap":
-        with path.open(encoding="utf-8-sig") as file:
-            return _decode_text(lines_in(file), args, at_once=ROWS_AT_ONCE if path.is_file() else 1)
-    from app.recordings.recording import RecordedTraffic
-
-    explainer, traffic = Explainer(BY_NAME.get(args.asked)), RecordedTraffic(path)
-    is_whole = _print_rows(map(explainer.feed, traffic), explainer, args, at_once=ROWS_AT_ONCE)
-    if traffic.damage is not None:
-        console.notify(traffic.damage.translated())
-    return is_whole and traffic.damage is None
+def _names_file(word: str) -> bool:
+    """Also one that is not there, a folder, or a pipe."""
+    with suppress(NotHex):
+        hex_bytes(word)
+        return False
+    path = Path(word)
+    return bool(path.suffix) or path.name != word or path.exists()
 
 
-def _decode_words(words: list[str], args: argparse.Namespace) -> bool:
-    return _decode_text(lines_in(sys.stdin) if words == ["-"] else [" ".join(words)], args, at_once=1)
-
-
-def _decode_text(lines: Iterable[str], args: argparse.Namespace, *, at_once: int) -> bool:
-    """Whether every byte is part of a frame, and every line could be read."""
-    reader = TextReader(BY_NAME.get(args.asked))
-    is_whole = _print_rows(map(reader.feed, lines), reader, args, at_once=at_once)
-    for fault in reader.faults:
-        console.notify(tr("Line {number} is left out: {why}.", number=fault.line, why=tr(fault.text)))
-    return is_whole and not reader.faults
-
-
-def _print_rows(
-    steps: Iterable[list[Explained]], reader: Explainer | TextReader, args: argparse.Namespace, *, at_once: int
-) -> bool:
-    """Print the rows of all steps; whether every byte is part of a frame."""
-    waiting: list[Explained] = []
+def _print_rows(steps: Iterable[list[Explained]], reader: Explainer | TextReader, *, is_json: bool) -> bool:
+    """Print the rows of each step as it comes; whether every byte is part of a frame."""
     is_whole = True
 
-    def print_waiting() -> None:
+    def show(rows: list[Explained]) -> None:
         nonlocal is_whole
-        is_whole &= all(isinstance(row.piece, Frame) for row in waiting)
-        console.write_lines([console.as_json(as_json(row)) if args.json else _line(row) for row in waiting])
-        waiting.clear()
+        is_whole &= all(isinstance(row.piece, Frame) for row in rows)
+        if rows:
+            console.write_lines([console.as_json(_as_json(row)) if is_json else _line(row) for row in rows])
 
-    try:
-        for rows in steps:
-            waiting += rows
-            if len(waiting) >= at_once:
-                print_waiting()
-        waiting += reader.end()
-    finally:  # what came before text that is neither is printed
-        print_waiting()
+    for rows in steps:
+        show(rows)
+    show(reader.end())
     return is_whole
 
 
-def as_json(row: Explained) -> Struct:
-    """The object of one line of `decode --json`; always in English."""
+def _as_json(row: Explained) -> Struct:
+    """Always in English."""
     piece = row.piece
     usual: dict[str, Any] = {
         "t_s": UNSET if row.at_s is None else round(row.at_s, 6),
         "offset": piece.offset,
-        "hex": _hex(piece.raw),
+        "hex": piece.raw.hex(" ").upper(),
     }
     if isinstance(piece, Noise):
         direction = UNSET if row.at_s is None else _DIRECTIONS[row.way]
@@ -169,17 +157,4 @@ def _line(row: Explained) -> str:
     if len(piece.raw) > SHOWN_BYTES:
         words = f"… {len(piece.raw)} B: {words}"
     place = f"{piece.offset:6}" if row.at_s is None else f"{row.at_s:11.6f}"
-    return f"{place}  {sender:6}  {_hex(piece.raw[:SHOWN_BYTES]):{3 * SHOWN_BYTES - 1}}  {words}"
-
-
-def _names_file(word: str) -> bool:
-    """Also one that is not there, a folder, or a pipe."""
-    with suppress(NotHex):
-        hex_bytes(word)
-        return False
-    path = Path(word)
-    return bool(path.suffix) or path.name != word or path.exists()
-
-
-def _hex(raw: bytes) -> str:
-    return raw.hex(" ").upper()
+    return f"{place}  {sender:6}  {piece.raw[:SHOWN_BYTES].hex(' ').upper():{3 * SHOWN_BYTES - 1}}  {words}"

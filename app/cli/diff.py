@@ -5,6 +5,7 @@ Of a module only the settings of the profile are compared; what it cannot tell i
 """
 
 import argparse
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Annotated
 
@@ -12,25 +13,23 @@ from msgspec import Meta
 
 from app.cli.save import read_module
 from app.terminal import console
-from app.terminal.arguments import add, add_file, add_port
 from app.terminal.results import Result, SettingName, Value
 from app.terminal.setting_words import settings_of_profile, typed
 from app.text.i18n import tr
-
-Pair = Annotated[list[Value], Meta(min_length=2, max_length=2)]
+from protocol.fields import Value as SettingValue
 
 
 class DiffJson(Result):
     """Settings that differ, each with both values; null where one of them has none."""
 
-    differences: dict[SettingName, Pair]
+    differences: dict[SettingName, Annotated[list[Value], Meta(min_length=2, max_length=2)]]
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    add_file(parser, "file", type=Path, metavar="FILE", help="profile")
-    add_file(parser, "other", type=Path, nargs="?", metavar="FILE", help="profile; without it the module")
-    add_port(parser)
-    add(parser, "--json")
+    console.add_file(parser, "file", type=Path, metavar="FILE", help="profile")
+    console.add_file(parser, "other", type=Path, nargs="?", metavar="FILE", help="profile; without it the module")
+    console.add_port(parser)
+    console.add(parser, "--json")
 
 
 def run(args: argparse.Namespace) -> int:
@@ -45,10 +44,11 @@ def run(args: argparse.Namespace) -> int:
         second, head, missing = module.values, module.port, tr("unknown")
         names = list(first)
     unequal = [name for name in names if first.get(name) != second.get(name)]
-    rows: list[tuple[str, ...]] = [("", str(args.file), head)]
-    for name in unequal:
-        shown = [typed(values[name]) if name in values else missing for values in (first, second)]
-        rows.append((name, *shown))
+
+    def shown(values: Mapping[str, SettingValue], name: str) -> str:
+        return typed(values[name]) if name in values else missing
+
+    rows = [("", str(args.file), head), *((name, shown(first, name), shown(second, name)) for name in unequal)]
     page = console.columns(rows) if unequal else [tr("The settings are equal.")]
     console.emit(args, DiffJson({name: [first.get(name), second.get(name)] for name in unequal}), page)
     if not unequal:

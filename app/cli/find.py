@@ -6,7 +6,6 @@ from app.engine.target import sets_rate
 from app.procedures.find import find_rate
 from app.safety.permit import RATE_SET_ELSEWHERE
 from app.terminal import console
-from app.terminal.arguments import USUAL_RATE, add, add_port
 from app.terminal.connection import connected, no_module_found
 from app.terminal.results import Count, Result
 from app.text.i18n import tr
@@ -21,21 +20,21 @@ class FindJson(Result):
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    add_port(parser)
-    add(parser, "--json")
+    console.add_port(parser)
+    console.add(parser, "--json")
 
 
 def run(args: argparse.Namespace) -> int:
     if not sets_rate(args.port):
         # Whatever rate the port is opened with, the module would answer: the result would be a lie.
         raise console.Refused(message(RATE_SET_ELSEWHERE))
-    first = args.baud or USUAL_RATE
+    first = args.baud or console.USUAL_RATE
     with connected(args.port, first, is_greeted=False) as opened:
         console.note_wait(tr("Each rate may take some seconds."))
         search = opened.run(find_rate(first), outlives=True)
-    page = [] if search.baud_rate is None else [tr("{port}, {rate} baud", port=args.port, rate=search.baud_rate)]
+    is_found = search.baud_rate is not None
+    page = [tr("{port}, {rate} baud", port=args.port, rate=search.baud_rate)] if is_found else []
     console.emit(args, FindJson.of(search), page)
-    if page:
-        return console.SUCCESS
-    console.notify(no_module_found(args.port))
-    return console.NO_LINK
+    if not is_found:
+        console.notify(no_module_found(args.port))
+    return console.SUCCESS if is_found else console.NO_LINK

@@ -5,7 +5,7 @@ Exit code 4 if one or more would have fired, else 2 if one cannot be read or not
 
 import argparse
 import math
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Annotated, Literal
 
@@ -18,7 +18,6 @@ from app.flights.read_log import distinct_names, find_logs
 from app.flights.table import parse_choice
 from app.flights.thresholds import FlightGroup, defaults_result
 from app.terminal import console
-from app.terminal.arguments import add, add_file
 from app.terminal.results import Result
 from app.terminal.setting_words import parse_settings, typed
 from app.text.i18n import tr
@@ -34,8 +33,6 @@ THRESHOLDS = (
 MAX_ACCELERATION_G = 1.5
 # Readings of the rule that fire within this time of each other agree; one of them waits for 0.2 s.
 SAME_WITHIN_S = 0.25
-_LATER = marked("{reading}: would first fire at {time:.2f} s.")
-_NEVER = marked("{reading}: would not fire.")
 _SOURCES: Mapping[Source, Literal["attitude", "freefall"]] = {Source.ATTITUDE: "attitude", Source.FREEFALL: "freefall"}
 
 
@@ -63,46 +60,57 @@ class FiredJson(Result):
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    add_file(parser, "logs", nargs="*", metavar="LOG", help="flight log, recording or folder")
-    parser.add_argument(
-        "--thresholds", nargs="+", action="extend", default=[], metavar="NAME=VALUE", help=", ".join(THRESHOLDS)
-    )
-    parser.add_argument(
-        "--column", action="append", default=[], metavar="ROLE=COLUMN", help="column of a table: roll_deg=ATT.Roll"
-    )
+    console.add_file(parser, "logs", nargs="*", metavar="LOG", help="flight log, recording or folder")
+    text = ", ".join(THRESHOLDS)
+    parser.add_argument("--thresholds", nargs="+", action="extend", default=[], metavar="NAME=VALUE", help=text)
+    text = "column of a table: roll_deg=ATT.Roll"
+    parser.add_argument("--column", action="append", default=[], metavar="ROLE=COLUMN", help=text)
     side = parser.add_mutually_exclusive_group()
     side.add_argument("--must-not", action="store_true", help="do the vendor's defaults fire in none of them?")
     side.add_argument("--must", action="store_true", help="do the vendor's defaults fire in all of them, in time?")
-    add(parser, "--json")
+    console.add(parser, "--json")
 
 
 def run(args: argparse.Namespace) -> int:
-    known = [word for word in args.thresholds if word.partition("=")[0] in THRESHOLDS]
-    others = [word for word in args.thresholds if word not in known]  # --thresholds NAME=VALUE LOG
-    for word in others:
+    given: dict[str, str] = {}
+    words: list[str] = args.logs
+    for word in args.thresholds:
         name, equals, _ = word.partition("=")
-        if equals and not Path(word).exists():  # else the flights would be judged without it
+        if name in THRESHOLDS:
+            given[word] = name
+        elif equals and not Path(word).exists():  # else the flights would be judged without it
             names = tr("expected {expected}", expected="|".join(THRESHOLDS))
             raise console.Refused(f"{name}: {names}{console.did_you_mean(name, THRESHOLDS)}")
-    limits = parse_limits(known)
+        else:  # --thresholds NAME=VALUE LOG
+            words.append(word)
+    limits = parse_limits(list(given))
     columns = parse_choice(args.column) if args.column else None
-    paths = _found([*args.logs, *others])
+    try:
+        paths = list(find_logs(map(Path, words)))
+    except (OSError, ValueError):  # ValueError: a NUL in the name
+        paths = [Path(word) for word in words]
+    if not paths:
+        raise console.Refused(tr("No flight log."))
     done = {log.path: log for log in summarise_logs(paths, columns)}
     logs = [done[path] for path in paths]
-    problems = [_problems(log, limits) for log in logs]
-    results = [json_of(log, found, limits) for log, found in zip(logs, problems, strict=True)]
-    said = _judged_with(limits, {word.partition("=")[0] for word in known})
+    judged = [_judged(log, limits) for log in logs]
+    values = " ".join(f"{name}={typed(value)}" for name, value in zip(THRESHOLDS, limits, strict=True))
+    said = [tr("Judged with: {values}", values=values)]
+    # Which of them are nobody's word: a module may hold others.
+    usual = join_names(name for name in THRESHOLDS if name not in given.values())
+    if usual:
+        said.append(tr("Vendor defaults, not of a module: {names}.", names=usual))
     if args.must or args.must_not:
-        said += _defaults_lines(logs, is_must=args.must)
+        said += ["", *_defaults_lines(logs, is_must=args.must)]
     if args.json:
-        console.write_lines(map(console.as_json, results))
+        console.write_lines(console.as_json(result) for result, _ in judged)
         console.note("\n".join(said))
     elif any(log.flight is not None for log in logs):
-        console.write_lines([*_page(logs, results, problems), "", *said])
+        console.write_lines([*_page(distinct_names(paths), judged), "", *said])
     for log in logs:
         if log.why_not is not None:
             console.notify(labelled(log.path, log.why_not.translated()))
-    answers = {result.answer for result in results}
+    answers = {result.answer for result, _ in judged}
     if "fires" in answers:
         return console.PARTIAL
     return console.SUCCESS if answers == {"does_not_fire"} else console.USAGE_ERROR
@@ -120,81 +128,63 @@ def parse_limits(words: Sequence[str]) -> TriggerLimits:
     return TriggerLimits(tilt_deg, acceleration_g, time_s, attitude, freefall)
 
 
-def _judged_with(limits: TriggerLimits, given: Collection[str]) -> list[str]:
-    """The thresholds, and which of them are nobody's word: a module may hold others."""
-    words = " ".join(f"{name}={typed(value)}" for name, value in zip(THRESHOLDS, limits, strict=True))
-    lines = [tr("Judged with: {values}", values=words)]
-    usual = join_names(name for name in THRESHOLDS if name not in given)
-    return [*lines, tr("Vendor defaults, not of a module: {names}.", names=usual)] if usual else lines
-
-
-def _found(words: Sequence[str]) -> list[Path]:
-    try:
-        paths = list(find_logs(map(Path, words)))
-    except (OSError, ValueError):  # ValueError: a NUL in the name
-        paths = [Path(word) for word in words]
-    if not paths:
-        raise console.Refused(tr("No flight log."))
-    return paths
-
-
-# What is printed
-
-
-def json_of(log: SummarisedLog, problems: Sequence[UserMessage], limits: TriggerLimits) -> FiredJson:
-    """Always in English. `fires` is null where nobody can know whether it fires."""
-    flight = log.flight
-    english = [problem.in_english() for problem in problems]
-    if flight is None:
-        return FiredJson(str(log.path), None, None, None, None, english, Answer.UNREADABLE.value)
-    fires = [
-        FireJson(round(at_s, 3), _SOURCES[source], int(tilt_deg) if math.isfinite(tilt_deg) else None)
-        for at_s, source, tilt_deg in flight.curves[RuleReading.DIRECT].firings(limits)
-    ]
-    answer = flight.answer(limits)
-    return FiredJson(
+def _judged(log: SummarisedLog, limits: TriggerLimits) -> tuple[FiredJson, list[UserMessage]]:
+    """The answer in English, and its problems: why it cannot be read or not be judged, and a difference between the
+    readings of the vendor's rule."""
+    flight, answer, problems = log.flight, Answer.UNREADABLE, [] if log.why_not is None else [log.why_not]
+    fires: list[FireJson] | None = None
+    tilt_max_deg = longest_fall_s = not_judged_s = math.nan
+    if flight is not None:
+        answer = flight.answer(limits)
+        tilt_max_deg, not_judged_s = flight.tilt_max_deg, flight.not_judged_s
+        if flight.has_acceleration:
+            longest_fall_s = max(0.0, flight.longest_fall_s(limits))
+        if answer is not Answer.NOT_JUDGED:
+            fires = [
+                FireJson(round(at_s, 3), _SOURCES[source], int(tilt_deg) if math.isfinite(tilt_deg) else None)
+                for at_s, source, tilt_deg in flight.curves[RuleReading.DIRECT].firings(limits)
+            ]
+        problems = list(flight.problems)
+        why_not = flight.coverage.why_not_enough(limits)
+        if answer is Answer.NOT_JUDGED and why_not is not None:
+            problems.append(why_not)
+        first_s, other_s = (flight.first_fire(limits, reading).at_s for reading in RuleReading)
+        if first_s != other_s and not abs(first_s - other_s) <= SAME_WITHIN_S:
+            text = marked("{reading}: would not fire.")
+            if other_s < math.inf:
+                text = marked("{reading}: would first fire at {time:.2f} s.")
+            problems.append(message(text, reading=message(RuleReading.DAMPED.value), time=other_s))
+    result = FiredJson(
         log=str(log.path),
-        fires=None if answer is Answer.NOT_JUDGED else fires,
-        tilt_max_deg=_number(flight.tilt_max_deg, 1),
-        longest_fall_s=_number(max(0.0, flight.longest_fall_s(limits)), 2) if flight.has_acceleration else None,
-        not_judged_s=_number(flight.not_judged_s, 2),
-        problems=english,
+        fires=fires,
+        tilt_max_deg=round(tilt_max_deg, 1) if math.isfinite(tilt_max_deg) else None,
+        longest_fall_s=round(longest_fall_s, 2) if math.isfinite(longest_fall_s) else None,
+        not_judged_s=round(not_judged_s, 2) if math.isfinite(not_judged_s) else None,
+        problems=[problem.in_english() for problem in problems],
         answer=answer.value,
     )
+    return result, problems
 
 
-def _number(value: float, digits: int) -> float | None:
-    return round(value, digits) if math.isfinite(value) else None
-
-
-def _problems(log: SummarisedLog, limits: TriggerLimits) -> list[UserMessage]:
-    """Includes why it cannot be read or not be judged, and a difference between the readings of the vendor's rule."""
-    if log.flight is None:
-        return [] if log.why_not is None else [log.why_not]
-    problems = list(log.flight.problems)
-    why_not = log.flight.coverage.why_not_enough(limits)
-    if log.flight.answer(limits) is Answer.NOT_JUDGED and why_not is not None:
-        problems.append(why_not)
-    first_s, other_s = (log.flight.first_fire(limits, reading).at_s for reading in RuleReading)
-    if first_s != other_s and not abs(first_s - other_s) <= SAME_WITHIN_S:
-        text = _NEVER if other_s == math.inf else _LATER
-        problems.append(message(text, reading=message(RuleReading.DAMPED.value), time=other_s))
-    return problems
-
-
-def _page(
-    logs: Sequence[SummarisedLog], results: Sequence[FiredJson], problems: Sequence[Sequence[UserMessage]]
-) -> list[str]:
+def _page(names: Sequence[str], judged: Sequence[tuple[FiredJson, list[UserMessage]]]) -> list[str]:
     rows = [(tr("Log"), tr("Fires"), tr("Largest tilt"), tr("Longest fall"), tr("Not judged"))]
     remarks: list[str] = []
-    for name, result, found in zip(distinct_names([log.path for log in logs]), results, problems, strict=True):
+    for name, (result, problems) in zip(names, judged, strict=True):
+        fires = tr("no")
+        if result.fires is None:
+            fires = tr("not read") if result.answer == "unreadable" else tr("not judged")
+        elif result.fires:
+            first = result.fires[0]
+            tilted = tr("attitude, {tilt:.0f}°", tilt=first.tilt_deg or 0)
+            why = tilted if first.source == "attitude" else tr("free fall")
+            fires = tr("at {time:.2f} s: {why}", time=first.t_s, why=why)
         tilt = "–" if result.tilt_max_deg is None else f"{result.tilt_max_deg:.0f}°"
         fall = "–" if result.longest_fall_s is None else f"{result.longest_fall_s:.2f} s"
         not_judged = "–" if result.not_judged_s is None else f"{result.not_judged_s:.1f} s"
-        rows.append((name, _answer_text(result), tilt, fall, not_judged))
+        rows.append((name, fires, tilt, fall, not_judged))
         if result.answer != "unreadable":
-            remarks += [labelled(name, problem.translated()) for problem in found]
-    answers, total = [result.answer for result in results], len(results)
+            remarks += [labelled(name, problem.translated()) for problem in problems]
+    answers, total = [result.answer for result, _ in judged], len(judged)
     counted = [tr("{count} of {total} fire.", count=answers.count("fires"), total=total)]
     if "unreadable" in answers:
         counted.append(tr("{count} of {total} not read.", count=answers.count("unreadable"), total=total))
@@ -204,32 +194,19 @@ def _page(
     return [*lines, "", *remarks] if remarks else lines
 
 
-def _answer_text(result: FiredJson) -> str:
-    if result.answer == "unreadable":
-        return tr("not read")
-    if result.fires is None:
-        return tr("not judged")
-    if not result.fires:
-        return tr("no")
-    first = result.fires[0]
-    why = tr("attitude, {tilt:.0f}°", tilt=first.tilt_deg or 0) if first.source == "attitude" else tr("free fall")
-    return tr("at {time:.2f} s: {why}", time=first.t_s, why=why)
-
-
 def _defaults_lines(logs: Sequence[SummarisedLog], *, is_must: bool) -> list[str]:
     """What the vendor's defaults do in these flights, and in which not what they should. Flights of one side alone
     propose no thresholds."""
     flights = [log.flight for log in logs if log.flight is not None]
-    total, count = len(logs), len(logs) - len(flights)
-    if count:  # a folder that was thinned out proves nothing
-        text = tr("{count} of {total} not read: no statement on the vendor's defaults.", count=count, total=total)
-        return ["", text]
+    total, unread = len(logs), len(logs) - len(flights)
+    if unread:  # a folder that was thinned out proves nothing
+        return [tr("{count} of {total} not read: no statement on the vendor's defaults.", count=unread, total=total)]
     result = defaults_result(flights, FlightGroup.MUST if is_must else FlightGroup.MUST_NOT)
     wrong = len(result.unexpected)
-    lines = ["", tr("The vendor's defaults fire in {count} of {total}", count=wrong, total=total)]
+    line = tr("The vendor's defaults fire in {count} of {total}", count=wrong, total=total)
     if is_must:
-        lines = ["", tr("The vendor's defaults miss {count} of {total}", count=wrong, total=total)]
-    lines += result.unexpected
+        line = tr("The vendor's defaults miss {count} of {total}", count=wrong, total=total)
+    lines = [line, *result.unexpected]
     if result.not_judged:
         lines.append(tr("Not judged: {names}", names=join_names(result.not_judged)))
     return lines

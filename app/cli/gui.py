@@ -6,20 +6,21 @@ import os
 from pathlib import Path
 
 from app.terminal import console
-from app.terminal.arguments import RATES, USUAL_RATE, add_file, seconds
 from app.text.i18n import LANGUAGES, tr
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    add_file(parser, "file", type=Path, nargs="?", metavar="FILE", help="profile, recording, flight log or record")
+    text = "profile, recording, flight log or record"
+    console.add_file(parser, "file", type=Path, nargs="?", metavar="FILE", help=text)
     parser.add_argument("--demo", action="store_true", help="connect to a built-in simulated module")
     parser.add_argument("-p", "--port", metavar="P", help="port to connect to")
-    rates = f"baud rate: {', '.join(map(str, RATES))} (default: {USUAL_RATE})"
-    parser.add_argument("-b", "--baud", type=int, choices=RATES, default=USUAL_RATE, metavar="N", help=rates)
+    rates, usual = console.RATES, console.USUAL_RATE
+    text = f"baud rate: {', '.join(map(str, rates))} (default: {usual})"
+    parser.add_argument("-b", "--baud", type=int, choices=rates, default=usual, metavar="N", help=text)
     parser.add_argument("--lang", choices=LANGUAGES, metavar="L", help=f"language: {', '.join(LANGUAGES)}")
     # Of the tests of packages, which look at the window that they start.
-    parser.add_argument("--offscreen-seconds", type=seconds, metavar="S", help="end after S seconds")
-    add_file(parser, "--evidence", type=Path, metavar="DIR", help="save pictures and values there")
+    parser.add_argument("--offscreen-seconds", type=console.seconds, metavar="S", help="end after S seconds")
+    console.add_file(parser, "--evidence", type=Path, metavar="DIR", help="save pictures and values there")
 
 
 def run(args: argparse.Namespace) -> int:

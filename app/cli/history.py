@@ -13,16 +13,15 @@ from msgspec import Meta
 
 from app.procedures.history import History
 from app.procedures.read import read_settings
-from app.store.fact_store import Facts
+from app.store.fact_store import CLOSE_LIMIT_S, Facts
 from app.system.files import write_whole
 from app.terminal import console
-from app.terminal.arguments import add, add_file, add_module, add_port
 from app.terminal.connection import connected
-from app.terminal.records import Records, name_given, other_module, records_of, refuse_another
+from app.terminal.records import Records, nothing_done, other_module, records_of, refuse_another
 from app.terminal.results import Byte, Count, Hex, Result
 from app.text.csv_cells import csv_text
 from app.text.i18n import tr
-from app.text.messages import UserError, in_brackets, join_names, labelled, not_written, saved_text
+from app.text.messages import UserError, in_brackets, join_names, join_sentences, labelled, saved_text
 from app.trigger_records.history import (
     FIELDS,
     PossiblyOther,
@@ -68,12 +67,12 @@ class HistoryJson(Result):
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    add_port(parser)
+    console.add_port(parser)
     form = parser.add_mutually_exclusive_group()
-    add(form, "--json")
-    add_file(form, "--csv", type=Path, metavar="FILE", help="write a table into .csv")
-    add(parser, "--force")
-    add_module(parser, "keep the records under this name")
+    console.add(form, "--json")
+    console.add_file(form, "--csv", type=Path, metavar="FILE", help="write a table into .csv")
+    console.add(parser, "--force")
+    console.add_module(parser, "keep the records under this name")
 
 
 def run(args: argparse.Namespace) -> int:
@@ -83,60 +82,55 @@ def run(args: argparse.Namespace) -> int:
         opened.run(read_settings())  # kept with the records, to be shown beside them at the next visit
         reading = opened.run(read_triggers())
     history = reading.history
-    is_written = _print(history, args)
+    records = with_fields(history)
+    is_whole = history.is_confirmed
+    if args.csv is None:
+        listed = [TriggerRecordJson(**dict[str, Any](fields)) for _, fields in records]
+        answer = HistoryJson(listed, history.empty_slots, history.is_answered, history.is_confirmed)
+        console.emit(args, answer, page_of(history))
+    else:
+        table = csv_text(HEAD, ([fields[name] for name in HEAD] for _, fields in records))
+        is_written = console.wrote(args.csv, lambda: write_whole(args.csv, table.encode()))
+        # Where it cannot be written no record is lost.
+        console.write_lines([saved_text(args.csv, len(history.all))] if is_written else page_of(history))
+        is_whole &= is_written
     if not history.is_answered:
         console.notify(labelled(tr("Trigger records"), tr("no reply")))
         return console.PARTIAL
-    if name_given(args):
-        with records_of(args.port, module=name_given(args)) as records:
-            refuse_another(opened.conversation, records, args)
-            is_written &= _store_visit(reading, records, args)
+    if args.module:
+        with records_of(args.port) as kept:
+            refuse_another(opened.conversation, kept, args)
+            is_whole &= _store_visit(reading, kept, args)
     if not history.is_confirmed:
         console.notify(tr("The readings differ: records may be missing. Read again."))
-    return console.SUCCESS if is_written and history.is_confirmed else console.PARTIAL
+    return console.SUCCESS if is_whole else console.PARTIAL
 
 
 def _store_visit(reading: TriggersReading, records: Records, args: argparse.Namespace) -> bool:
     """Store the records under the name; False if they do not follow those of its last visit, or the store cannot be
     used. Errors are printed, never raised."""
-    name = name_given(args)
 
     def keep(facts: Facts) -> Visit | PossiblyOther:
-        adapter = records.find_adapter()
-        return file_triggers(facts, reading, name, port=records.port, adapter=adapter, is_same_module=args.same_module)
+        adapter = records.find_where().adapter
+        return file_triggers(
+            facts, reading, args.module, port=records.port, adapter=adapter, is_same_module=args.same_module
+        )
 
     try:
-        visit = records.store.write(keep).result()
-    except UserError:
+        visit = records.store.write(keep).result(CLOSE_LIMIT_S)
+    except (UserError, TimeoutError):
         console.notify(tr("Not kept."))  # why is said at the end
         return False
     if isinstance(visit, PossiblyOther):
-        console.notify(other_module((visit.why,)))
+        console.notify(join_sentences((other_module(visit.why), nothing_done())))
         return False
     new = visit.records if visit.new is None else visit.new
-    console.note(tr("{module}: {new} new; records: {count}.", module=name, new=len(new), count=len(visit.records)))
+    text = tr("{module}: {new} new; records: {count}.", module=args.module, new=len(new), count=len(visit.records))
+    console.note(text)
     return True
 
 
-def _print(history: History, args: argparse.Namespace) -> bool:
-    """Print or write the records; whether that succeeded."""
-    if args.csv is None:
-        records = [TriggerRecordJson(**dict[str, Any](fields)) for _, fields in _with_fields(history)]
-        answer = HistoryJson(records, history.empty_slots, history.is_answered, history.is_confirmed)
-        console.emit(args, answer, page_of(history))
-        return True
-    table = csv_text(HEAD, ([fields[name] for name in HEAD] for _, fields in _with_fields(history)))
-    try:
-        write_whole(args.csv, table.encode())
-    except (OSError, ValueError) as error:  # ValueError: a NUL in the name
-        console.write_lines(page_of(history))  # so that no record is lost
-        console.notify(not_written(args.csv, error))
-        return False
-    console.write_lines([saved_text(args.csv, len(history.all))])
-    return True
-
-
-def _with_fields(history: History) -> list[tuple[TriggerRecord, dict[str, Any]]]:
+def with_fields(history: History) -> list[tuple[TriggerRecord, dict[str, Any]]]:
     """Every record with its fields, and whether it is certain: seen in at least two readings."""
     certain = [(record, True) for record in history.records] + [(record, False) for record in history.seen_once]
     return [(record, fields_of(record) | {"confirmed": is_certain}) for record, is_certain in certain]
@@ -144,20 +138,9 @@ def _with_fields(history: History) -> list[tuple[TriggerRecord, dict[str, Any]]]
 
 def page_of(history: History) -> list[str]:
     """A table of the records in the order in which the module sent them, and remarks."""
-    rows: list[tuple[str, ...]] = [
-        (
-            tr("Boot count"),
-            tr("After power-on"),
-            tr("Source"),
-            tr("Attitude"),
-            tr("Free fall"),
-            tr("Serial"),
-            tr("Charging"),
-            tr("Light"),
-            tr("Cell voltage"),
-        )
-    ]
-    for record, fields in _with_fields(history):
+    head = (tr("Boot count"), tr("After power-on"), tr("Source"), tr("Attitude"), tr("Free fall"), tr("Serial"))
+    rows: list[tuple[str, ...]] = [(*head, tr("Charging"), tr("Light"), tr("Cell voltage"))]
+    for record, fields in with_fields(history):
         rows.append(
             (
                 f"{record.boot_count}{'' if fields['confirmed'] else in_brackets('?')}",

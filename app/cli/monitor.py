@@ -7,18 +7,38 @@ answered for five seconds; 4 if no status was received.
 """
 
 import argparse
-from collections.abc import Iterable
+import logging
+import math
+from collections import deque
+from collections.abc import Iterator
+from contextlib import contextmanager
+from typing import Final
 
-from app.engine.conversation import StatusSample
+from app.diagnosis.symptoms import PortEvidence
+from app.engine.conversation import Interrupted, StatusSample, reason_message
+from app.engine.procedure import Job
+from app.engine.target import is_simulated
+from app.engine.worker import Batch
+from app.procedures.find import Silence
+from app.procedures.stream import LISTEN_S, StreamSwitch, watch
+from app.safety.last_known import was_heard_active
+from app.store.acts import StreamMemory
+from app.system.clock import steady_time
 from app.terminal import console
-from app.terminal.arguments import add, add_port, add_seconds
-from app.terminal.interruption import signals_noted
+from app.terminal.connection import LOST, connected, no_link
+from app.terminal.records import adapter_of, opened_store
 from app.terminal.results import Result
-from app.terminal.streaming import Watching
 from app.text.i18n import tr
-from app.text.messages import ErrorCode, labelled
+from app.text.messages import join_sentences, labelled
+from protocol.events import Ended, EndReason
+from protocol.translatable import marked
 
-LINE_EVERY_S = 0.1
+_log = logging.getLogger(__name__)
+LINE_EVERY_S: Final = 0.1
+LEFT_ON: Final = marked("Serial output was left on; it is switched off when not needed.")
+SILENT_FOR_S: Final = 5.0  # nobody answers for so long: it ends
+WITHOUT_STATUS_S: Final = 5.0  # with a time limit: additional time to wait for the first status
+CANCEL_LIMIT_S: Final = 1.5  # how long switching the stream off may take at the end
 
 
 class MonitorJson(Result):
@@ -32,51 +52,118 @@ class MonitorJson(Result):
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    add_port(parser)
-    add_seconds(parser)
-    add(parser, "--json")
+    console.add_port(parser)
+    console.add_seconds(parser)
+    console.add(parser, "--json")
 
 
 def run(args: argparse.Namespace) -> int:
-    watching = Watching(args.port, args.baud, args.seconds)
+    first_at: float | None = None
     last: StatusSample | None = None
-    with signals_noted():
-        for batch in watching:
-            shown = list(batch.samples) if args.json else _worth_a_line(last, batch.samples)
-            last = shown[-1] if shown else last
-            lines: list[str] = []
-            for sample in shown:
-                t_s = sample.at - (watching.first_at or 0.0)
-                is_json = args.json
-                lines.append(
-                    console.as_json(MonitorJson.of(sample, t_s=round(t_s, 3))) if is_json else _line(sample, t_s)
-                )
-            console.write_lines(lines)
-    if watching.trouble is not None:
-        raise console.Refused(watching.trouble, ErrorCode.NO_LINK)
-    if watching.first_at is None:
+    for batch in watched(args):
+        lines: list[str] = []
+        for sample in batch.samples:
+            first_at = sample.at if first_at is None else first_at
+            t_s = sample.at - first_at
+            if args.json:
+                lines.append(console.as_json(MonitorJson.of(sample, t_s=round(t_s, 3))))
+                continue
+            # For people: ten a second at most, and each where triggered or active changes.
+            is_change = last is not None and (sample.triggered, sample.active) != (last.triggered, last.active)
+            if last is None or is_change or sample.at - last.at >= LINE_EVERY_S:
+                last = sample
+                fired = tr("TRIGGERED") if sample.triggered else tr("not triggered")
+                words = f"{t_s:8.1f} s   {tr('Tilt')} {sample.tilt_deg:3}°   {sample.acceleration_g:4.1f} g   {fired}"
+                lines.append(f"{words}   {tr('active') if sample.active else tr('locked')}")
+        console.write_lines(lines)
+    if first_at is None:
         console.notify(labelled(tr("Status"), tr("no reply")))
         return console.PARTIAL
     return console.SUCCESS
 
 
-def _worth_a_line(last: StatusSample | None, samples: Iterable[StatusSample]) -> list[StatusSample]:
-    """For people: ten a second at most, and each where triggered or active changes."""
-    shown: list[StatusSample] = []
-    for sample in samples:
-        is_change = last is not None and (sample.triggered, sample.active) != (last.triggered, last.active)
-        if last is None or is_change or sample.at - last.at >= LINE_EVERY_S:
-            shown.append(sample)
-            last = sample
-    return shown
+def watched(args: argparse.Namespace, *, reads_all: bool = False) -> Iterator[Batch]:
+    """All that comes from a port, in order and through the ends of conversations, which are told; until a signal, or
+    for `--seconds` from the first status. Raises one of `LOST` at the end, and `Signalled` if no status had come.
+
+    In the first conversation the module is made to stream, and its serial output is switched off again at the end.
+    After a break another module may answer: from then on the status is only polled.
+    """
+    batches: deque[Batch] = deque()
+    job: Job[None] | None = None
+    number = 0  # of the conversation that is watched
+    first_at: float | None = None
+    ends_at = math.inf
+    lost: Exception | None = None
+
+    def take() -> Iterator[Batch]:
+        nonlocal first_at, ends_at
+        while batches:
+            batch = batches.popleft()
+            if batch.samples and first_at is None:
+                first_at = batch.samples[0].at
+                ends_at = first_at + args.seconds
+            yield batch._replace(samples=tuple(sample for sample in batch.samples if sample.at <= ends_at))
+            for event in batch.events:
+                # An end of the port is said otherwise.
+                if isinstance(event, Ended) and event.reason not in (EndReason.CLOSED, EndReason.PORT_LOST):
+                    why = reason_message(event.reason, event.contradiction).translated()
+                    console.notify(join_sentences((why, tr("Another module may answer from now on."))))
+
+    try:
+        with (
+            _stream_memory(args.port) as memory,
+            connected(args.port, args.baud, on_batch=batches.append) as opened,
+        ):
+            gives_up_at = steady_time() + args.seconds + WITHOUT_STATUS_S
+            try:
+                while steady_time() < (gives_up_at if first_at is None else ends_at):
+                    yield from take()
+                    opened.wait()
+                    if opened.connection.trouble is not None:
+                        raise opened.connection.trouble
+                    if job is not None and job.is_done:
+                        if not isinstance(job.error, Interrupted):
+                            job.outcome()  # raises what it ended with
+                        job = None
+                    conversation = opened.conversation
+                    if conversation.is_going and conversation.number != number:
+                        # A module that answers after a break is not made to stream, but a stream of this program is
+                        # switched off.
+                        listen_s = LISTEN_S if number == 0 else math.inf
+                        number = conversation.number
+                        _log.debug("watching conversation %d", number)
+                        procedure = watch(StreamSwitch(), read_all=reads_all, memory=memory, listen_s=listen_s)
+                        job = opened.worker.submit(Job(procedure, conversation=number))
+                    if conversation.ended is not None and steady_time() - conversation.ended.at > SILENT_FOR_S:
+                        was_active = was_heard_active(conversation)
+                        silence = Silence.NOTHING
+                        raise no_link(PortEvidence(args.port, silence=silence, was_online=True, was_active=was_active))
+            finally:
+                if job is not None:  # it undoes what it changed
+                    job.cancel()
+                    job.wait(CANCEL_LIMIT_S)
+                opened.drain()
+    except console.Signalled:
+        if first_at is None:
+            raise
+    except LOST as error:
+        lost = error
+    yield from take()  # what came while the stream was switched off
+    if lost is not None:
+        raise lost
 
 
-def _line(sample: StatusSample, t_s: float) -> str:
-    cells = (
-        f"{t_s:8.1f} s",
-        f"{tr('Tilt')} {sample.tilt_deg:3}°",
-        f"{sample.acceleration_g:4.1f} g",
-        tr("TRIGGERED") if sample.triggered else tr("not triggered"),
-        tr("active") if sample.active else tr("locked"),
-    )
-    return "   ".join(cells)
+@contextmanager
+def _stream_memory(port: str) -> Iterator[StreamMemory]:
+    """Remembers that the serial output is switched on; not for simulated modules."""
+    if is_simulated(port):
+        yield StreamMemory()
+        return
+    with opened_store() as (store, _troubles):
+        memory = StreamMemory(store, adapter_of(port) or port)
+        try:
+            yield memory
+        finally:
+            if memory.is_taken_over:
+                console.note(tr(LEFT_ON))

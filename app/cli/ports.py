@@ -7,7 +7,6 @@ from msgspec import Meta
 
 from app.engine.ports import is_flight_controller, list_ports
 from app.terminal import console
-from app.terminal.arguments import add
 from app.terminal.results import Result
 from app.text.i18n import tr
 from app.text.messages import ErrorCode, UserError, in_brackets
@@ -30,7 +29,7 @@ class PortsJson(Result):
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    add(parser, "--json")
+    console.add(parser, "--json")
 
 
 def run(args: argparse.Namespace) -> int:

@@ -9,13 +9,12 @@ checked one after the other.
 import argparse
 import logging
 import threading
-from collections.abc import Sequence
 from pathlib import Path
 from typing import Literal
 
 import msgspec
 
-from app.cli.act import interruption_told, pay_owed_lock, permit_for, refuse_without_yes
+from app.cli.act import permit_for, refuse_without_yes
 from app.engine.conversation import Interrupted
 from app.limits.past import Past
 from app.preflight.checks import RESULT_WORDS, CheckResult, Person
@@ -30,13 +29,11 @@ from app.safety.journal import Act, Outcome
 from app.safety.left_active import note_go
 from app.settings.profiles import NO_PROFILE, Profile, read_profile
 from app.terminal import console
-from app.terminal.arguments import add, add_file, add_module, add_port, any_name
 from app.terminal.connection import LOST, OpenPort, connected, loss_sentence
-from app.terminal.console import Colour, Line
-from app.terminal.records import Records, name_given, opened_store, records_on, refuse_another
+from app.terminal.records import Records, opened_store, records_on, refuse_another
 from app.terminal.results import Result, Value
 from app.text.i18n import tr
-from app.text.messages import ErrorCode, UserError, UserMessage, clean, in_brackets, join_names, not_written
+from app.text.messages import ErrorCode, UserMessage, clean, in_brackets, join_names
 
 _log = logging.getLogger(__name__)
 
@@ -59,19 +56,21 @@ class PreflightJson(Result):
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    add_port(parser)
+    console.add_port(parser)
     parser.set_defaults(takes_several=True)
-    add_file(parser, "--profile", type=Path, metavar="FILE", help="profile that says how the module should be set")
+    text = "profile that says how the module should be set"
+    console.add_file(parser, "--profile", type=Path, metavar="FILE", help=text)
     parser.add_argument("--enable-triggers", action="store_true", help="enable both automatic triggers first")
     parser.add_argument("--activate", action="store_true", help="enable, check, activate if READY, and read again: GO")
-    add(parser, "--yes")
-    add_file(parser, "--report", type=Path, metavar="FILE.pdf", help="write the report, and the record beside it")
-    add_module(parser, "name of the module")
-    parser.add_argument("--aircraft", type=any_name, default="", metavar="NAME", help="aircraft")
-    parser.add_argument("--who", type=any_name, default="", metavar="NAME", help="who checks")
+    console.add(parser, "--yes")
+    text = "write the report, and the record beside it"
+    console.add_file(parser, "--report", type=Path, metavar="FILE.pdf", help=text)
+    console.add_module(parser, "name of the module")
+    parser.add_argument("--aircraft", default="", metavar="NAME", help="aircraft")
+    parser.add_argument("--who", default="", metavar="NAME", help="who checks")
     text = "manual item N of the profile is in order"
     parser.add_argument("--done", type=int, action="append", default=[], metavar="N", help=text)
-    add(parser, "--records-reviewed", "--json")
+    console.add(parser, "--records-reviewed", "--json")
 
 
 def run(args: argparse.Namespace) -> int:
@@ -80,7 +79,11 @@ def run(args: argparse.Namespace) -> int:
     for option, given in (("--module", args.module), ("--activate", args.activate), ("--report", args.report)):
         if given and len(args.ports) > 1:
             raise console.Refused(tr("{option} takes one port only.", option=option))
-    profile = _profile(args.profile, args.done)
+    profile = NO_PROFILE if args.profile is None else read_profile(args.profile)
+    for number in args.done:
+        if not 1 <= number <= len(profile.manual):
+            raise console.Refused(tr("No manual item {number} in the profile.", number=number))
+    profile = profile.answered(dict.fromkeys(args.done, True))
     if args.report is not None:
         check_target(args.report)
     codes: list[int] = []
@@ -88,9 +91,8 @@ def run(args: argparse.Namespace) -> int:
         for port in args.ports:
             if len(args.ports) > 1 and not args.json:
                 console.write_lines([port])
-            records = records_on(store, troubles, port, origin="preflight", module=name_given(args))
             try:
-                codes.append(_Check(args, profile, records).run())
+                codes.append(_Check(args, profile, records_on(store, troubles, port, args.module)).run())
             except LOST as error:
                 if len(args.ports) == 1:
                     raise
@@ -128,14 +130,17 @@ class _Check:
             console.note_wait(tr("Checking takes about ten seconds."))
             is_enabling = args.enable_triggers or args.activate
             try:
-                with interruption_told(is_sending=is_enabling):
-                    opened.run(run_preflight(self._evidence, is_enabling=is_enabling, journal=journal))
-                    is_refused = args.activate and self._is_activation_refused(opened)
+                opened.run(run_preflight(self._evidence, is_enabling=is_enabling, journal=journal))
+                is_refused = args.activate and self._is_activation_refused(opened)
             except Interrupted as ended:
                 self._evidence.note_error(ended)
         filed = self._file()
+
+        def write() -> None:
+            console.note(join_names(map(str, write_report(args.report, filed.exported, args.printer))))
+
         # The report comes first, as printing fails where nobody reads.
-        is_written = args.report is None or _write_report(args, filed)
+        is_written = args.report is None or console.wrote(args.report, write)
         console.emit(args, msgspec.convert(contract_of(filed.assessment), PreflightJson), page_of(filed))
         if filed.trouble is not None:
             console.notify_once(filed.trouble.sentence)
@@ -156,7 +161,7 @@ class _Check:
                 is_same_module=args.same_module,
                 is_named_by_option=True,
             )
-            adapter = self._records.find_adapter()
+            adapter = self._records.find_where().adapter
             self._filed = file_check(
                 self._evidence, self._profile, person, store=self._records.store, adapter=adapter, past=self._past
             )
@@ -174,11 +179,9 @@ class _Check:
             return False
         permit = permit_for(Act.ACTIVATE, opened)
         performed, evidence = opened.run(activate_ready(ready, self._records.journal, permit))
-        if performed.outcome is Outcome.CONFIRMED:
-            console.note(performed.sentence)
-        else:
-            console.notify(performed.sentence)
-        pay_owed_lock(opened)
+        say = console.note if performed.outcome is Outcome.CONFIRMED else console.notify
+        say(performed.sentence)
+        opened.pay_owed_lock()
         if evidence is not ready.case.evidence:
             self._evidence, self._filed, self._past = evidence, None, ready.case.past
             if self._file().assessment.verdict is Verdict.GO:
@@ -186,46 +189,25 @@ class _Check:
         return performed.outcome is Outcome.NOT_SENT
 
 
-def _write_report(args: argparse.Namespace, filed: Filed) -> bool:
-    """Write the files and print their names; whether that succeeded."""
-    try:
-        written = write_report(args.report, filed.exported, args.printer)
-    except (UserError, OSError, RuntimeError, ImportError) as error:
-        console.notify(not_written(args.report, error))
-        return False
-    console.note(join_names(map(str, written)))
-    return True
-
-
-def _profile(path: Path | None, done: Sequence[int]) -> Profile:
-    """Raises `UserError`."""
-    profile = NO_PROFILE if path is None else read_profile(path)
-    wrong = [number for number in done if not 1 <= number <= len(profile.manual)]
-    if wrong:
-        raise console.Refused(tr("No manual item {number} in the profile.", number=wrong[0]))
-    return profile.answered(dict.fromkeys(done, True))
-
-
-def page_of(filed: Filed) -> list[Line]:
+def page_of(filed: Filed) -> list[console.Line]:
     """The verdict with its caveats, then every check; if it did not pass, why it matters and what to do."""
     assessment = filed.assessment
+    is_no_go = assessment.verdict is Verdict.NO_GO
     verdict = verdict_sentence(assessment.verdict, assessment.case.profile.activated_by).translated()
-    lines: list[Line] = [(verdict, Colour.BAD if assessment.verdict is Verdict.NO_GO else Colour.GOOD)]
+    lines: list[console.Line] = [(verdict, console.BAD if is_no_go else console.GOOD)]
     lines += [caveat.translated() for caveat in filed.record.caveats]
-    if assessment.verdict is not Verdict.NO_GO:
-        lines.append(tr("Valid now only; not monitored afterwards."))
-    lines.append("")
+    lines += [""] if is_no_go else [tr("Valid now only; not monitored afterwards."), ""]
     rows: list[tuple[str, ...]] = []
-    colours: list[Colour | None] = []
+    colours: list[int] = []
     for check in assessment.checks:
-        word = tr(RESULT_WORDS[check.finding.result])
-        shown = check.finding.shown.translated() + in_brackets(check.finding.limit.translated())
-        rows.append((word, UserMessage(check.check.title).translated(), shown))
-        colours.append({CheckResult.PASS: None, CheckResult.WARN: Colour.CAUTION}.get(check.finding.result, Colour.BAD))
-        if check.finding.result is not CheckResult.PASS:
+        finding = check.finding
+        shown = finding.shown.translated() + in_brackets(finding.limit.translated())
+        rows.append((tr(RESULT_WORDS[finding.result]), UserMessage(check.check.title).translated(), shown))
+        colours.append({CheckResult.PASS: 0, CheckResult.WARN: console.CAUTION}.get(finding.result, console.BAD))
+        if finding.result is not CheckResult.PASS:
             rows.append(("", "", f"{UserMessage(check.check.why).translated()} → {check.do.translated()}"))
-            colours.append(None)
+            colours.append(0)
     for item in assessment.manual:
         rows.append((tr(MANUAL_WORDS[item.is_done]), clean(item.text)))
-        colours.append(None)
+        colours.append(0)
     return [*lines, *zip(console.columns(rows), colours, strict=True)]

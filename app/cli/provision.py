@@ -11,7 +11,6 @@ import time
 from pathlib import Path
 from typing import Final
 
-from app.cli.act import interruption_told
 from app.cli.set import warn
 from app.engine.conversation import Interrupted
 from app.fleet.batch import (
@@ -20,7 +19,6 @@ from app.fleet.batch import (
     READY,
     SET_ASIDE,
     TAKEN,
-    BatchRow,
     BatchRun,
     await_gone,
     batch_of,
@@ -35,15 +33,12 @@ from app.procedures.write import WriteContext
 from app.store.fact_store import Store
 from app.store.opening import StoreTrouble
 from app.terminal import console
-from app.terminal.arguments import add, add_file, add_port, any_name, expected
 from app.terminal.connection import LOST, OpenPort, connected, loss_sentence
-from app.terminal.console import Colour, Line
-from app.terminal.interruption import check_signals, signals_noted
 from app.terminal.records import opened_store, records_on
 from app.terminal.results import Result
 from app.terminal.setting_words import typed
 from app.text.i18n import tr
-from app.text.messages import UserError, UserMessage, not_written
+from app.text.messages import UserMessage
 
 LOOK_EVERY_S: Final = 0.5  # between two attempts to find a module
 
@@ -62,24 +57,25 @@ class ProvisionJson(Result):
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    add_file(parser, "--profile", type=Path, required=True, metavar="FILE", help="write all settings of this profile")
+    text = "write all settings of this profile"
+    console.add_file(parser, "--profile", type=Path, required=True, metavar="FILE", help=text)
     parser.add_argument("--names", type=_names, required=True, metavar=EXAMPLE, help="names, one for each module")
     parser.add_argument("--enable-triggers", action="store_true", help="enable both automatic triggers")
-    add(parser, "--yes", "--accept-risk", "--records-reviewed")
+    console.add(parser, "--yes", "--accept-risk", "--records-reviewed")
     text = "all modules are new, also those that resemble a known one"
     parser.add_argument("--all-new", action="store_true", help=text)
-    parser.add_argument("--who", type=any_name, default="", metavar="NAME", help="who checks")
-    add_file(parser, "--labels", type=Path, metavar="FILE.pdf", help="print labels into this file")
+    parser.add_argument("--who", default="", metavar="NAME", help="who checks")
+    console.add_file(parser, "--labels", type=Path, metavar="FILE.pdf", help="print labels into this file")
     text = "paper of the labels: width in mm, or sheets"
     parser.add_argument("--tape", choices=tuple(PAPERS), default="A4", help=text)
-    add_port(parser)
-    add(parser, "--json")
+    console.add_port(parser)
+    console.add(parser, "--json")
 
 
 def _names(text: str) -> tuple[str, ...]:
     names = counted_names(text)
     if names is None:
-        raise expected(EXAMPLE)
+        raise console.expected(EXAMPLE)
     return names
 
 
@@ -103,26 +99,27 @@ def run(args: argparse.Namespace) -> int:
         console.refuse_without("--enable-triggers")
     person = Person(who=args.who, are_records_reviewed=args.records_reviewed, is_named_by_option=True)
     accepted = frozenset(batch.changes if args.accept_risk else ())
-    # After the last module a signal keeps nothing from being told.
-    with signals_noted(), opened_store() as (store, troubles):
+    trouble: BaseException | None = None
+    with opened_store() as (store, troubles):
         bench = BatchRun(
             batch, store, person, is_enabling=args.enable_triggers, are_all_new=args.all_new, accepted=accepted
         )
-        trouble: BaseException | None = None
         try:
             _Turns(bench, store, troubles, args).run()
         except (KeyboardInterrupt, StoreTrouble, console.OutputLost) as error:
             trouble = error
         rows = store.write(bench.rows).result()  # behind what is still being kept
-        is_written = _write_labels(args, rows)
-        is_done = not any(row.result == OPEN for row in rows)
-        modules: list[ProvisionedJson] = []
+        paper = PAPERS[args.tape]
+        is_written = args.labels is None or console.wrote(
+            args.labels, lambda: write_batch_labels(args.labels, rows, paper, args.printer)
+        )
+        answer = ProvisionJson([], not any(row.result == OPEN for row in rows))
         cells: list[tuple[str, ...]] = []
         for row in rows:
             why = row.why or UserMessage("")
-            modules.append(ProvisionedJson(row.name, row.result, why.in_english()))
+            answer.modules.append(ProvisionedJson(row.name, row.result, why.in_english()))
             cells.append((row.name, tr(row.result), row.code, why.translated()))
-        console.emit(args, ProvisionJson(modules, is_done), ["", *console.columns(cells)])
+        console.emit(args, answer, ["", *console.columns(cells)])
     if isinstance(trouble, StoreTrouble):
         console.notify_once(trouble.sentence)
         console.notify(tr("Not kept."))
@@ -131,7 +128,7 @@ def run(args: argparse.Namespace) -> int:
         raise trouble
     if not is_written:
         return console.PARTIAL
-    return console.SUCCESS if is_done else console.ANSWER_NO
+    return console.SUCCESS if answer.complete else console.ANSWER_NO
 
 
 class _Turns:
@@ -142,12 +139,25 @@ class _Turns:
         self._store = store
         self._troubles = troubles
         self._args = args
-        self._last_line: Line = ""
+        self._last_line: console.Line = ""
 
     def run(self) -> None:
         while name := self._next_name():
-            self._take(name)
-            check_signals()
+            self._tell(tr("PLUG IN: {module}", module=name))
+            evidence = Evidence(port=self._args.port)
+            try:
+                with connected(
+                    self._args.port,
+                    self._args.baud,
+                    on_batch=lambda batch: evidence.listen(batch.events),  # noqa: B023
+                ) as opened:
+                    self._tell(tr("A module answers: leave it plugged in."))
+                    self._provision(name, opened, evidence)
+            except LOST as error:
+                console.notify_once(loss_sentence(error))
+                console.check_signals()
+                time.sleep(LOOK_EVERY_S)
+            console.check_signals()
 
     def _next_name(self) -> str:
         """Another program may give some, too."""
@@ -156,37 +166,21 @@ class _Turns:
             console.notify_once(tr(TAKEN, module=name))
         return names[0] if names else ""
 
-    def _take(self, name: str) -> None:
-        """Wait for a module, and for its end."""
-        self._tell(tr("PLUG IN: {module}", module=name))
-        evidence = Evidence(port=self._args.port)
-        try:
-            with connected(
-                self._args.port, self._args.baud, on_batch=lambda batch: evidence.listen(batch.events)
-            ) as opened:
-                self._tell(tr("A module answers: leave it plugged in."))
-                self._provision(name, opened, evidence)
-        except LOST as error:
-            console.notify_once(loss_sentence(error))
-            check_signals()
-            time.sleep(LOOK_EVERY_S)
-
     def _provision(self, name: str, opened: OpenPort, evidence: Evidence) -> None:
+        """One module, until it is unplugged."""
         done = None
-        records = records_on(self._store, self._troubles, self._args.port, origin="provision")
+        records = records_on(self._store, self._troubles, self._args.port)
         try:
-            with interruption_told():
-                done = opened.run(self._bench.provision(evidence, WriteContext(journal=records.journal)))
+            done = opened.run(self._bench.provision(evidence, WriteContext(journal=records.journal)))
         except Interrupted as ended:
             evidence.note_error(ended)
-        why = self._store.write(
-            lambda facts: self._bench.keep(facts, name, evidence, done, records.find_adapter())
-        ).result()
+        adapter = records.find_where().adapter
+        why = self._store.write(lambda facts: self._bench.keep(facts, name, evidence, done, adapter)).result()
         if why is None:
-            self._tell((f"{name}: {tr(READY)}", Colour.GOOD))
+            self._tell((f"{name}: {tr(READY)}", console.GOOD))
         else:
-            self._tell((f"{tr(SET_ASIDE)}: {why.translated()}", Colour.BAD))
-        check_signals()
+            self._tell((f"{tr(SET_ASIDE)}: {why.translated()}", console.BAD))
+        console.check_signals()
         if self._next_name():
             self._tell(tr("UNPLUG, NEXT"))
             if done is None:
@@ -195,24 +189,11 @@ class _Turns:
             if opened.conversation.is_going and opened.conversation.number == opened.number:
                 opened.run(await_gone())
 
-    def _tell(self, line: Line) -> None:
+    def _tell(self, line: console.Line) -> None:
         """Once in a row. With --json standard output has the result only."""
-        if line == self._last_line:
-            return
-        self._last_line = line
-        if not self._args.json:
-            console.write_lines([line])
-        else:
-            console.notify(line if isinstance(line, str) else line[0])
-
-
-def _write_labels(args: argparse.Namespace, rows: list[BatchRow]) -> bool:
-    """The labels of the names that are given; whether that succeeded."""
-    if args.labels is None:
-        return True
-    try:
-        write_batch_labels(args.labels, rows, PAPERS[args.tape], args.printer)
-    except (UserError, OSError, RuntimeError) as error:
-        console.notify(not_written(args.labels, error))
-        return False
-    return True
+        if line != self._last_line:
+            self._last_line = line
+            if self._args.json:
+                console.notify(line if isinstance(line, str) else line[0])
+            else:
+                console.write_lines([line])

@@ -15,7 +15,6 @@ from app.recordings.library import RecordingEntry, RecordingLibrary, remarks, si
 from app.recordings.recording import export as write_file
 from app.recordings.recording import open_recording
 from app.terminal import console
-from app.terminal.arguments import add, add_file, add_verbosity, expected
 from app.terminal.results import Count, Result, Time
 from app.text.i18n import tr
 from app.text.messages import ErrorCode, UserError, error_text, join_names, labelled, not_written, saved_text, stopwatch
@@ -67,48 +66,38 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     for command in (exported, deleted):
         command.add_argument("name", metavar="NAME", help="beginning of the recording's name, or latest")
     add_export(exported)
-    add(deleted, "--yes")
+    console.add(deleted, "--yes")
     for command, function in ((listed, run_list), (exported, run_export), (deleted, run_delete)):
-        add(command, "--json")
-        add_verbosity(command)
+        console.add(command, "--json")
+        console.add_verbosity(command)
         command.set_defaults(function=function)
 
 
 def run(args: argparse.Namespace) -> int:
-    code: int = args.function(args)
+    code: int = args.function(args, RecordingLibrary())
     return code
 
 
-def run_list(args: argparse.Namespace) -> int:
-    library = RecordingLibrary()
+def run_list(args: argparse.Namespace, library: RecordingLibrary) -> int:
     entries = library.entries()
     rows = [(tr("Name"), tr("Started"), tr("Duration"), tr("Reports"), tr("Size"), tr("Port"), tr("Module"), "")]
-    recordings: list[RecordingJson] = []
+    answer = RecordingsJson(str(library.folder), [])
     for entry in entries:
-        duration_s = round(entry.duration_s, 3)
-        is_readable = entry.trouble is None
-        started_at = entry.started_at.isoformat()
-        recordings.append(RecordingJson.of(entry, started_at=started_at, duration_s=duration_s, readable=is_readable))
-        rows.append(
-            (
-                entry.name,
-                when_text(entry),
-                stopwatch(round(entry.duration_s)),
-                f"{entry.sample_count}",
-                size_text(entry.size_bytes),
-                entry.port,
-                entry.module,
-                join_names(filter(None, (remarks(entry), tr("pinned") if entry.is_pinned else ""))),
-            )
-        )
+        started_at, duration_s = entry.started_at.isoformat(), round(entry.duration_s, 3)
+        listed = RecordingJson.of(entry, started_at=started_at, duration_s=duration_s, readable=entry.trouble is None)
+        answer.recordings.append(listed)
+        remark = join_names(filter(None, (remarks(entry), tr("pinned") if entry.is_pinned else "")))
+        duration, size = stopwatch(round(entry.duration_s)), size_text(entry.size_bytes)
+        reports, begun = f"{entry.sample_count}", when_text(entry)
+        rows.append((entry.name, begun, duration, reports, size, entry.port, entry.module, remark))
     if not entries:
         console.note(tr("No recordings yet"))
-    console.emit(args, RecordingsJson(str(library.folder), recordings), console.columns(rows) if entries else [])
+    console.emit(args, answer, console.columns(rows) if entries else [])
     return console.SUCCESS
 
 
-def run_export(args: argparse.Namespace) -> int:
-    entry = _recording(RecordingLibrary(), args.name)
+def run_export(args: argparse.Namespace, library: RecordingLibrary) -> int:
+    entry = _recording(library, args.name)
     refuse_unwritable(args)
     is_whole, files = False, [str(args.file)]
     try:
@@ -119,12 +108,11 @@ def run_export(args: argparse.Namespace) -> int:
     except UserError as error:
         raise console.Refused(error.message, ErrorCode.UNREADABLE) from error
     if args.json:
-        console.write_lines([console.as_json(ExportJson([entry.name], files, is_whole))])
+        console.emit(args, ExportJson([entry.name], files, is_whole), [])
     return console.SUCCESS if is_whole else console.PARTIAL
 
 
-def run_delete(args: argparse.Namespace) -> int:
-    library = RecordingLibrary()
+def run_delete(args: argparse.Namespace, library: RecordingLibrary) -> int:
     entry = _recording(library, args.name)
     if not args.yes:
         console.refuse_without("--yes")
@@ -153,20 +141,20 @@ def _recording(library: RecordingLibrary, name: str) -> RecordingEntry:
 # Export, also of what `dps-s record` has recorded
 
 
-def export_path(text: str) -> Path:
-    """For argparse."""
-    path = Path(text)
-    if path.suffix.lower() in (MCAP, CSV) or path == STANDARD_OUTPUT:
-        return path
-    raise expected(f"{MCAP}, {CSV}, {STANDARD_OUTPUT}")
-
-
 def add_export(parser: argparse.ArgumentParser) -> None:
     """The file, and what becomes of one that is there."""
+
+    def export_path(text: str) -> Path:
+        path = Path(text)
+        if path.suffix.lower() in (MCAP, CSV) or path == STANDARD_OUTPUT:
+            return path
+        raise console.expected(f"{MCAP}, {CSV}, {STANDARD_OUTPUT}")
+
     existing = parser.add_mutually_exclusive_group()
     existing.add_argument("--append", action="store_true", help="add to the file (only .csv)")
-    add(existing, "--force")
-    add_file(parser, "file", type=export_path, metavar="FILE", help=".mcap, .csv, or - for a table on standard output")
+    console.add(existing, "--force")
+    text = ".mcap, .csv, or - for a table on standard output"
+    console.add_file(parser, "file", type=export_path, metavar="FILE", help=text)
 
 
 def refuse_unwritable(args: argparse.Namespace) -> None:

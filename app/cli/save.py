@@ -17,12 +17,11 @@ from app.settings.profiles import MAX_NAME_LENGTH, Profile, profile_text
 from app.settings.values import fingerprint
 from app.system.files import write_whole
 from app.terminal import console
-from app.terminal.arguments import add, add_file, add_port
 from app.terminal.connection import connected
 from app.terminal.records import adapter_of
 from app.terminal.results import Result, SettingName, Value
 from app.text.i18n import tr
-from app.text.messages import clean, join_names, not_written
+from app.text.messages import clean, join_names
 from protocol.catalogue import READABLE_SETTINGS
 from protocol.fields import Value as SettingValue
 
@@ -45,53 +44,37 @@ class ModuleSettings(NamedTuple):
     values: Mapping[str, SettingValue]
     missing: Mapping[str, str]
 
-
-def add_arguments(parser: argparse.ArgumentParser) -> None:
-    add_file(parser, "file", type=Path, metavar="FILE.toml", help="profile")
-    add(parser, "--force")
-    add_port(parser)
-    add(parser, "--json")
-
-
-def run(args: argparse.Namespace) -> int:
-    path: Path = args.file
-    console.refuse_existing(path, is_forced=args.force)
-    module = read_module(args.port, args.baud)
-    trouble = ""
-    try:
-        write_whole(path, text_of(module, path.stem).encode())
-    except (OSError, ValueError) as error:  # ValueError: a NUL in the name
-        trouble = not_written(path, error)
-    answer = SaveJson(str(path), not trouble, dict(module.values), dict(module.missing))
-    console.emit(args, answer, [] if trouble else [tr("Saved to {path}.", path=path)])
-    if trouble:
-        console.notify(trouble)
+    def notify_missing(self) -> int:
+        """Print the readable settings that were not read; returns the exit code."""
+        names = [command.key for command in READABLE_SETTINGS if command.key in self.missing]
+        if not names:
+            return console.SUCCESS
+        console.notify(tr("Could not read: {names}. Read again or check the wiring.", names=join_names(names)))
         return console.PARTIAL
-    return notify_missing(module)
-
-
-def notify_missing(module: ModuleSettings) -> int:
-    """Print the readable settings that were not read; returns the exit code."""
-    missing = [command.key for command in READABLE_SETTINGS if command.key in module.missing]
-    if not missing:
-        return console.SUCCESS
-    console.notify(tr("Could not read: {names}. Read again or check the wiring.", names=join_names(missing)))
-    return console.PARTIAL
 
 
 def read_module(port: str, baud_rate: int | None) -> ModuleSettings:
     """Raises `Interrupted` where the conversation ended meanwhile."""
     with connected(port, baud_rate) as opened:
         reading = opened.run(read_settings())
-        rate = opened.connection.baud_rate
+    rate = opened.connection.baud_rate
     values = {**reading.values, "baud_rate": rate}
     unread = {command.key for command in reading.unread}
     missing = {key: NO_REPLY if key in unread else "cannot be read" for key in SETTING_KEYS if key not in values}
     return ModuleSettings(port, rate, reading.boot_count, values, missing)
 
 
-def text_of(module: ModuleSettings, name: str) -> str:
-    """The profile, in English, with its origin as comments."""
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    console.add_file(parser, "file", type=Path, metavar="FILE.toml", help="profile")
+    console.add(parser, "--force")
+    console.add_port(parser)
+    console.add(parser, "--json")
+
+
+def run(args: argparse.Namespace) -> int:
+    path: Path = args.file
+    console.refuse_existing(path, is_forced=args.force)
+    module = read_module(args.port, args.baud)
     code, adapter = fingerprint(module.values), adapter_of(module.port)
     origin = [
         f"Settings as read by dps-s save, {datetime.now().astimezone().isoformat(' ', 'seconds')}",
@@ -102,5 +85,9 @@ def text_of(module: ModuleSettings, name: str) -> str:
         f"Settings code: {code}" if code else "",
         *(f"{key}: {why}" for key, why in module.missing.items()),
     ]
-    profile = Profile(name=clean(name, longest=MAX_NAME_LENGTH), settings=module.values)
-    return "".join(f"# {line}\n" for line in origin if line) + profile_text(profile)
+    text = "".join(f"# {line}\n" for line in origin if line)
+    text += profile_text(Profile(name=clean(path.stem, longest=MAX_NAME_LENGTH), settings=module.values))
+    is_written = console.wrote(path, lambda: write_whole(path, text.encode()))
+    answer = SaveJson(str(path), is_written, dict(module.values), dict(module.missing))
+    console.emit(args, answer, [tr("Saved to {path}.", path=path)] if is_written else [])
+    return module.notify_missing() if is_written else console.PARTIAL

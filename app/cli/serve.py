@@ -7,7 +7,6 @@ authentication, so whoever reaches it reads, and may LOCK. Exit code 0 after Ctr
 """
 
 import argparse
-import socket
 from collections.abc import Callable
 from contextlib import suppress
 from typing import Any, Literal
@@ -15,13 +14,10 @@ from typing import Any, Literal
 from app.engine.procedure import Job
 from app.engine.worker import Batch, PortState
 from app.procedures.lock import Locked, lock
-from app.safety.journal import Journal
-from app.sharing import Event, Sharing, Tell, address_of, listen_at, warning_of
+from app.sharing import Event, Sharing, address_of, listen_at, warning_of
 from app.terminal import console
-from app.terminal.arguments import add, add_port, tcp_address
-from app.terminal.connection import OpenPort, connected
-from app.terminal.interruption import Signalled, check_signals, signals_noted
-from app.terminal.records import opened_store, records_on
+from app.terminal.connection import connected
+from app.terminal.records import records_of
 from app.terminal.results import Result
 from app.text.messages import ErrorCode, error_text, labelled
 
@@ -38,9 +34,10 @@ class ServeJson(Result):
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     text = "where readers connect (default: a free port of this computer)"
-    parser.add_argument("--tcp", type=tcp_address, default=("127.0.0.1", 0), metavar="HOST:PORT", help=text)
-    add_port(parser)
-    add(parser, "--json")
+    default = ("127.0.0.1", 0)
+    parser.add_argument("--tcp", type=console.tcp_address, default=default, metavar="HOST:PORT", help=text)
+    console.add_port(parser)
+    console.add(parser, "--json")
 
 
 def run(args: argparse.Namespace) -> int:
@@ -49,53 +46,47 @@ def run(args: argparse.Namespace) -> int:
         listener = listen_at(host, number)
     except OSError as error:
         raise console.Refused(labelled(f"{host}:{number}", error_text(error)), ErrorCode.NO_PORT) from error
+    endings: dict[Job[Any], Callable[[Job[Any]], None]] = {}
+    locking: Job[Locked] | None = None
 
     def tell(event: Event, reader: str, sentence: str) -> None:
         if sentence:
             console.notify(labelled(reader, sentence) if reader else sentence)
         if args.json:
-            console.write_lines([console.as_json(ServeJson(event.value, reader))])
+            console.emit(args, ServeJson(event.value, reader), [])
 
-    with listener, signals_noted(), opened_store() as (store, troubles), connected(args.port, args.baud) as opened:
+    with listener, records_of(args.port) as records, connected(args.port, args.baud) as opened:
         address = address_of(listener)
         console.emit(args, ServeJson("listening", address), [address])
         if warning := warning_of(listener):
             console.notify(warning)
-        journal = records_on(store, troubles, args.port, origin="serve").journal
-        with suppress(Signalled):
-            _serve(opened, listener, journal, tell)
+
+        def submit(job: Job[Any], then: Callable[[Job[Any]], None], *, is_urgent: bool = False) -> None:
+            endings[job] = then
+            opened.worker.submit(job, is_urgent=is_urgent)
+
+        def send_lock(then: Callable[[Locked], None]) -> None:
+            nonlocal locking
+            if locking is None or locking.is_done:
+                locking = Job(lock(records.journal), outlives=True)
+                submit(locking, lambda job: then(job.outcome()), is_urgent=True)
+
+        def on_batch(batch: Batch) -> None:
+            sharing.take_in(batch)
+            for job in batch.finished:
+                if job in endings:
+                    endings.pop(job)(job)
+
+        sharing = Sharing(listener, submit, send_lock, tell)
+        opened.listeners.append(on_batch)
+        opened.worker.publish_every_s = LOOK_EVERY_S
+        with suppress(console.Signalled):
+            try:
+                while opened.connection.state is PortState.OPEN:
+                    sharing.turn(LOOK_EVERY_S)
+                    console.check_signals()
+                    opened.drain()
+            finally:
+                sharing.close()
+            raise opened.connection.trouble or RuntimeError("the port was closed without a reason")
     return console.SUCCESS
-
-
-def _serve(opened: OpenPort, listener: socket.socket, journal: Journal, tell: Tell) -> None:
-    """Until the port is lost, which raises `PortError`, or a signal comes, which raises `Signalled`."""
-    endings: dict[Job[Any], Callable[[Job[Any]], None]] = {}
-
-    def submit(job: Job[Any], then: Callable[[Job[Any]], None], *, is_urgent: bool = False) -> None:
-        endings[job] = then
-        opened.submit(job, is_urgent=is_urgent)
-
-    locking: Job[Locked] | None = None
-
-    def send_lock(then: Callable[[Locked], None]) -> None:
-        nonlocal locking
-        if locking is None or locking.is_done:
-            locking = Job(lock(journal), outlives=True)
-            submit(locking, lambda job: then(job.outcome()), is_urgent=True)
-
-    def on_batch(batch: Batch) -> None:
-        sharing.take_in(batch)
-        for job in batch.finished:
-            if job in endings:
-                endings.pop(job)(job)
-
-    sharing = Sharing(listener, submit, send_lock, tell)
-    opened.listen(on_batch, LOOK_EVERY_S)
-    try:
-        while opened.connection.state is PortState.OPEN:
-            sharing.turn(LOOK_EVERY_S)
-            check_signals()
-            opened.drain()
-    finally:
-        sharing.close()
-    raise opened.connection.trouble or RuntimeError("the port was closed without a reason")

@@ -15,9 +15,9 @@ from contextlib import suppress
 from dataclasses import replace
 from pathlib import Path
 
-from app.cli.act import interruption_told, permit_for
+from app.cli.act import permit_for
 from app.cli.read import is_answered_twice
-from app.cli.save import notify_missing, read_module
+from app.cli.save import read_module
 from app.engine.conversation import Interrupted
 from app.preflight.reading_object import SETTING_KEYS
 from app.procedures.baud import change_baud
@@ -36,10 +36,7 @@ from app.safety.consequences import Weight, consequences
 from app.safety.journal import Act
 from app.settings.profiles import SETTINGS_BY_KEY
 from app.terminal import console
-from app.terminal.arguments import add, add_file, add_port
 from app.terminal.connection import OpenPort, connected
-from app.terminal.console import Colour, Line
-from app.terminal.interruption import signals_noted
 from app.terminal.records import Records, records_of
 from app.terminal.results import Result, SettingName, Value
 from app.terminal.setting_words import parse_settings, settings_of_profile, typed
@@ -65,32 +62,68 @@ class SetJson(Result):
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     text = f"{', '.join(SETTING_KEYS)}; triggers and output: true or false"
     parser.add_argument("wishes", nargs="*", metavar="NAME=VALUE", help=text)
-    add_file(parser, "--profile", type=Path, metavar="FILE", help="write all settings of this profile")
-    add(parser, "--accept-risk")
+    text = "write all settings of this profile"
+    console.add_file(parser, "--profile", type=Path, metavar="FILE", help=text)
+    console.add(parser, "--accept-risk")
     parser.add_argument("--dry-run", action="store_true", help="only show what would change")
     parser.add_argument("--unlock", action="store_true", help="write although the module may fire")
-    add_port(parser)
-    add(parser, "--json")
+    console.add_port(parser)
+    console.add(parser, "--json")
 
 
 def run(args: argparse.Namespace) -> int:
-    wishes = _requested_values(args.wishes, args.profile)
+    if bool(args.wishes) == (args.profile is not None):
+        raise console.Refused(tr("expected {expected}", expected="NAME=VALUE … | --profile FILE"))
+    wishes = parse_settings(args.wishes)
+    if args.profile is not None:
+        settings = settings_of_profile(args.profile)
+        wishes = [SettingChange(SETTINGS_BY_KEY[key], value) for key, value in settings.items()]
     warn(wishes)
     if args.dry_run:
         return _show(wishes, args)
     if any(wish.risks for wish in wishes) and not args.accept_risk:
         console.refuse_without("--accept-risk")
-    with signals_noted():  # after the last frame a signal no longer keeps the result from being printed
-        report, is_doubled = _write(wishes, args)
-        console.emit(args, json_of(report), page_of(report))
-        for sentence in _remarks(report):
-            console.notify(sentence)
-        if is_doubled:
-            console.notify(ANSWERED_TWICE.translated())
+    report, is_doubled = _write(wishes, args)
+    results: dict[str, SetResultJson] = {}
+    rows: list[tuple[str, str]] = []
+    colours: list[int] = []
+    for written in report.results:
+        why = why_not_verified(written, report)
+        results[written.command.key] = SetResultJson(
+            wanted=written.target,
+            acknowledged=None if written.heard is SetReply.UNNEEDED else written.is_acknowledged,
+            read_back=written.read_back,
+            verified=written.verified,
+            error=None if why is None else why.in_english(),
+        )
+        rows.append((written.command.key, _sentence(written, report)))
+        good_enough = console.CAUTION if written.is_fine else console.BAD
+        colours.append(console.GOOD if written.verified else good_enough)
+    console.emit(args, SetJson(results), zip(console.columns(rows), colours, strict=True))
+
+    if report.changed is not None:
+        before, after = report.changed
+        names = f"{before.command.key} {typed(before.value)} → {typed(after.value)}"
+        console.notify(tr("Changed without being written: {names}.", names=names))
+    if report.unread:
+        names = join_names(command.key for command in report.unread)
+        console.notify(tr("Could not read: {names}. Read again or check the wiring.", names=names))
+    if report.interrupted is not None:
+        console.notify(report.interrupted.sentence)
+    if is_doubled:
+        console.notify(ANSWERED_TWICE.translated())
     if report.is_fine:
         return console.PARTIAL if is_doubled else console.SUCCESS
     is_sent = any(written.is_sent for written in report.results)
     return console.NO_LINK if report.interrupted is not None and not is_sent else console.ANSWER_NO
+
+
+def warn(wishes: Sequence[SettingChange]) -> None:
+    """What a value takes away is told, accepted or not."""
+    for wish in wishes:
+        for consequence in consequences(wish.command, wish.value):
+            if consequence.weight is not Weight.PLAIN:
+                console.notify(tr("Warning: {name}: {what}", name=wish.command.key, what=consequence.sentence))
 
 
 def _show(wishes: Sequence[SettingChange], args: argparse.Namespace) -> int:
@@ -107,29 +140,13 @@ def _show(wishes: Sequence[SettingChange], args: argparse.Namespace) -> int:
         else:
             rows.append((key, labelled(f"{typed(before)} → {typed(wish.value)}", tr("not written (dry run)"))))
     console.emit(args, SetJson(results), console.columns(rows))
-    return notify_missing(module)
-
-
-def _requested_values(words: Sequence[str], profile: Path | None) -> list[SettingChange]:
-    if bool(words) == (profile is not None):
-        raise console.Refused(tr("expected {expected}", expected="NAME=VALUE … | --profile FILE"))
-    if profile is None:
-        return parse_settings(words)
-    return [SettingChange(SETTINGS_BY_KEY[key], value) for key, value in settings_of_profile(profile).items()]
-
-
-def warn(wishes: Sequence[SettingChange]) -> None:
-    """What a value takes away is told, accepted or not."""
-    for wish in wishes:
-        for consequence in consequences(wish.command, wish.value):
-            if consequence.weight is not Weight.PLAIN:
-                console.notify(tr("Warning: {name}: {what}", name=wish.command.key, what=consequence.sentence))
+    return module.notify_missing()
 
 
 def _write(wishes: Sequence[SettingChange], args: argparse.Namespace) -> tuple[WriteReport, bool]:
     """What became of each, and whether questions were answered twice."""
     is_doubled = False
-    with records_of(args.port) as records, connected(args.port, args.baud) as opened, interruption_told():
+    with records_of(args.port) as records, connected(args.port, args.baud) as opened:
         old_rate = opened.connection.baud_rate
         context = WriteContext(
             journal=records.journal,
@@ -146,8 +163,7 @@ def _write(wishes: Sequence[SettingChange], args: argparse.Namespace) -> tuple[W
                 report = _write_rate(wish, report, opened, records)
     results = {result.command: result for result in report.results}
     before = {**report.before, "baud_rate": old_rate}
-    report = replace(report, before=before, results=tuple(results[wish.command] for wish in wishes))
-    return report, is_doubled
+    return replace(report, before=before, results=tuple(results[wish.command] for wish in wishes)), is_doubled
 
 
 def _write_rate(wish: SettingChange, report: WriteReport, opened: OpenPort, records: Records) -> WriteReport:
@@ -170,47 +186,6 @@ def _write_rate(wish: SettingChange, report: WriteReport, opened: OpenPort, reco
     return replace(report, results=(*report.results, result), interrupted=interrupted, refusals=refusals)
 
 
-# What is printed
-
-
-def json_of(report: WriteReport) -> SetJson:
-    results: dict[str, SetResultJson] = {}
-    for written in report.results:
-        why = why_not_verified(written, report)
-        results[written.command.key] = SetResultJson(
-            wanted=written.target,
-            acknowledged=None if written.heard is SetReply.UNNEEDED else written.is_acknowledged,
-            read_back=written.read_back,
-            verified=written.verified,
-            error=None if why is None else why.in_english(),
-        )
-    return SetJson(results)
-
-
-def _remarks(report: WriteReport) -> list[str]:
-    """Sentences about settings that were not written, and why it ended early."""
-    remarks: list[str] = []
-    if report.changed is not None:
-        before, after = report.changed
-        names = f"{before.command.key} {typed(before.value)} → {typed(after.value)}"
-        remarks.append(tr("Changed without being written: {names}.", names=names))
-    if report.unread:
-        names = join_names(command.key for command in report.unread)
-        remarks.append(tr("Could not read: {names}. Read again or check the wiring.", names=names))
-    if report.interrupted is not None:
-        remarks.append(report.interrupted.sentence)
-    return remarks
-
-
-def page_of(report: WriteReport) -> list[Line]:
-    rows: list[tuple[str, ...]] = []
-    colours: list[Colour] = []
-    for written in report.results:
-        rows.append((written.command.key, _sentence(written, report)))
-        colours.append(Colour.GOOD if written.verified else Colour.CAUTION if written.is_fine else Colour.BAD)
-    return list(zip(console.columns(rows), colours, strict=True))
-
-
 def _sentence(written: Written, report: WriteReport) -> str:
     shown, why = typed(written.target), why_not_verified(written, report)
     before = report.before.get(written.command.key)
@@ -221,6 +196,4 @@ def _sentence(written: Written, report: WriteReport) -> str:
         shown = f"{typed(before)} → {shown}"
     if written.heard is SetReply.UNNEEDED:
         return labelled(shown, tr("unchanged"))
-    if written.verified:
-        return labelled(shown, tr("verified"))
-    return labelled(shown, tr("acknowledged (cannot be read back)"))
+    return labelled(shown, tr("verified") if written.verified else tr("acknowledged (cannot be read back)"))

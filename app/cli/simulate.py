@@ -20,7 +20,6 @@ from app.simulator.bench import SimulatedBench
 from app.simulator.endpoints import Loop, PtyEndpoint, TcpEndpoint
 from app.simulator.setup import YES_OR_NO, Setup, as_text, parse_options
 from app.terminal import console
-from app.terminal.arguments import add_file, tcp_address
 from app.text.i18n import tr
 from app.text.messages import ErrorCode, error_text, labelled
 
@@ -28,8 +27,8 @@ from app.text.messages import ErrorCode, error_text, labelled
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.usage = "%(prog)s [--link PATH | --tcp HOST:PORT] [--OPTION VALUE …]"
     way = parser.add_mutually_exclusive_group()
-    add_file(way, "--link", type=Path, metavar="PATH", help="symbolic link to the pseudo-terminal")
-    way.add_argument("--tcp", type=tcp_address, metavar="HOST:PORT")
+    console.add_file(way, "--link", type=Path, metavar="PATH", help="symbolic link to the pseudo-terminal")
+    way.add_argument("--tcp", type=console.tcp_address, metavar="HOST:PORT")
     module = parser.add_argument_group("module, line and world")
     for option in fields(Setup):
         metavar = option.metadata["metavar"]

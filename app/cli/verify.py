@@ -11,9 +11,8 @@ from typing import Any, Literal
 import msgspec
 
 from app.archive.archive import known_names
-from app.records.verification import RecordState, Verification, shown_key, verify_file
+from app.records.verification import RecordState, shown_key, verify_file
 from app.terminal import console
-from app.terminal.arguments import add, add_file
 from app.terminal.records import existing_store, say_notice
 from app.terminal.results import Result, Time
 from app.text.messages import ErrorCode, UserError, error_text, message
@@ -42,8 +41,8 @@ class VerifyJson(Result):
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    add_file(parser, "file", type=Path, metavar="FILE", help="record (.json) or report (.pdf)")
-    add(parser, "--json")
+    console.add_file(parser, "file", type=Path, metavar="FILE", help="record (.json) or report (.pdf)")
+    console.add(parser, "--json")
 
 
 def run(args: argparse.Namespace) -> int:
@@ -53,29 +52,27 @@ def run(args: argparse.Namespace) -> int:
         say_notice(store)
         store.close()
     try:
-        verification = verify_file(args.file, names)
+        found = verify_file(args.file, names)
     except UserError as error:
         text = message(marked("No pre-flight record: {why}."), why=error.message)
         raise console.Refused(text, ErrorCode.UNREADABLE) from error
     except (OSError, ValueError) as error:  # ValueError: a NUL in the name
         text = message(marked("{file} cannot be read: {why}."), file=args.file, why=error_text(error))
         raise console.Refused(text, ErrorCode.UNREADABLE) from error
-    console.emit(args, result_of(verification), [sentence.translated() for sentence in verification.sentences()])
-    return console.SUCCESS if verification.state is RecordState.INTACT else console.ANSWER_NO
-
-
-def result_of(verification: Verification) -> VerifyJson:
-    record, names = verification.record, verification.names.of_key(verification.signer)
-    found: dict[str, Any] = {"state": verification.state, "report": verification.is_report, "signed_by": "nobody"}
-    found["contradictions"] = [against.in_english() for against in verification.contradictions]
-    found["names"] = []
-    if record is not None:
-        found |= {
-            key: getattr(record, key) for key in ("verdict", "follows", "void", "module", "at", "who", "aircraft")
-        }
-        found["simulated"] = record.is_simulated
-    if verification.state is not RecordState.ALTERED:
-        found["signer"], found["names"] = shown_key(verification.signer), names
-        known = "known_station" if names else "unknown_key"
-        found["signed_by"] = "this_station" if verification.is_own else known
-    return msgspec.convert(msgspec.to_builtins(found), VerifyJson)
+    told: dict[str, Any] = {
+        "state": found.state,
+        "report": found.is_report,
+        "contradictions": [against.in_english() for against in found.contradictions],
+        "signed_by": "nobody",
+        "names": [],
+    }
+    if found.record is not None:
+        of_record = ("verdict", "follows", "void", "module", "at", "who", "aircraft")
+        told |= {key: getattr(found.record, key) for key in of_record} | {"simulated": found.record.is_simulated}
+    if found.state is not RecordState.ALTERED:
+        told["signer"], told["names"] = shown_key(found.signer), found.names.of_key(found.signer)
+        known = "known_station" if told["names"] else "unknown_key"
+        told["signed_by"] = "this_station" if found.is_own else known
+    answer = msgspec.convert(msgspec.to_builtins(told), VerifyJson)
+    console.emit(args, answer, [sentence.translated() for sentence in found.sentences()])
+    return console.SUCCESS if found.state is RecordState.INTACT else console.ANSWER_NO

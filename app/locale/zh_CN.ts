@@ -1132,6 +1132,10 @@
         <translation>该模块此前有应答：核对标签，重启后再检查。</translation>
     </message>
     <message>
+        <source>It cannot be printed: {why}.</source>
+        <translation>无法打印：{why}。</translation>
+    </message>
+    <message>
         <source>It cannot be told which adapter is the same: choose the port.</source>
         <translation>无法判断哪个是原来的适配器：请选择串口。</translation>
     </message>
@@ -1922,10 +1926,6 @@
     <message>
         <source>Not connected</source>
         <translation>未连接</translation>
-    </message>
-    <message>
-        <source>Not done within {seconds:g} s.</source>
-        <translation>{seconds:g} 秒内未完成。</translation>
     </message>
     <message>
         <source>Not everything could be read again.</source>

@@ -17,19 +17,16 @@ from app.engine.procedure import SHARED, Job, LinkView, Procedure
 from app.engine.target import is_network_address, is_shared
 from app.engine.transport import PortError
 from app.engine.worker import Batch, Connection, PortState, Worker
-from app.procedures.find import Silence, await_module, find_rate
+from app.procedures.find import await_module, find_rate
 from app.safety.last_known import LAST_HEARD_ACTIVE, keep_away, was_heard_active
 from app.system.clock import steady_time
-from app.terminal.arguments import USUAL_RATE
-from app.terminal.console import Refused, note, notify, verbosity
-from app.terminal.interruption import check_signals, signals_noted
+from app.terminal.console import USUAL_RATE, Refused, check_signals, note, notify, signals_noted, state
 from app.text.i18n import tr
 from app.text.messages import ErrorCode, join_sentences
-from protocol.events import EndReason
+from protocol.events import Answered, EndReason, OutcomeUnknown, Sent, Unanswered
 
 if TYPE_CHECKING:
     from app.diagnosis.symptoms import PortEvidence
-    from app.engine.reconnect import Reconnection
     from app.procedures.lock import Locked
     from app.safety.journal import Journal
 
@@ -38,8 +35,9 @@ OPENING_LIMIT_S: Final = 2.0
 # How long the command line waits for the module that it owes LOCK.
 OWED_LIMIT_S: Final = 10.0
 STOP_LIMIT_S: Final = 1.0
-_WAIT_S: Final = 0.1
-_KEEP_LIMIT_S: Final = 2.0
+WAIT_S: Final = 0.1
+# A store that hangs is waited for within a limit, as by LOCK.
+KEEP_LIMIT_S: Final = 2.0
 
 Result = TypeVar("Result")
 
@@ -56,42 +54,43 @@ LOST: Final = (PortError, NoLink, Interrupted)
 
 
 class OpenPort:
-    """Made by `connected`, used by one thread. `on_batch` is called in that thread with all batches, in order."""
+    """Made by `connected`, used by one thread, in which the listeners are called with all batches, in order."""
 
     def __init__(self, on_batch: Callable[[Batch], None] | None, journal: "Journal | None") -> None:
         """`journal`: of a command that activates, and so may owe LOCK."""
-        self._listeners = [] if on_batch is None else [on_batch]
-        self._journal = journal
-        if verbosity() > 0:
-            from app.terminal.trace import Trace
-
-            self._listeners.append(Trace(has_frames=verbosity() > 1).on_batch)
+        self.listeners = [] if on_batch is None else [on_batch]
+        if state.verbosity > 0:
+            self.listeners.append(_trace())
         self._batches: queue.SimpleQueue[Batch] = queue.SimpleQueue()
-        self._worker = Worker(self._batches.put, make_lock=None if journal is None else self._make_lock)
-        self._reconnection: Reconnection | None = None  # where LOCK may be owed
+        self._journal = journal
         self._owed: Job[Locked] | None = None
         self._is_lock_owed = False
+        self.worker = Worker(self._batches.put, make_lock=None if journal is None else self._make_lock)
         self.connection = Connection()
         self.conversation = ConversationView()
         # Its last state while the port was open.
         self.link: LinkView | None = None
         self.has_seen_triggered = False
+        # A procedure runs, and a set or an act of it has left.
+        self._is_running = self.has_left = False
         # Of the conversation that this command is about; 0 before the module was greeted.
         self.number = 0
 
     def open(self, port: str, baud_rate: int) -> None:
         """Raises `PortError`, or `NoLink` if the port does not open within two seconds."""
-        self._worker.start()
+        self.worker.start()
         adapter = ""
         if self._journal is not None:
             from app.engine.ports import list_ports
             from app.engine.reconnect import Reconnection, address_of
 
+            # Before it is opened: LOCK is owed at this adapter, whatever its name is by then.
             address = address_of(port, list_ports())
+            adapter = address.identity
             self._reconnection = Reconnection()
             self._reconnection.request(address)
-            adapter = address.identity
-        self._worker.open(port, baud_rate, adapter=adapter or port)
+            self.listeners.append(lambda batch: self._reconnection.feed(batch.connection, batch.at))
+        self.worker.open(port, baud_rate, adapter=adapter or port)
         ends_at = steady_time() + OPENING_LIMIT_S
         while self.connection.state is not PortState.OPEN:
             self.wait()
@@ -107,20 +106,13 @@ class OpenPort:
     def run(self, procedure: Procedure[Result], *, outlives: bool = False) -> Result:
         """Run a procedure, in the conversation in which the module was greeted, and return its result. Raises its
         exception, such as `Interrupted`, and `Signalled`. `outlives`: it belongs to the port, not to a conversation."""
-        job = self.submit(Job(procedure, conversation=self.number or None, outlives=outlives))
+        job = self.worker.submit(Job(procedure, conversation=self.number or None, outlives=outlives))
+        self._is_running = True
         while not job.is_done:
             self.wait()
         self.drain()
+        self._is_running = self.has_left = False
         return job.outcome()
-
-    def submit(self, job: Job[Result], *, is_urgent: bool = False) -> Job[Result]:
-        """As `Worker.submit`; it runs while `wait` is called."""
-        return self._worker.submit(job, is_urgent=is_urgent)
-
-    def listen(self, on_batch: Callable[[Batch], None], every_s: float) -> None:
-        """From now on `on_batch` is called, too, and there is a batch at least every `every_s` while anything comes."""
-        self._listeners.append(on_batch)
-        self._worker.publish_every_s = every_s
 
     def bind(self) -> None:
         """From now on everything runs in the conversation that goes on, and in no other."""
@@ -132,7 +124,7 @@ class OpenPort:
         """Wait for a batch, at most a tenth of a second. Raises `Signalled`."""
         check_signals()
         with suppress(queue.Empty):
-            self._receive(self._batches.get(timeout=_WAIT_S))
+            self._receive(self._batches.get(timeout=WAIT_S))
         check_signals()
 
     def drain(self) -> None:
@@ -141,28 +133,32 @@ class OpenPort:
             while True:
                 self._receive(self._batches.get_nowait())
 
-    @property
-    def owes_lock(self) -> bool:
-        """An activation was interrupted after its frame had left."""
-        self.drain()
-        return self._is_lock_owed or self._owed is not None
+    def pay_owed_lock(self) -> None:
+        """After an activation that was interrupted when its frame had left: wait until a module answers on the same
+        adapter, which gets LOCK first, and say what came of it."""
+        from app.engine.ports import list_ports
 
-    def pay_owed_lock(self) -> "Locked | None":
-        """Wait until a module answers on the same adapter, which then gets the LOCK that is owed. None where that has
-        not come to an end in time."""
+        self.drain()
+        if not self._is_lock_owed and self._owed is None:
+            return
         _log.debug("LOCK is owed")
         ends_at = steady_time() + OWED_LIMIT_S
-        while steady_time() < ends_at:
-            if self._owed is not None and self._owed.is_done:
-                return self._owed.outcome()
-            self._open_again()
+        while (now := steady_time()) < ends_at and not (self._owed is not None and self._owed.is_done):
+            if self._reconnection.is_due(now):  # the port was lost
+                again = self._reconnection.poll(list_ports() if self._reconnection.needs_ports else (), now)
+                if again is not None:
+                    adapter = again.identity or again.device
+                    self.worker.open(again.device, self.connection.baud_rate, adapter=adapter)
             self.wait()
-        return None
+        locked = self._owed.outcome() if self._owed is not None and self._owed.is_done else None
+        if locked is not None and locked.is_locked:
+            notify(join_sentences((tr("LOCK was sent after the interruption."), locked.sentence)))
+        else:
+            notify(tr("ACTIVE, not locked."))
 
     def close(self) -> None:
         """Idempotent. Returns in bounded time, even if opening or closing the port hangs."""
-        limit_s = 0.2 if self.connection.state is PortState.OPENING else STOP_LIMIT_S
-        self._worker.stop(limit_s)
+        self.worker.stop(0.2 if self.connection.state is PortState.OPENING else STOP_LIMIT_S)
         self.drain()
 
     def _make_lock(self) -> "Job[Locked]":
@@ -172,28 +168,16 @@ class OpenPort:
         self._owed = Job(lock(self._journal, is_owed=True), outlives=True)
         return self._owed
 
-    def _open_again(self) -> None:
-        """Open a port that was lost, if its adapter is back."""
-        from app.engine.ports import list_ports
-
-        now = steady_time()
-        if self._reconnection is not None and self._reconnection.is_due(now):
-            ports = list_ports() if self._reconnection.needs_ports else ()
-            address = self._reconnection.poll(ports, now)
-            if address is not None:
-                rate = self.connection.baud_rate
-                self._worker.open(address.device, rate, adapter=address.identity or address.device)
-
     def _receive(self, batch: Batch) -> None:
         self.connection = batch.connection
         self.conversation = batch.conversation
         self.link = batch.link or self.link
         self._is_lock_owed = batch.owed_lock is not None
-        if self._reconnection is not None:
-            self._reconnection.feed(batch.connection, batch.at)
         is_reported = batch.conversation.reported[0] is True
         self.has_seen_triggered |= is_reported or any(sample.triggered for sample in batch.samples)
-        for on_batch in self._listeners:
+        if self._is_running:
+            self.has_left |= any(isinstance(event, Sent) and not event.request.is_repeatable for event in batch.events)
+        for on_batch in self.listeners:
             on_batch(batch)
 
 
@@ -222,24 +206,23 @@ def connected(
             if was_heard_active(opened.conversation):
                 notify(join_sentences((tr(LAST_HEARD_ACTIVE), keep_away())))
             trouble = opened.connection.trouble
-            is_port_lost = isinstance(error, Interrupted) and error.reason is EndReason.PORT_LOST
-            if is_port_lost and trouble is not None:
+            if trouble is not None and isinstance(error, Interrupted) and error.reason is EndReason.PORT_LOST:
                 raise trouble from error  # which names the port
+            raise
+        except KeyboardInterrupt:
+            opened.close()  # which tells the rest of what was sent
+            if opened.has_left:
+                notify(tr("Interrupted; may have been carried out."))
             raise
         finally:
             opened.close()
             if opened.has_seen_triggered:
-                _keep_triggered(port)
+                # For the next module that is named at this port: what was said of it before does not hold any more.
+                from app.store.acts import note_unnamed
+                from app.terminal.records import adapter_of, opened_store
 
-
-def _keep_triggered(port: str) -> None:
-    """For the next module that is named at this port: whatever was said of it before does not hold any more. A store
-    that hangs is waited for within a limit, as by LOCK."""
-    from app.store.acts import note_unnamed
-    from app.terminal.records import adapter_of, opened_store
-
-    with opened_store(_KEEP_LIMIT_S) as (store, _troubles):
-        store.write(lambda facts: note_unnamed(facts, port=port, adapter=adapter_of(port)))
+                with opened_store(KEEP_LIMIT_S) as (store, _troubles):
+                    store.write(lambda facts: note_unnamed(facts, port=port, adapter=adapter_of(port)))
 
 
 def _greet(opened: OpenPort, port: str, baud_rate: int | None) -> None:
@@ -253,11 +236,11 @@ def _greet(opened: OpenPort, port: str, baud_rate: int | None) -> None:
         # An address is of no adapter, and listing takes time.
         adapter = "" if "://" in port else adapter_of(port)
         seen = PortEvidence(port, baud_rate, silence=silence, adapter=adapter)
-        raise _no_link(seen if opened.link is None else seen._replace(counters=opened.link.counters))
+        raise no_link(seen if opened.link is None else seen._replace(counters=opened.link.counters))
     opened.bind()
 
 
-def _no_link(evidence: "PortEvidence") -> NoLink:
+def no_link(evidence: "PortEvidence") -> NoLink:
     from app.diagnosis.causes import explain
 
     why = explain(evidence)
@@ -276,10 +259,34 @@ def no_module_found(port: str) -> str:
     return join_sentences((what, tr("Check power, ground and crossed TX and RX.")))
 
 
-def module_is_silent(port: str, conversation: ConversationView) -> str:
-    """`conversation`: the last one with it."""
-    from app.diagnosis.symptoms import PortEvidence
+def _trace() -> Callable[[Batch], None]:
+    """Prints what happens on standard error: with -v requests and their outcomes, with -vv every frame. Times count
+    from the first batch."""
+    from app.captures.explain import event_sentence
+    from app.captures.traffic import entries_of
 
-    was_active = was_heard_active(conversation)
-    silence = PortEvidence(port, silence=Silence.NOTHING, was_online=True, was_active=was_active)
-    return join_sentences((tr(LAST_HEARD_ACTIVE) if was_active else "", _no_link(silence).sentence))
+    started_at: float | None = None
+    last_opened = ""
+
+    def on_batch(batch: Batch) -> None:
+        nonlocal started_at, last_opened
+        if started_at is None:
+            started_at = min((event.at for event in batch.events), default=batch.at)
+        rate = tr("{rate} baud", rate=batch.connection.baud_rate)
+        opened = f"{batch.connection.port}  {rate}, {batch.connection.state.value}"
+        if opened != last_opened:
+            last_opened = opened
+            notify(f"{batch.at - started_at:9.3f}   {opened}")
+        for event in batch.events:
+            words, shown = event_sentence(event), "  "
+            if isinstance(event, Answered) and event.round_trip_s is not None:
+                words = f"{1000 * event.round_trip_s:.1f} ms"
+            if isinstance(event, Answered | Unanswered | OutcomeUnknown):
+                words = f"{tr(event.request.command.title)}  {words}"
+            for frame in entries_of((event,), started_at):
+                shown = f" {frame.way.value} {frame.raw.hex(' ').upper()} "
+                words = words if state.verbosity > 1 else ""
+            if words:
+                notify(f"{max(0.0, event.at - started_at):9.3f}{shown} {words}".rstrip())
+
+    return on_batch

@@ -1,39 +1,45 @@
-"""What all commands share: exit codes, and printing of text and JSON.
+"""What all commands share: the parser and its usual options, exit codes, printing, and the signals that end a command.
 
-The result goes to standard output, messages go to standard error. With --json standard output is JSON and nothing
-else: English, UTF-8, whatever the system's language.
+The result goes to standard output, messages go to standard error. With --json standard output is JSON and nothing else.
+Help and errors of usage are English; results and errors of the module and the line are translated.
 """
 
 import argparse
 import errno
+import math
 import os
+import re
+import signal
 import sys
+import threading
 import unicodedata
-from collections.abc import Iterable, Sequence
-from enum import Enum
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from contextlib import contextmanager, suppress
 from pathlib import Path
-from typing import NoReturn
+from types import FrameType
+from typing import Any, Final, NoReturn
 
-from app.terminal.interruption import discard, writing
+from app.engine.target import host_and_port
 from app.text.i18n import tr
 from app.text.messages import (
-    NEWLINE,
     ErrorCode,
     UserError,
     UserMessage,
+    clean,
     error_text,
     in_brackets,
     message,
+    not_written,
     visible,
     visible_json,
 )
 from protocol.translatable import marked
 
-SUCCESS = 0
-ANSWER_NO = 1  # done, and the answer is no
-USAGE_ERROR = 2
-NO_LINK = 3  # no such port, busy, no permission, no answer
-PARTIAL = 4
+SUCCESS: Final = 0
+ANSWER_NO: Final = 1  # done, and the answer is no
+USAGE_ERROR: Final = 2
+NO_LINK: Final = 3  # no such port, busy, no permission, no answer
+PARTIAL: Final = 4
 
 
 class Refused(UserError):
@@ -43,13 +49,151 @@ class Refused(UserError):
         self, text: str | UserMessage, code: ErrorCode = ErrorCode.USAGE, *, what: str = "", hint: str = ""
     ) -> None:
         super().__init__(text)
-        self.code = code
-        self.what = what
-        self.hint = hint
+        self.code, self.what, self.hint = code, what, hint
+
+
+class Signalled(KeyboardInterrupt):
+    """A signal asks the command to end. `number` is the signal's."""
+
+    def __init__(self, number: int) -> None:
+        super().__init__(f"signal {number}")
+        self.number = number
 
 
 class OutputLost(Exception):
     """Standard output takes nothing more; the text says why, and is empty where its reader has ended."""
+
+
+class _Run:
+    """What this process was told, and has printed."""
+
+    verbosity = 0  # -1 with --quiet, else how often -v was given
+    has_result = False  # something was written to standard output
+    signal: int | None = None  # the first one that was noted
+    is_noting = False
+    is_writing = False
+
+    def __init__(self) -> None:
+        self.said: set[str] = set()  # by `notify_once`
+
+
+state = _Run()
+
+
+def start(args: argparse.Namespace) -> None:
+    """Called before a command runs."""
+    state.verbosity = -1 if getattr(args, "quiet", False) else getattr(args, "verbose", 0)
+    state.has_result = False
+    state.said.clear()
+
+
+# Arguments
+
+AUTO: Final = "auto"
+# `protocol.catalogue.BAUD_RATES`, written out so that the help needs no catalogue; a test holds them equal.
+RATES: Final = (115200, 57600, 38400, 19200, 9600, 4800)
+USUAL_RATE: Final = 115200
+_SWITCHES: Final = {
+    "--json": "print JSON; see dps-s schema",
+    "--yes": "do it; without it the command only says what it would do",
+    "--force": "replace the file",
+    "--accept-risk": "write values that take protection away",
+    "--records-reviewed": "the trigger records were judged; a module that never answers their query is new",
+    "--same-module": "it is the module of that name, although it differs",
+}
+
+
+class Parser(argparse.ArgumentParser):
+    """Raises `Refused` where argparse would print it and exit, so that --json can say it as an object."""
+
+    def error(self, message: str) -> NoReturn:
+        unknown = re.search(r"unrecognized arguments: .*?(--?[^\s=]+)", message)
+        if unknown is not None:
+            message += did_you_mean(unknown[1], re.findall(r"--[a-z][a-z-]*", self.format_help()))
+        raise Refused(UserMessage(f"{self.format_usage()}{self.prog}: error: {message}"), what=message)
+
+
+def did_you_mean(word: str, offered: Iterable[str]) -> str:
+    """The most similar of `offered` in brackets, to be appended; "" if none is similar."""
+    from difflib import get_close_matches
+
+    similar = get_close_matches(word, list(offered), n=1)
+    return in_brackets(tr("did you mean {name}?", name=similar[0])) if similar else ""
+
+
+def expected(what: str) -> argparse.ArgumentTypeError:
+    return argparse.ArgumentTypeError(f"expected {what}")
+
+
+def name(text: str) -> str:
+    """An empty one is refused, as it would name nothing."""
+    if not text.strip():
+        raise expected("NAME")
+    return text
+
+
+def baud_rate(text: str) -> int | None:
+    """The rate; None for "auto"."""
+    if text.lower() == AUTO:
+        return None
+    if text.isdecimal() and int(text) in RATES:
+        return int(text)
+    raise expected(", ".join(map(str, (*RATES, AUTO))))
+
+
+def seconds(text: str) -> float:
+    with suppress(ValueError):
+        if 0 < float(text) < math.inf:
+            return float(text)
+    raise expected("seconds, more than 0")
+
+
+def tcp_address(text: str) -> tuple[str, int]:
+    try:
+        return host_and_port(text)
+    except ValueError as error:
+        raise expected("HOST:PORT") from error
+
+
+# `parser` is a parser or a group of arguments in one, for which argparse has no public type.
+
+
+def add(parser: Any, *switches: str) -> None:
+    """Usual switches by their names."""
+    for switch in switches:
+        parser.add_argument(switch, action="store_true", help=_SWITCHES[switch])
+
+
+def add_file(parser: Any, option: str, **options: Any) -> None:
+    """An argument that names a file or a folder, which completion offers."""
+    parser.add_argument(option, **options).complete = {"bash": "_shtab_compgen_files", "zsh": "_files"}
+
+
+def add_port(parser: Any) -> None:
+    """--port and --baud."""
+    text = "serial port, socket:// or rfc2217:// address, or sim://; default: DPS_S_PORT, or the only adapter"
+    port = parser.add_argument("-p", "--port", type=name, metavar="P", action="append", help=text)
+    port.complete = {"bash": "_dps_s_ports", "zsh": "_dps_s_ports"}
+    text = f"baud rate: {', '.join(map(str, RATES))} or {AUTO} (default: {USUAL_RATE})"
+    parser.add_argument("-b", "--baud", type=baud_rate, default=USUAL_RATE, metavar="N", help=text)
+
+
+def add_seconds(parser: Any) -> None:
+    parser.add_argument("--seconds", type=seconds, default=math.inf, metavar="S", help="end after S seconds")
+
+
+def add_module(parser: Any, text: str) -> None:
+    """--module, and --same-module for where something speaks against that name."""
+    parser.add_argument("--module", type=lambda word: clean(name(word).strip()), metavar="NAME", help=text)
+    add(parser, "--same-module")
+
+
+def add_verbosity(parser: Any) -> None:
+    # Without a default: that of a sub-command's parser would replace an option given before the command.
+    text = "show requests on standard error; -vv: every frame, and the log"
+    parser.add_argument("-v", "--verbose", action="count", default=argparse.SUPPRESS, help=text)
+    text = "print only errors and warnings"
+    parser.add_argument("--quiet", action="store_true", default=argparse.SUPPRESS, help=text)
 
 
 def refuse_without(option: str) -> NoReturn:
@@ -63,40 +207,56 @@ def refuse_existing(path: Path, *, is_forced: bool, options: str = "--force") ->
         raise Refused(message(marked("{file} exists: use {options}."), file=path, options=options))
 
 
-def did_you_mean(word: str, offered: Iterable[str]) -> str:
-    """The most similar of `offered` in brackets, to be appended; "" if none is similar."""
-    from difflib import get_close_matches
+# Signals
 
-    similar = get_close_matches(word, list(offered), n=1)
-    return in_brackets(tr("did you mean {name}?", name=similar[0])) if similar else ""
+# How long a command may be stuck in printing after a signal.
+PATIENCE_S: Final = 1.0
 
 
-class _Shown:
-    """What this process has been told to print, and has printed."""
+@contextmanager
+def signals_noted() -> Iterator[None]:
+    """From now on signals are only noted, until the outermost block ends, and `check_signals` raises them.
 
-    def __init__(self) -> None:
-        self.verbosity = 0  # -1 with --quiet, else how often -v was given
-        self.has_result = False
-        self.said: set[str] = set()  # by `notify_once`
+    So none interrupts a line of output, or the switching off of a stream. Where a pipe that nobody reads blocks the
+    output, an alarm a second later breaks it off. Does nothing in other threads.
+    """
+    if state.is_noting or threading.current_thread() is not threading.main_thread():
+        yield
+        return
+
+    def note(number: int, _frame: FrameType | None) -> None:
+        if state.signal is None:
+            state.signal = number
+            _set_alarm(PATIENCE_S)
+
+    def give_up(_number: int, _frame: FrameType | None) -> None:
+        if state.is_writing:
+            raise Signalled(state.signal or signal.SIGTERM)
+
+    before: dict[int, Any] = {}
+    for name in ("SIGINT", "SIGTERM", "SIGHUP", "SIGBREAK", "SIGALRM"):
+        number = getattr(signal, name, None)  # not all platforms have all of them
+        if number is not None and signal.getsignal(number) is not signal.SIG_IGN:
+            before[number] = signal.signal(number, give_up if name == "SIGALRM" else note)
+    state.is_noting = True
+    try:
+        yield
+    finally:
+        _set_alarm(0.0)
+        state.is_noting, state.signal = False, None
+        for number, former in before.items():
+            signal.signal(number, former)
 
 
-_shown = _Shown()
+def check_signals() -> None:
+    """Raises `Signalled` if a signal was noted."""
+    if state.signal is not None:
+        raise Signalled(state.signal)
 
 
-def start(args: argparse.Namespace) -> None:
-    """Called before a command runs."""
-    _shown.verbosity = -1 if getattr(args, "quiet", False) else getattr(args, "verbose", 0)
-    _shown.has_result = False
-    _shown.said.clear()
-
-
-def verbosity() -> int:
-    return _shown.verbosity
-
-
-def has_result() -> bool:
-    """Whether anything was written to standard output."""
-    return _shown.has_result
+def _set_alarm(every_s: float) -> None:
+    if hasattr(signal, "setitimer"):
+        signal.setitimer(signal.ITIMER_REAL, every_s, every_s)
 
 
 # Messages on standard error
@@ -104,7 +264,7 @@ def has_result() -> bool:
 
 def note(sentence: str) -> None:
     """Like `notify`, for what is neither an error nor a warning: silent with --quiet."""
-    if _shown.verbosity >= 0:
+    if state.verbosity >= 0:
         notify(sentence)
 
 
@@ -116,51 +276,60 @@ def note_wait(sentence: str) -> None:
 
 def notify(sentence: str) -> None:
     """Print a line on standard error; an error of writing it is ignored."""
-    try:
-        with writing():
-            print(visible(sentence, keep=NEWLINE), file=sys.stderr, flush=True)
-    except (OSError, ValueError):
-        discard(sys.stderr)  # else Python fails to write the rest when it ends, with exit code 120
+    with suppress(OSError, ValueError):
+        _print(sys.stderr, visible(sentence, keep="\n") + "\n")
 
 
 def notify_once(sentence: str) -> None:
     """Like `notify`, once in a command."""
-    if sentence not in _shown.said:
-        _shown.said.add(sentence)
+    if sentence not in state.said:
+        state.said.add(sentence)
         notify(sentence)
 
 
+def wrote(path: object, write_file: Callable[[], object]) -> bool:
+    """Whether the file could be written; why not is printed."""
+    try:
+        write_file()
+    except (UserError, OSError, ValueError) as error:  # ValueError: a NUL in the name
+        notify(not_written(path, error))
+        return False
+    return True
+
+
 # The result on standard output
+
+# A line for people, with a colour for terminals: its ANSI code, 0 for none.
+GOOD, CAUTION, BAD = 32, 33, 31
+Line = str | tuple[str, int]
 
 
 def write(text: str) -> None:
     """Write `text` to standard output unchanged, and flush. Raises `OutputLost`. Text from outside, which may contain
     control characters, goes through `write_lines`."""
-    _shown.has_result = _shown.has_result or bool(text)
+    state.has_result |= bool(text)
     try:
-        with writing():
-            sys.stdout.write(text)
-            sys.stdout.flush()
+        _print(sys.stdout, text)
     except OSError as error:
-        discard(sys.stdout)
         # Windows reports a reader that has ended as an invalid argument.
         has_no_reader = error.errno in (errno.EPIPE, errno.EINVAL)
         raise OutputLost("" if has_no_reader else error_text(error)) from error
-    except KeyboardInterrupt:
-        discard(sys.stdout)  # nobody reads it, and Python would wait for that when it ends
+
+
+def _print(stream: Any, text: str) -> None:
+    state.is_writing = True
+    try:
+        stream.write(text)
+        stream.flush()
+    except (OSError, ValueError, KeyboardInterrupt):
+        # All that follows is led to nowhere: Python would wait for its reader, or fail to write it when it ends.
+        with suppress(OSError, ValueError):  # it is no file
+            nowhere = os.open(os.devnull, os.O_WRONLY)
+            os.dup2(nowhere, stream.fileno())
+            os.close(nowhere)
         raise
-
-
-class Colour(Enum):
-    """The value is the ANSI code."""
-
-    GOOD = 32
-    CAUTION = 33
-    BAD = 31
-
-
-Line = str | tuple[str, Colour | None]
-"""A line, with a colour for terminals."""
+    finally:
+        state.is_writing = False
 
 
 def write_lines(lines: Iterable[Line]) -> None:
@@ -168,9 +337,9 @@ def write_lines(lines: Iterable[Line]) -> None:
     has_colours = sys.stdout.isatty() and not os.environ.get("NO_COLOR")
     text = ""
     for line in lines:
-        words, colour = (line, None) if isinstance(line, str) else line
+        words, colour = (line, 0) if isinstance(line, str) else line
         shown = visible(words)
-        text += f"\x1b[{colour.value}m{shown}\x1b[0m\n" if has_colours and colour is not None else f"{shown}\n"
+        text += f"\x1b[{colour}m{shown}\x1b[0m\n" if has_colours and colour else f"{shown}\n"
     write(text)
 
 
@@ -195,26 +364,20 @@ def write_failure(code: ErrorCode, text: str, hint: str = "") -> None:
     write_lines([as_json(ErrorJson(error=FailureJson(code=code, message=text, hint=hint)))])
 
 
-# Columns, where a Chinese character takes two
-
-
-def display_width(text: str) -> int:
-    """Number of columns that `text` takes on a terminal."""
-    width = 0
-    for character in text:
-        if not unicodedata.combining(character):
-            width += 2 if unicodedata.east_asian_width(character) in "WF" else 1
-    return width
-
-
 def columns(rows: Sequence[tuple[str, ...]], *, indent: int = 0) -> list[str]:
     """Left-aligned columns, two spaces apart. The last cell of a row does not widen its column."""
+
+    def width(text: str) -> int:
+        """A Chinese character takes two columns of a terminal."""
+        shown = [character for character in text if not unicodedata.combining(character)]
+        return sum(2 if unicodedata.east_asian_width(character) in "WF" else 1 for character in shown)
+
     widths: dict[int, int] = {}
     for row in rows:
         for number, cell in enumerate(row[:-1]):
-            widths[number] = max(widths.get(number, 0), display_width(cell))
+            widths[number] = max(widths.get(number, 0), width(cell))
     lines: list[str] = []
     for row in rows:
-        cells = [cell + " " * (widths.get(number, 0) - display_width(cell)) for number, cell in enumerate(row)]
+        cells = [cell + " " * (widths.get(number, 0) - width(cell)) for number, cell in enumerate(row)]
         lines.append((" " * indent + "  ".join(cells)).rstrip())
     return lines

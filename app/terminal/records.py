@@ -27,7 +27,7 @@ from app.store.rows import Row
 from app.system.files import data_folder
 from app.terminal.console import Refused, note, notify, notify_once
 from app.text.i18n import tr
-from app.text.messages import ErrorCode, UserError, UserMessage, clean, join_names, join_sentences
+from app.text.messages import ErrorCode, UserError, UserMessage, join_names, join_sentences
 from protocol.fields import Value
 
 ORIGIN = "command line"
@@ -44,10 +44,6 @@ class Records(NamedTuple):
     port: str
     find_where: Callable[[], Where]
     known_as: KnownAs
-
-    def find_adapter(self) -> str:
-        """The USB identity."""
-        return self.find_where().adapter
 
     def keep_as_found(self, settings: Mapping[str, Value], boot_count: int | None) -> "Future[Row]":
         """The future ends when it is on disk or has failed; a failure does not prevent changing a setting."""
@@ -82,33 +78,29 @@ def opened_store(
 
 def say_notice(store: Store, limit_s: float = CLOSE_LIMIT_S, troubles: Sequence[UserMessage] = ()) -> None:
     """What a person should know of it, or why there is none, and `troubles`: once, however often a command opens it."""
-    notice: UserMessage | None
+    notice: UserMessage | None = None
     try:
         notice = store.opened.result(limit_s)
     except UserError as error:
         notice = error.message
     except TimeoutError:
-        notice = None
+        pass
     for one in (notice, *troubles):
         if one is not None:
             notify_once(one.translated())
 
 
 @contextmanager
-def records_of(
-    port: str, limit_s: float = CLOSE_LIMIT_S, *, module: str = "", starts_late: bool = False
-) -> Iterator[Records]:
+def records_of(port: str, limit_s: float = CLOSE_LIMIT_S, *, starts_late: bool = False) -> Iterator[Records]:
     """With a store of its own."""
     with opened_store(limit_s, starts_late=starts_late) as (store, troubles):
-        yield records_on(store, troubles, port, module=module)
+        yield records_on(store, troubles, port)
 
 
-def records_on(
-    store: Store, troubles: list[UserMessage], port: str, *, origin: str = ORIGIN, module: str = ""
-) -> Records:
+def records_on(store: Store, troubles: list[UserMessage], port: str, module: str | None = None) -> Records:
     """The store's thread finds the adapter, while the port is opened. `module`: its name."""
-    known_as = KnownAs(clean(module), new_run())
-    find_where = cache(lambda: Where(port, origin, adapter_of(port), known_as))
+    known_as = KnownAs(module or "", new_run())
+    find_where = cache(lambda: Where(port, ORIGIN, adapter_of(port), known_as))
     return Records(StoreJournal(store, find_where, on_trouble=troubles.append), store, port, find_where, known_as)
 
 
@@ -133,7 +125,7 @@ def adapter_of(port: str) -> str:
 # What an earlier run left ACTIVE
 
 
-def say_left_active(ports: Sequence[str], module: str) -> None:
+def say_left_active(ports: Sequence[str], module: str | None) -> None:
     """Before anything is sent, where the disk answers within half a second; else nothing waits for it any longer."""
     store = existing_store()
     if store is None:
@@ -157,76 +149,70 @@ def conclude_lock(records: Records, args: argparse.Namespace, locked: Conversati
     rest. Waits for the store for a limited time. `locked`: the conversation in which it reported LOCKED, if one did."""
     if is_simulated(args.port):
         return
-    name = name_given(args)
 
-    def update(facts: Facts) -> tuple[tuple[UserMessage, ...], list[LeftActive]]:
-        against: tuple[UserMessage, ...] = ()
-        if locked is not None and name:
-            known = remembered(facts, name)
-            against = () if known is None else what_speaks_against(known, locked)
+    def update(facts: Facts) -> tuple[str, list[LeftActive]]:
+        against = ""
+        if locked is not None and args.module:
+            against = speaks_against(facts, args.module, locked)
             if args.same_module or not against:
-                known_as = records.known_as._replace(name=name)
+                known_as = records.known_as._replace(name=args.module)
                 note_named(facts, known_as)
                 note_report(facts, records.find_where()._replace(known_as=known_as), is_active=False)
         if locked is not None and args.same_module:
-            for one in _left_here(facts, args.port, name):
+            for one in _left_here(facts, args.port, args.module):
                 if not one.known_as.name:
                     note_said_safe(facts, one, ORIGIN)
         # What this run left is said by itself.
-        own = records.known_as.run
-        return against, [one for one in _left_here(facts, args.port, name) if one.known_as.run != own]
+        left = _left_here(facts, args.port, args.module)
+        return against, [one for one in left if one.known_as.run != records.known_as.run]
 
-    found = records.ask(update)
-    if found is None:
-        return
-    against, left = found
+    against, left = records.ask(update) or ("", [])
     add = tr("If it is this module, add {option}.", option="--same-module")
     if against and not args.same_module:
-        notify(join_sentences((_other_module(against), add)))
+        notify(join_sentences((against, add)))
     for one in left:
         notify(one.sentence)
     if left and not args.same_module:
         note(add)
 
 
-def _left_here(facts: Facts, port: str, module: str) -> tuple[LeftActive, ...]:
+def _left_here(facts: Facts, port: str, module: str | None) -> list[LeftActive]:
     """What was left ACTIVE under this name or, where it or the module has none, on this adapter."""
-    entries, name = all_left(facts), clean(module.strip())
+    entries = all_left(facts)
     adapter = adapter_of(port) if any(left.adapter for left in entries) else ""
-
-    def is_here(left: LeftActive) -> bool:
-        if name and left.known_as.name:
-            return left.known_as.name == name
-        return left.adapter == adapter if left.adapter and adapter else left.port == port
-
-    return tuple(filter(is_here, entries))
+    here: list[LeftActive] = []
+    for left in entries:
+        is_here = left.adapter == adapter if left.adapter and adapter else left.port == port
+        if module and left.known_as.name:
+            is_here = left.known_as.name == module
+        if is_here:
+            here.append(left)
+    return here
 
 
 # --module NAME: a person's word for this conversation
 
 
-def name_given(args: argparse.Namespace) -> str:
-    """What --module says; empty without it."""
-    return clean((args.module or "").strip())
-
-
 def refuse_another(conversation: ConversationView, records: Records, args: argparse.Namespace) -> None:
     """Raises `Refused` where something speaks against the name, unless a person says --same-module. Of a store that
     cannot be used nothing is known, so nothing speaks against it; why is said at the end."""
-    name = name_given(args)
-    if not name or args.same_module:
-        return
-    known = records.ask(lambda facts: remembered(facts, name))
+    if args.module and not args.same_module:
+        against = records.ask(lambda facts: speaks_against(facts, args.module, conversation))
+        if against:
+            raise Refused(join_sentences((against, nothing_done())), ErrorCode.REFUSED)
+
+
+def speaks_against(facts: Facts, name: str, conversation: ConversationView) -> str:
+    """The sentence on what speaks against the name; "" where nothing does."""
+    known = remembered(facts, name)
     against = () if known is None else what_speaks_against(known, conversation)
-    if against:
-        raise Refused(other_module(against), ErrorCode.REFUSED)
+    return other_module(*against) if against else ""
 
 
-def other_module(against: tuple[UserMessage, ...]) -> str:
-    nothing = tr("Nothing was done. Add {option} to do it.", option="--same-module")
-    return join_sentences((_other_module(against), nothing))
-
-
-def _other_module(against: tuple[UserMessage, ...]) -> str:
+def other_module(*against: UserMessage) -> str:
     differences = join_names(one.translated() for one in against)
     return tr("This may be another module: {differences}.", differences=differences)
+
+
+def nothing_done() -> str:
+    return tr("Nothing was done. Add {option} to do it.", option="--same-module")

@@ -5,7 +5,6 @@ import errno
 import json
 import os
 import re
-import signal
 import sys
 import threading
 from pathlib import Path
@@ -17,29 +16,16 @@ import app.__main__ as program
 from app.engine import ports as port_list
 from app.engine.ports import NOT_LISTED
 from app.engine.procedure import Inspect, Procedure
-from app.modules.labels import PAPERS
 from app.procedures.history import History
 from app.terminal import connection
 from app.text.i18n import read_translations
 from app.text.messages import UserError
 from tests.cli.test_schemas import faults
 from tests.support.cli_line import Printed, Program, is_one_sentence
-from tests.support.patience import in_time
 from tests.support.setup_files import generator
 
 pytest_plugins = ["tests.support.cli_fixtures"]
 pytestmark = pytest.mark.usefixtures("speaks_english")
-
-
-def test_ctrl_c_while_qt_prints_does_not_end_the_process(monkeypatch: pytest.MonkeyPatch) -> None:
-    """An exception in the middle of its import aborts it."""
-
-    def interrupted(*_: object) -> bytes:
-        signal.raise_signal(signal.SIGINT)
-        return b"%PDF"
-
-    monkeypatch.setattr("ui.files.report_printer.print_pages", interrupted)
-    assert program._print_pages([], PAPERS["A4"], None) == b"%PDF"
 
 
 def test_a_port_that_hangs_in_opening(capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch) -> None:
@@ -58,30 +44,6 @@ def test_a_port_that_hangs_in_opening(capsys: pytest.CaptureFixture[str], monkey
     printed = Printed(capsys)
     assert "/dev/ttyS9 does not open within" in printed.err
     assert is_one_sentence(printed.err)
-
-
-@pytest.mark.usefixtures("user_files")
-@pytest.mark.parametrize(
-    ("words", "query"),
-    [
-        ("record FILE.csv", ""),
-        ("set freefall_time_s=1.4", ""),
-        ("find", "?mute=yes"),
-        ("provision --profile FILE.toml --names M-1 --enable-triggers --yes", "?mute=yes"),
-    ],
-)
-def test_what_is_not_done_in_time_ends_with_a_sentence(
-    words: str, query: str, port: str, tmp_path: Path, dps_s: Program
-) -> None:
-    (tmp_path / "x.toml").write_text('name = "x"\n[settings]\nfreefall_time_s = 1.9\n', encoding="utf-8")
-    listed = words.replace("FILE", str(tmp_path / "x")).split()
-    with in_time(3.0):
-        printed = dps_s([*listed, "--timeout", "0.5", "--port", port + query], 3)
-    assert printed.err.endswith("Not done within 0.5 s.\n")
-
-
-def test_lock_takes_the_time_that_it_needs(port: str, dps_s: Program) -> None:
-    assert "LOCKED" in dps_s(["lock", "--timeout", "0.001", "--port", port]).out
 
 
 @pytest.mark.parametrize(
@@ -116,9 +78,6 @@ def test_an_error_of_our_own_is_one_calm_line(dps_s: Program, monkeypatch: pytes
     assert printed.out == ""
     assert "a bug" in printed.err
     assert printed.err.count("\n") == 1
-    monkeypatch.setenv(program.DEBUG, "1")
-    monkeypatch.setattr("logging.basicConfig", lambda **_values: None)
-    assert "Traceback" in dps_s(["ports"], 1).err
 
 
 def test_ports_for_programs_and_people(dps_s: Program, monkeypatch: pytest.MonkeyPatch) -> None:

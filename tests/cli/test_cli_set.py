@@ -12,7 +12,7 @@ from app.safety.journal import Act, Outcome
 from app.settings.profiles import Profile, save_profile
 from app.store.opening import FILE_NAME
 from app.system.files import data_folder
-from app.terminal.interruption import Signalled
+from app.terminal.console import Signalled
 from protocol.catalogue import BY_NAME
 from tests.support.cli_line import Program, bench_of
 from tests.support.records.stored import audit, kept_settings, open_store

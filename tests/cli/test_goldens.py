@@ -20,7 +20,7 @@ from app.cli.schema import SCHEMAS as NAMES
 from app.procedures.history import History
 from app.simulator.bench import SimulatedBench
 from app.terminal import console
-from app.terminal.arguments import RATES
+from app.terminal.console import RATES
 from protocol.catalogue import BAUD_RATES
 from protocol.frame import decode_request
 from protocol.messages import TriggerRecord, decode_record

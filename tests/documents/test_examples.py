@@ -95,7 +95,7 @@ def test_a_production_line_names_what_it_checked(tmp_path: Path) -> None:
     """A person moves the plug when told to."""
     first, second = module(3), module(7)
     (tmp_path / "survey.toml").write_text(PROFILE, encoding="utf-8")
-    script = f'set -e\ndps-s() {{ "{sys.executable}" -m app "$@"; }}\n{SHELL.replace("--timeout 600", "--timeout 60")}'
+    script = f'set -e\ndps-s() {{ "{sys.executable}" -m app "$@"; }}\n{SHELL}'
     with Line(first) as line, subprocess.Popen(
         ["bash", "-c", script], cwd=tmp_path, encoding="utf-8", stderr=subprocess.PIPE,
         env=environment(DPS_S_PORT=line.port, LC_ALL="C.UTF-8", QT_QPA_PLATFORM="offscreen"),

@@ -10,10 +10,10 @@ from pathlib import Path
 
 import pytest
 
+from app.cli.monitor import LEFT_ON
 from app.procedures.stream import LISTEN_S, StreamSwitch, watch
 from app.store.acts import StreamMemory
 from app.store.fact_store import Store
-from app.terminal.streaming import LEFT_ON
 from protocol.catalogue import SERIAL_OUTPUT, Request
 from tests.support.line.sim_line import Rig
 from tests.support.patience import PATIENCE_S

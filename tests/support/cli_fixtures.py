@@ -9,7 +9,6 @@ from typing import Any
 
 import pytest
 
-import app.__main__ as program
 from app.cli.commands import ENTRIES
 from app.engine import transport
 from app.engine.procedure import Procedure, Result
@@ -35,7 +34,6 @@ _DISK_LIMITS = (
 def speaks_english(monkeypatch: pytest.MonkeyPatch) -> None:
     """Also on a slow disk: the limits after which a command goes on without its store are not met."""
     monkeypatch.setenv("LC_ALL", "C.UTF-8")
-    monkeypatch.delenv(program.DEBUG, raising=False)
     for limit in _DISK_LIMITS:
         monkeypatch.setattr(limit, PATIENCE_S)
 
@@ -68,7 +66,7 @@ def port() -> str:
 @pytest.fixture
 def hasty(monkeypatch: pytest.MonkeyPatch) -> None:
     """Shorten the waits, for tests of what follows them."""
-    monkeypatch.setattr("app.terminal.streaming.LISTEN_S", 0.3)
+    monkeypatch.setattr("app.cli.monitor.LISTEN_S", 0.3)
 
 
 @pytest.fixture

@@ -9,7 +9,7 @@ from xml.etree import ElementTree
 
 import pytest
 
-from app.__main__ import DEBUG, PORT
+from app.__main__ import PORT
 from app.cli.commands import ENTRIES
 from tests.support.setup_files import PACKAGING, ROOT, SetupFiles, registered_endings
 
@@ -94,7 +94,6 @@ def test_the_manual_names_every_command() -> None:
     listed = text[text.index(".SH COMMANDS") : text.index(".SH OPTIONS")].split(".TP\n")[1:]
     assert listed == [f".B {entry.name}\n{entry.summary}\n" for entry in ENTRIES]
     assert f".B {PORT}" in text
-    assert f".B {DEBUG}" in text
 
 
 def test_a_release_is_refused_while_a_placeholder_is_left(

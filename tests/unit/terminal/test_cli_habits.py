@@ -1,15 +1,16 @@
 """Habits of command lines: short options, suggestions, colours, a usage of the command's own."""
 
+import argparse
 import os
 import signal
 import sys
+from collections.abc import Iterable
 
 import pytest
 
-from app.cli import set as setting
 from app.cli.commands import BY_NAME, ENTRIES, SubCommand
-from app.procedures.write import WriteReport
 from app.store.fact_store import Store
+from app.terminal import console
 from app.terminal import records as command_journal
 from app.terminal.console import Refused
 from tests.support.cli_line import Program
@@ -63,13 +64,13 @@ def test_colours_only_on_a_terminal_that_takes_them(port: str, dps_s: Program, m
 def test_a_signal_after_the_last_frame_does_not_keep_the_result(
     port: str, dps_s: Program, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    json_of = setting.json_of
+    emit = console.emit
 
-    def interrupted(report: WriteReport) -> setting.SetJson:
+    def interrupted(args: argparse.Namespace, answer: object, page: Iterable[console.Line]) -> None:
         os.kill(os.getpid(), signal.SIGTERM)
-        return json_of(report)
+        emit(args, answer, page)
 
-    monkeypatch.setattr(setting, "json_of", interrupted)
+    monkeypatch.setattr(console, "emit", interrupted)
     default = signal.signal(signal.SIGTERM, lambda *_: pytest.fail("the signal would have ended the program"))
     try:
         assert "1.4: verified" in dps_s(["set", "freefall_time_s=1.4", "--port", port]).out

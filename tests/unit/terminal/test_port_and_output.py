@@ -10,7 +10,7 @@ import pytest
 from app.__main__ import PORT
 from app.engine import ports as port_list
 from app.engine.ports import PortInfo
-from app.terminal import interruption
+from app.terminal import console as interruption
 from app.terminal.console import write
 from tests.support.cli_line import Program
 
