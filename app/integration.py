@@ -10,7 +10,7 @@ from contextlib import contextmanager
 from app.engine.conversation import StatusSample
 from app.engine.procedure import Pause, Procedure, ask_report
 from app.procedures.lock import Locked, lock
-from app.procedures.read import Everything, read_everything
+from app.procedures.read import Readings, read_everything
 from app.procedures.stream import POLL_EVERY_S
 from app.procedures.write import SettingChange, WriteContext, WriteReport, write_all
 from app.settings.profiles import SETTINGS_BY_KEY
@@ -29,7 +29,7 @@ class OpenModule:
         self._port = port
         self._records = records
 
-    def read_everything(self) -> Everything:
+    def read_everything(self) -> Readings:
         """Ask once for everything that can be asked for."""
         return self._port.run(read_everything())
 

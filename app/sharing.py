@@ -29,8 +29,18 @@ from app.text.i18n import tr
 from app.text.messages import join_names, labelled
 from protocol.catalogue import HEARTBEAT_REPLY, LOCK, Request
 from protocol.events import Answered, Ended, EndReason, Received, Role
-from protocol.frame import Direction, Frame, decode_request, encode_reply
-from protocol.messages import EmptySlot, Heartbeat, Message, Reading, Status, TriggerRecord
+from protocol.messages import (
+    Direction,
+    EmptySlot,
+    Frame,
+    Heartbeat,
+    Message,
+    Reading,
+    Status,
+    TriggerRecord,
+    decode_request,
+    encode_reply,
+)
 from protocol.stream import StreamParser
 from protocol.timing import LONGEST_SILENCE_S
 

@@ -8,8 +8,7 @@ from enum import Enum
 from typing import Any, NamedTuple
 
 from protocol.catalogue import Request
-from protocol.frame import Frame, Noise, Reason
-from protocol.messages import Message, Reading
+from protocol.messages import Frame, Message, Noise, Reading, Reason
 
 
 class Role(Enum):
@@ -47,7 +46,8 @@ class Rejected(NamedTuple):
 class Answered(NamedTuple):
     """The request's answer: one message, or all trigger records in the order in which they came (E6).
 
-    `round_trip_s` is None where a repeated request makes it ambiguous which one was answered (Karn's rule).
+    `round_trip_s` is None where a repeated request makes it ambiguous which one was answered (Karn's rule). `rejected`
+    and `strays`: bytes rejected, and frames doubled, unasked, or records that came late, since the answer before.
     """
 
     request: Request
@@ -55,6 +55,8 @@ class Answered(NamedTuple):
     attempts: int
     round_trip_s: float | None
     at: float
+    rejected: int = 0
+    strays: int = 0
 
 
 class Unanswered(NamedTuple):

@@ -35,7 +35,7 @@ from collections.abc import Callable
 from math import inf
 
 from protocol import timing
-from protocol.catalogue import BOOT_COUNT, HEARTBEAT, LOCK, STATUS, Hazard, Layout, Request
+from protocol.catalogue import BOOT_COUNT, BOOTS, HEARTBEAT, LOCK, STATUS, Hazard, Layout, Request
 from protocol.events import (
     Answered,
     Began,
@@ -51,9 +51,20 @@ from protocol.events import (
     Sent,
     Unanswered,
 )
-from protocol.frame import Direction, Frame, Noise
-from protocol.messages import Heartbeat, Message, Reading, Status, answers, decode
-from protocol.stale_replies import FENCES, FLAG_CODES, FlagAnswers, StaleReplies, ToldValues, reason_of
+from protocol.messages import (
+    Direction,
+    EmptySlot,
+    Frame,
+    Heartbeat,
+    Message,
+    Noise,
+    Reading,
+    Status,
+    TriggerRecord,
+    answers,
+    decode,
+)
+from protocol.stale_replies import FENCES, FLAG_CODES, FlagAnswers, StaleReplies, ToldValues
 from protocol.stream import Piece, StreamParser
 from protocol.timing import Gap, RoundTrips
 
@@ -61,6 +72,7 @@ _log = logging.getLogger(__name__)
 _HEARTBEAT = HEARTBEAT.query()
 _BOOTS = BOOT_COUNT.query()
 MOST_PROBES = 2 * timing.TRIES  # so often the boot count is asked, until the module counts as silent
+MAX_STARTS = 3  # a module starts no more often between two of its answers; 256 starts are counted
 
 
 class LinkMisused(RuntimeError):
@@ -105,32 +117,40 @@ _Step = Callable[[_Flight, float], None]
 class Link:
     """See the module's docstring."""
 
-    def __init__(
-        self, now: float, before: "Link | None" = None, *, shortest_silence_s: float = timing.SHORTEST_SILENCE_S
-    ) -> None:
-        """`before`: the link on the same port at another rate, which this one replaces. `shortest_silence_s`: longer
-        where somebody else watches for shorter ones."""
+    def __init__(self, now: float, shortest_silence_s: float = timing.SHORTEST_SILENCE_S) -> None:
+        """`shortest_silence_s`: longer where somebody else watches for shorter ones."""
         self._shortest_silence_s = shortest_silence_s
-        self.counters: Counters = Counters() if before is None else before.counters
-        self.gap: Gap = Gap() if before is None else before.gap
-        self.flags: FlagAnswers = FlagAnswers(now) if before is None else before.flags
-        self.told = ToldValues()
-        self.round_trips = RoundTrips(shortest_silence_s)  # of this conversation
-        self.is_begun = False
-        self._parser = StreamParser()
-        self._stale: StaleReplies = StaleReplies() if before is None else before._stale
-        self._outgoing = bytearray()
+        # What is the line's, so that it outlives a conversation, and a change of the port's rate.
+        self.counters = Counters()
+        self.gap = Gap()
+        self.flags = FlagAnswers(now)
+        self._stale = StaleReplies()
         self._events: list[Event] = []
+        self._outgoing = bytearray()
         self._flight: _Flight | None = None
-        self._begin_at = now  # when the link asks for the next conversation
+        self.begin_anew(now)
+
+    def begin_anew(self, now: float) -> None:
+        """The port runs at another rate now: what was received at the old one is no part of a frame."""
+        self.told = ToldValues()
+        self._parser = StreamParser()
         self._last_byte_at = -inf
         self._turned_at = now  # when its owner called `tick` last
         self._valid_at = now  # when the last valid frame came, or the conversation began
-        self._boots_sent_at = now
-        self._boots_are_due = False  # an unasked heartbeat came
-        self._heartbeat_sent_at = now
-        self._unasked_at = -inf  # when the last unasked heartbeat came that may be a late answer
+        self._boots_sent_at = self._heartbeat_sent_at = now
         self._restarted_at = -inf
+        self._await_module(now)
+
+    def _await_module(self, now: float) -> None:
+        """No conversation goes on."""
+        self.is_begun = False
+        self.round_trips = RoundTrips(self._shortest_silence_s)  # of this conversation
+        self._begin_at = now  # when the link asks for the next one
+        self._counted_then = self.counters.copy()
+        self._boots_are_due = False  # an unasked heartbeat came
+        self._unasked_at = -inf  # when the last one came that may be a late answer
+        # Since the last answer that its owner was told; see `Answered`.
+        self._rejected = self._strays = 0
 
     # The owner's side
 
@@ -151,6 +171,11 @@ class Link:
     def lag_s(self) -> float | None:
         """How long answers take in this conversation; None until one is measured."""
         return self.round_trips.usual_s
+
+    @property
+    def came(self) -> Counters:
+        """What was counted since the last conversation ended, or since the rate was changed."""
+        return self.counters - self._counted_then
 
     @property
     def allows_commands(self) -> bool:
@@ -179,7 +204,7 @@ class Link:
         is_change = not request.is_repeatable and request != LOCK
         if now < self.flags.free_at(request) or (is_change and (self._boots_are_due or self._stood_still(now))):
             return [Unanswered(request, 0, 0.0, now)]
-        self._take_off(request, now, is_own=False, is_fenced=is_fenced, limit_s=inf if limit_s is None else limit_s)
+        self._take_off(request, now, is_own=False, is_fenced=is_fenced, limit_s=limit_s)
         return self._take_events()
 
     def abandon(self, now: float) -> list[Event]:
@@ -224,10 +249,11 @@ class Link:
         flight = self._flight
         if self.is_begun and (has_stood_still or (flight is not None and now >= self._silent_at(flight))):
             self._end(EndReason.SILENT, now)
-        if self._flight is not None:
-            self._advance(self._flight, now)
+        self._advance(now)
         if self._flight is None and now >= self._own_due_at():
-            self._ask_own(now)
+            is_heartbeat_due = now >= self._heartbeat_sent_at + timing.HEARTBEAT_EVERY_S
+            request = _HEARTBEAT if self.is_begun and is_heartbeat_due and not self._boots_are_due else _BOOTS
+            self._take_off(request, now, is_own=True, is_fenced=not self.is_begun)
         return self._take_events()
 
     def next_deadline(self, now: float) -> float:
@@ -248,8 +274,6 @@ class Link:
         """Whether this program stood still, so that another module may answer now."""
         return now - self._turned_at > self.silence_s
 
-    # The link's own questions
-
     def _own_due_at(self) -> float:
         if not self.is_begun:
             return self._begin_at
@@ -261,34 +285,27 @@ class Link:
             self._heartbeat_sent_at + timing.HEARTBEAT_EVERY_S,
         )
 
-    def _ask_own(self, now: float) -> None:
-        is_heartbeat_due = now >= self._heartbeat_sent_at + timing.HEARTBEAT_EVERY_S
-        request = _HEARTBEAT if self.is_begun and is_heartbeat_due and not self._boots_are_due else _BOOTS
-        self._take_off(request, now, is_own=True, is_fenced=not self.is_begun)
-
     # Sending
 
-    def _take_off(self, request: Request, now: float, *, is_own: bool, is_fenced: bool, limit_s: float = inf) -> None:
+    def _take_off(
+        self, request: Request, now: float, *, is_own: bool, is_fenced: bool, limit_s: float | None = None
+    ) -> None:
         """Send it, or first a fence."""
         stale = self._stale
         stale.drop_expired(now)
         needs_fence = is_fenced or stale.could_answer(request, now) or stale.owes(request)
         is_own_fence = request in FENCES and not stale.could_be_late(request, now)
+        behind = None
         if needs_fence and not is_own_fence and request != LOCK:  # LOCK must not wait, and the state is read afterwards
-            self._fly(stale.fence(now), now, is_own=is_own, limit_s=limit_s, behind=request)
-        else:
-            self._fly(request, now, is_own=is_own, limit_s=limit_s)
+            request, behind = stale.fence(now), request
+        self._flight = _Flight(request, now, is_own=is_own, limit_s=inf if limit_s is None else limit_s, behind=behind)
+        self._advance(now)
 
-    def _fly(
-        self, request: Request, now: float, *, is_own: bool, limit_s: float, behind: Request | None = None
-    ) -> None:
-        self._flight = _Flight(request, now, is_own=is_own, limit_s=limit_s, behind=behind)
-        self._advance(self._flight, now)
-
-    def _advance(self, flight: _Flight, now: float) -> None:
-        at, step = self._next_step(flight, now)
-        if now >= at:
-            step(flight, now)
+    def _advance(self, now: float) -> None:
+        if self._flight is not None:
+            at, step = self._next_step(self._flight, now)
+            if now >= at:
+                step(self._flight, now)
 
     def _next_step(self, flight: _Flight, now: float) -> tuple[float, _Step]:
         """Whether the request in flight is sent, the boot count is asked behind it, or it is given up, and when."""
@@ -390,6 +407,7 @@ class Link:
     def _digest(self, piece: Piece, now: float) -> None:
         if isinstance(piece, Noise):
             self.counters.rejected_bytes[piece.reason] += len(piece.raw)
+            self._rejected += len(piece.raw)
             self._events.append(Rejected(piece, now))
             return
         self.counters.frames += 1
@@ -397,7 +415,14 @@ class Link:
             self._note(piece, None, Role.ECHO, now)
             return
         flight = self._flight
-        is_answer = flight is not None and self._is_answer(flight, piece, now)
+        is_answer = (
+            flight is not None
+            and flight.attempts > 0
+            and piece.offset >= flight.received_before
+            and answers(piece.raw, flight.request)
+            # A fence is opened by its own answer only.
+            and (flight.behind is None or self._stale.opens(flight.request, piece.raw, now))
+        )
         # Only the reply to what was sent once, before the silence, proves that it is still the same module.
         is_proof = is_answer and flight is not None and flight.is_once
         if self.is_begun and now - self._valid_at >= self.silence_s and not is_proof:
@@ -417,12 +442,9 @@ class Link:
         self.counters.by_role[role] += 1
         if role not in (Role.STREAMED, Role.ECHO):
             self.gap.on_spoken(now)
+        is_late_record = role is Role.LATE and isinstance(message, TriggerRecord | EmptySlot)
+        self._strays += role in (Role.DUPLICATE, Role.UNSOLICITED) or is_late_record
         self._events.append(Received(frame, message, role, now))
-
-    def _is_answer(self, flight: _Flight, frame: Frame, now: float) -> bool:
-        if not flight.attempts or frame.offset < flight.received_before or not answers(frame.raw, flight.request):
-            return False
-        return flight.behind is None or self._stale.opens(flight.request, frame.raw, now)
 
     def _on_answer(self, flight: _Flight, frame: Frame, now: float) -> None:
         request = flight.request
@@ -455,40 +477,42 @@ class Link:
             self._stale.expect_late(request, flight.sent_at, count=owed)
         elif is_copy or flight.is_once:
             self._stale.remember(request, flight.sent_at)
-        self._land(flight, message, round_trip_s, now)
+        self._land(flight, (message,), round_trip_s, now)
 
-    def _land(self, flight: _Flight, message: Message, round_trip_s: float | None, now: float) -> None:
+    def _land(self, flight: _Flight, messages: tuple[Message, ...], round_trip_s: float | None, now: float) -> None:
         """It was answered: send what waited for that, tell the owner, or begin a conversation."""
         self._drop_flight(is_answered=True)
         if flight.behind is not None:
             self._open(flight, now)
         elif not flight.is_own:
-            self._events.append(Answered(flight.request, (message,), flight.attempts, round_trip_s, now))
-        elif not self.is_begun and isinstance(message, Reading):
+            request, attempts, rejected, strays = flight.request, flight.attempts, self._rejected, self._strays
+            self._rejected = self._strays = 0
+            self._events.append(Answered(request, messages, attempts, round_trip_s, now, rejected, strays))
+        elif not self.is_begun and isinstance(messages[0], Reading):
             self.is_begun = True
             self.flags.begin_again()
-            self.told.contradicted(message, now, is_answer=True)  # the first that is told
-            _log.debug("began: boot count %d", message.raw)
-            self._events.append(Began(message.raw, now))
+            self.told.contradicted(messages[0], now, is_answer=True)  # the first that is told
+            self._rejected = self._strays = 0
+            _log.debug("began: boot count %d", messages[0].raw)
+            self._events.append(Began(messages[0].raw, now))
 
     def _open(self, fence: _Flight, now: float) -> None:
         """No earlier reply can follow: send what waited for that."""
         if fence.behind is not None:
-            self._fly(fence.behind, now, is_own=fence.is_own, limit_s=fence.limit_s)
+            self._flight = _Flight(fence.behind, now, is_own=fence.is_own, limit_s=fence.limit_s, behind=None)
+            self._advance(now)
 
     def _finish_records(self, flight: _Flight, now: float) -> None:
-        self._drop_flight(is_answered=True)
         self._stale.remember(flight.request, flight.sent_at)
-        self._events.append(Answered(flight.request, tuple(flight.records), flight.attempts, None, now))
+        self._land(flight, tuple(flight.records), None, now)
 
     def _on_other(self, frame: Frame, now: float) -> None:
         """Take a frame that does not answer the request in flight."""
         stale, raw = self._stale, frame.raw
         stale.drop_expired(now)
         copied = stale.copied(raw, now)
-        late = (
-            stale.pop_late(raw) if copied is None else None
-        )  # a copy does not stand for a reply that is still to come
+        # A copy does not stand for a reply that is still to come.
+        late = stale.pop_late(raw) if copied is None else None
         asked = late.request if late is not None else copied.request if copied is not None else None
         message, role = decode(raw, asked), Role.UNSOLICITED
         if copied is not None:
@@ -563,7 +587,12 @@ class Link:
         contradiction = self.told.contradicted(message, now, is_answer=is_answer)
         if contradiction is None:
             return False
-        self._end(reason_of(contradiction, is_asked=is_answer or role is Role.LATE), now, contradiction)
+        # A boot count that grew a little is a restart whose heartbeats were lost; not where one question was answered
+        # twice, so that it came unasked.
+        before, after = contradiction
+        has_grown = after.command is BOOT_COUNT and (after.raw - before.raw) % BOOTS <= MAX_STARTS
+        is_restart = has_grown and (is_answer or role is Role.LATE)
+        self._end(EndReason.RESTARTED if is_restart else EndReason.CONTRADICTED, now, contradiction)
         self._note(frame, message, Role.UNSOLICITED, now)  # nobody's value
         return True
 
@@ -600,16 +629,10 @@ class Link:
         flight = self._drop_flight()
         outcome = [] if flight is None else flight.unanswered(now)
         self._begin_at = now
-        if not self.is_begun:
-            self._events += outcome
-            return
-        _log.debug("ended: %s", reason.value)
-        self.is_begun = False
-        self.told.forget()
-        self.round_trips = RoundTrips(self._shortest_silence_s)
-        self._boots_are_due = False
-        self._unasked_at = -inf
-        if reason is EndReason.RESTARTED:
-            self.counters.restarts += 1
-        self._events.append(Ended(reason, now, contradiction))
+        if self.is_begun:
+            _log.debug("ended: %s", reason.value)
+            self._await_module(now)
+            self.told.forget()
+            self.counters.restarts += reason is EndReason.RESTARTED
+            self._events.append(Ended(reason, now, contradiction))
         self._events += outcome

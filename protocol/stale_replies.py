@@ -8,7 +8,6 @@ from typing import NamedTuple
 from protocol.catalogue import (
     ATTITUDE_TRIGGER,
     BOOT_COUNT,
-    BOOTS,
     BY_NAME,
     FREEFALL_TRIGGER,
     HEARTBEAT,
@@ -18,7 +17,7 @@ from protocol.catalogue import (
     Layout,
     Request,
 )
-from protocol.events import Contradiction, EndReason
+from protocol.events import Contradiction
 from protocol.messages import Message, Reading, answers
 from protocol.timing import DOUBLED_S, LATE_S, REPEATED_S
 
@@ -34,7 +33,6 @@ _MAX_COPIED = 8
 TRIGGER_FLAGS = (FREEFALL_TRIGGER, ATTITUDE_TRIGGER)  # in the order in which they are set without a wait between them
 FLAG_CODES = frozenset(command.code for command in TRIGGER_FLAGS)
 LASTING = frozenset((BOOT_COUNT, *READABLE_SETTINGS))
-MAX_STARTS = 3  # a module starts no more often between two of its answers; 256 starts are counted
 
 
 class Owed(NamedTuple):
@@ -71,8 +69,6 @@ class StaleReplies:
         self._not_past: dict[Request, float] = {}
         self._copied: deque[Copied] = deque(maxlen=_MAX_COPIED)
 
-    # What may still come
-
     def expect_late(self, request: Request, sent_at: float, *, count: int) -> None:
         """Note that `count` replies to it may still come."""
         self._owed.extend([Owed(request, sent_at)] * count)
@@ -94,8 +90,6 @@ class StaleReplies:
         while self._owed and now - self._owed[0].at > LATE_S:
             self._owed.popleft()
 
-    # What a frame may be
-
     def copied(self, raw: bytes, now: float) -> Copied | None:
         """The frame of which this is a copy."""
         for copy in self._copied:
@@ -114,8 +108,6 @@ class StaleReplies:
                 self._owed.remove(owed)
                 return owed
         return None
-
-    # What a question needs
 
     def owes(self, request: Request) -> bool:
         """Whether the same question is still to be answered. Its answer would be taken for the next one's, and so on
@@ -148,27 +140,22 @@ class StaleReplies:
         """Whether this is the fence's own answer, and not a late or doubled one to an earlier question."""
         return self.copied(raw, now) is None and not any(_overlap(owed.request, fence) for owed in self._owed)
 
-    # What an answer proves
-
     def on_answered(self, answered: Request, asked_at: float, now: float) -> None:
         """Note the answer to `answered`: no reply to a request before `asked_at` can follow."""
         if answered.command in (STATUS, HEARTBEAT):
             return  # it may have been streamed, or be a restart's
         if self.could_be_late(answered, now):
-            self._renew(answered, now)
-            return  # it may be a late or doubled answer to an earlier one
+            # If it was the late reply to the same question asked before, the one to this question is still to come.
+            for owed in self._owed:
+                if owed.request == answered:
+                    self._owed.remove(owed)
+                    self._owed.append(Owed(answered, now))
+                    break
+            return
         self._not_past = {request: at for request, at in self._not_past.items() if at >= asked_at}
         self._owed = deque((owed for owed in self._owed if owed.at >= asked_at), maxlen=_MAX_EXPECTED)
         while len(self._copied) > 1:
             self._copied.pop()  # no copy of an earlier frame can follow either
-
-    def _renew(self, answered: Request, now: float) -> None:
-        """If it was the late reply to the same question asked before, the one to this question is still to come."""
-        for owed in self._owed:
-            if owed.request == answered:
-                self._owed.remove(owed)
-                self._owed.append(Owed(answered, now))
-                return
 
     def _earlier(self, now: float) -> list[Request]:
         """Requests that may still be answered in time to count as late."""
@@ -295,13 +282,3 @@ class ToldValues:
                 self._told[message.command] = message
             return None
         return None if before.raw == message.raw else Contradiction(before, message)
-
-
-def reason_of(contradiction: Contradiction, *, is_asked: bool) -> EndReason:
-    """A boot count that grew a little is a restart whose heartbeats were lost; not where one question was answered
-    twice, so that it came unasked."""
-    before, after = contradiction
-    starts = (after.raw - before.raw) % BOOTS
-    if is_asked and after.command is BOOT_COUNT and starts <= MAX_STARTS:
-        return EndReason.RESTARTED
-    return EndReason.CONTRADICTED

@@ -26,7 +26,7 @@ from protocol.catalogue import (
     Layout,
     Request,
 )
-from protocol.frame import (
+from protocol.messages import (
     HOST_FRAME_LENGTH,
     MAX_FRAME_LENGTH,
     Direction,

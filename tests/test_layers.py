@@ -227,8 +227,8 @@ def test_packaging_is_no_package() -> None:
 @pytest.mark.parametrize(
     ("path", "source"),
     [
-        ("protocol/frame.py", "import numpy"),
-        ("protocol/frame.py", "from app.text import i18n"),
+        ("protocol/messages.py", "import numpy"),
+        ("protocol/messages.py", "from app.text import i18n"),
         ("protocol/link.py", "def now():\n    from time import monotonic\n    return monotonic()"),
         ("protocol/link.py", "from importlib import import_module\nclock = import_module('time')"),
         ("app/engine/conversation.py", "from PySide6.QtCore import QObject"),

@@ -23,8 +23,20 @@ from app.trigger_records.history import sentence as told
 from protocol.catalogue import BY_NAME, COMMANDS, SET, STATUS, STATUS_PARTS, TRIGGER_RECORDS, Command, Request
 from protocol.events import Began, Ended, Event, OutcomeUnknown, Received, Rejected, Role, Sent, Unanswered
 from protocol.fields import Done, Field
-from protocol.frame import Direction, Frame, Noise, decode_request
-from protocol.messages import Acknowledgement, EmptySlot, Heartbeat, Message, Reading, Status, TriggerRecord, decode
+from protocol.messages import (
+    Acknowledgement,
+    Direction,
+    EmptySlot,
+    Frame,
+    Heartbeat,
+    Message,
+    Noise,
+    Reading,
+    Status,
+    TriggerRecord,
+    decode,
+    decode_request,
+)
 from protocol.translatable import marked
 
 Asked = Request | Command | None

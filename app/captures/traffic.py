@@ -21,7 +21,7 @@ from typing import Final, NamedTuple, TextIO
 from app.captures.explain import Asked
 from protocol.catalogue import Command
 from protocol.events import Event, Received, Rejected, Sent
-from protocol.frame import Direction, Frame, Noise, decode_request
+from protocol.messages import Direction, Frame, Noise, decode_request
 from protocol.stream import Piece, StreamParser
 from protocol.translatable import marked
 

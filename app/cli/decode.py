@@ -26,7 +26,7 @@ from app.terminal.results import CommandName, Count, Hex, Result, Value
 from app.text.i18n import tr
 from app.text.messages import ErrorCode, UserError, error_text
 from protocol.catalogue import BY_NAME, COMMANDS, RECORD_PART, STATUS_PARTS
-from protocol.frame import Direction, Frame, Noise
+from protocol.messages import Direction, Frame, Noise
 
 SHOWN_BYTES = 16  # the length of the longest frame
 _DIRECTIONS = {Way.OUT: Direction.HOST_TO_MODULE, Way.IN: Direction.MODULE_TO_HOST}

@@ -11,7 +11,7 @@ from app.engine.procedure import EngineView, Inspect, Pause, Procedure
 from app.engine.target import sets_rate
 from app.limits.limits import LimitsInUse, outside_of
 from app.preflight.reading_object import LIVE_KEYS, SETTING_KEYS, reading_object
-from app.procedures.read import ANSWERED_TWICE, NO_REPLY, Everything, contradictions, read_everything
+from app.procedures.read import ANSWERED_TWICE, NO_REPLY, Readings, contradictions, read_everything
 from app.terminal import console
 from app.terminal.connection import connected
 from app.text.i18n import tr
@@ -51,7 +51,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def run(args: argparse.Namespace) -> int:
-    read = Everything()
+    read = Readings()
     ended: Interrupted | None = None
     is_doubled = is_streaming = False
     with connected(args.port, args.baud) as opened:

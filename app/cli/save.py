@@ -58,9 +58,9 @@ def read_module(port: str, baud_rate: int | None) -> ModuleSettings:
     with connected(port, baud_rate) as opened:
         reading = opened.run(read_settings())
     rate = opened.connection.baud_rate
-    values = {**reading.values, "baud_rate": rate}
-    unread = {command.key for command in reading.unread}
-    missing = {key: NO_REPLY if key in unread else "cannot be read" for key in SETTING_KEYS if key not in values}
+    values = {key: value for key, value in reading.values.items() if key in SETTING_KEYS} | {"baud_rate": rate}
+    unread = [key for key in SETTING_KEYS if key not in values]
+    missing = {key: NO_REPLY if key in reading.errors else "cannot be read" for key in unread}
     return ModuleSettings(port, rate, reading.boot_count, values, missing)
 
 

@@ -20,7 +20,6 @@ from app.cli.read import is_answered_twice
 from app.cli.save import read_module
 from app.engine.conversation import Interrupted
 from app.preflight.reading_object import SETTING_KEYS
-from app.procedures.baud import change_baud
 from app.procedures.read import ANSWERED_TWICE
 from app.procedures.write import (
     SetReply,
@@ -29,6 +28,7 @@ from app.procedures.write import (
     WriteFault,
     WriteReport,
     Written,
+    change_baud,
     why_not_verified,
     write_all,
 )

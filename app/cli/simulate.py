@@ -14,10 +14,11 @@ import sys
 from contextlib import closing, suppress
 from dataclasses import fields
 from pathlib import Path
+from threading import Event
 from typing import Any
 
 from app.simulator.bench import SimulatedBench
-from app.simulator.endpoints import Loop, PtyEndpoint, TcpEndpoint
+from app.simulator.endpoints import PtyEndpoint, TcpEndpoint, serve
 from app.simulator.setup import YES_OR_NO, Setup, as_text, parse_options
 from app.terminal import console
 from app.text.i18n import tr
@@ -52,13 +53,13 @@ def run(args: argparse.Namespace) -> int:
     try:
         rate = bench.module.baud_rate
         with closing(TcpEndpoint(*args.tcp) if args.tcp else PtyEndpoint(args.link, baud_rate=rate)) as endpoint:
-            loop = Loop(bench, endpoint)
+            is_stopped = Event()
             for name in ("SIGINT", "SIGTERM", "SIGHUP"):
                 if hasattr(signal, name):
-                    signal.signal(getattr(signal, name), lambda *_signal: loop.stop())
+                    signal.signal(getattr(signal, name), lambda *_signal: is_stopped.set())
             with suppress(console.OutputLost):  # nobody reads it, and the link leads there
                 console.write_lines([endpoint.address])
-            loop.run()
+            serve(bench, endpoint, is_stopped)
     except OSError as error:
         where = args.link or (":".join(map(str, args.tcp)) if args.tcp else "pty")
         raise console.Refused(labelled(where, error_text(error)), ErrorCode.NO_PORT) from error

@@ -13,7 +13,7 @@ from app.engine.worker import Batch, PortState
 from app.procedures.find import Silence, what_came
 from protocol.catalogue import BY_NAME
 from protocol.events import Began, Counters, Role, Sent
-from protocol.frame import Reason
+from protocol.messages import Reason
 
 # Of the rejected bytes: at a wrong rate hardly any reach the checksum.
 CHECKSUM_SHARE = 0.25

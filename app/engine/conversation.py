@@ -1,4 +1,4 @@
-"""Measures motion within the last seconds from the module's status reports.
+"""One unbroken conversation with one module: what is known of it holds as long as it goes on, and no longer.
 
 Only the module's own frames provide values. A value that was never received is absent and shown as "unknown"; the
 defaults of the vendor's table are never used instead. A value is stale where it is too old, delayed by the line, or of
@@ -12,57 +12,13 @@ from types import MappingProxyType
 from typing import NamedTuple
 
 from app.text.messages import ErrorCode, UserError, UserMessage, message
-from protocol.catalogue import ACTIVATION, BOOT_COUNT, BY_NAME, LOCK, MAX_RECORDS, SERIAL_OUTPUT, SETTINGS, Request
+from protocol.catalogue import ACTIVATION, BOOT_COUNT, BY_NAME, LOCK, SERIAL_OUTPUT, SETTINGS, Request
 from protocol.events import Answered, Contradiction, Ended, EndReason, Event, OutcomeUnknown, Received, Role
 from protocol.fields import Quantity, Value
-from protocol.messages import Acknowledgement, Reading, Status, TriggerRecord
+from protocol.messages import Acknowledgement, Reading, Status
 from protocol.stale_replies import TRIGGER_FLAGS, FlagAnswers
 from protocol.timing import SLOW_S
 from protocol.translatable import marked
-
-WATCHED_FOR_S = 2.5
-# Only the extremes of each slot are kept, as up to 1,440 reports a second may come.
-_SLOT_S = 0.1
-
-
-class MotionExtremes(NamedTuple):
-    """The extremes of the reports from `since` to `until` (monotonic seconds)."""
-
-    since: float
-    until: float
-    tilt_low_deg: float
-    tilt_high_deg: float
-    acceleration_low_g: float
-    acceleration_high_g: float
-
-    @property
-    def tilt_change_deg(self) -> float:
-        return self.tilt_high_deg - self.tilt_low_deg
-
-
-class MotionWatch:
-    def __init__(self) -> None:
-        self._slots: deque[MotionExtremes] = deque()
-
-    def feed(self, status: Status, at: float) -> None:
-        tilt, acceleration = status.tilt_deg, status.acceleration_g
-        report = MotionExtremes(at, at, tilt, tilt, acceleration, acceleration)
-        if self._slots and at - self._slots[-1].since < _SLOT_S:
-            self._slots[-1] = _joined((self._slots[-1], report))
-        else:
-            self._slots.append(report)
-
-    def view(self, now: float) -> MotionExtremes | None:
-        """The extremes of the last `WATCHED_FOR_S` seconds, from the start of a slot; None without a report."""
-        while self._slots and now - self._slots[0].until > WATCHED_FOR_S:
-            self._slots.popleft()
-        return _joined(self._slots) if self._slots else None
-
-
-def _joined(parts: Iterable[MotionExtremes]) -> MotionExtremes:
-    since, until, tilt_low, tilt_high, weak, strong = zip(*parts, strict=True)
-    return MotionExtremes(since[0], until[-1], min(tilt_low), max(tilt_high), min(weak), max(strong))
-
 
 STATUS_KEYS = ("tilt_deg", "acceleration_g", "triggered", "active")
 # Seconds after which a value is stale. Settings and the boot count do not age while the conversation goes on.
@@ -72,11 +28,11 @@ FRESH_FOR_S: Mapping[str, float] = MappingProxyType(
 # How long a streamed status is current, and proves that the serial output is on: the slowest streams send one a second.
 STREAM_PROVES_S = 1.5
 STREAM_WINDOW_S = 3.0  # in which the rate of the stream is measured
-MAX_STRAY_RECORDS = 100 * MAX_RECORDS
+MOTION_FOR_S = 2.5
+# Only the extremes of each slot are kept, as up to 1,440 reports a second may come.
+MOTION_SLOT_S = 0.1
 # The value that an act changes, by its command.
 _CHANGED_BY_ACTS = {ACTIVATION: "active", BY_NAME["deploy"]: "triggered", BY_NAME["zero_sensor"]: "tilt_deg"}
-# Values that an acknowledgement provides.
-_ACKNOWLEDGED_KEYS = frozenset(command.key for command in SETTINGS) - {"baud_rate"} | {"active"}
 
 
 class How(Enum):
@@ -87,7 +43,6 @@ class How(Enum):
 
 # Why it ended
 
-CONTRADICTORY = marked("{setting}: {before}, then {after}. Two modules on this line?")
 REASONS: Mapping[EndReason, str] = MappingProxyType({
     EndReason.RESTARTED: marked("The module restarted."),
     EndReason.SILENT: marked("The module was silent for a moment."),
@@ -104,15 +59,15 @@ def reason_message(reason: EndReason, contradiction: Contradiction | None = None
     """Why a conversation ended, in one sentence."""
     if reason is not EndReason.CONTRADICTED or contradiction is None:
         return message(REASONS[reason])
-    before, after = contradiction
+    command = contradiction.before.command
+    reply = command.reply
+    texts = [reply.text(one.raw) if isinstance(reply, Quantity) else str(one.value) for one in contradiction]
     return message(
-        CONTRADICTORY, setting=message(before.command.title), before=_value_text(before), after=_value_text(after)
+        marked("{setting}: {before}, then {after}. Two modules on this line?"),
+        setting=message(command.title),
+        before=texts[0],
+        after=texts[1],
     )
-
-
-def _value_text(reading: Reading) -> str:
-    reply = reading.command.reply
-    return reply.text(reading.raw) if isinstance(reply, Quantity) else str(reading.value)
 
 
 class Interrupted(UserError):
@@ -154,6 +109,21 @@ class Known(NamedTuple):
     is_stale: bool = False
 
 
+class MotionExtremes(NamedTuple):
+    """The extremes of the reports from `since` to `until` (monotonic seconds)."""
+
+    since: float
+    until: float
+    tilt_low_deg: float
+    tilt_high_deg: float
+    acceleration_low_g: float
+    acceleration_high_g: float
+
+    @property
+    def tilt_change_deg(self) -> float:
+        return self.tilt_high_deg - self.tilt_low_deg
+
+
 class StatusSample(NamedTuple):
     """One status report. `at`: when its bytes were read from the port, in seconds of the session's clock."""
 
@@ -174,8 +144,6 @@ class ConversationView(NamedTuple):
     is_streaming: bool = False  # status reports came unasked, the last one within 1.5 s
     stream_hz: float = 0.0
     motion: MotionExtremes | None = None  # of the last seconds
-    # Trigger records received outside an answer, mostly after their query was given up; oldest first.
-    stray_records: tuple[TriggerRecord, ...] = ()
     lag_s: float | None = None  # how long answers take; None until one is measured
     is_shared: bool = False  # the port takes nothing but questions and LOCK
 
@@ -205,12 +173,12 @@ class ConversationView(NamedTuple):
         known = self.values.get(key)
         if known is None or self.ended is not None:
             return None if known is None else known._replace(is_stale=True)
-        limit_s = FRESH_FOR_S.get(key)
-        if known.how is How.STREAMED:
-            limit_s = STREAM_PROVES_S
-        if self.is_slow and self.lag_s is not None and limit_s is not None:
+        limit_s = STREAM_PROVES_S if known.how is How.STREAMED else FRESH_FOR_S.get(key)
+        if limit_s is None:
+            return known
+        if self.is_slow and self.lag_s is not None:
             known = known._replace(at=known.at - self.lag_s)  # about when it was sent
-        return known._replace(is_stale=True) if limit_s is not None and now - known.at > limit_s else known
+        return known._replace(is_stale=now - known.at > limit_s)
 
     def fresh(self, key: str, now: float) -> Value | None:
         """The value if it is known and not stale, else None."""
@@ -239,18 +207,18 @@ class Conversation:
         # When streamed reports came, in the last seconds.
         self._streamed_at: deque[float] = deque(maxlen=8192)
         self._samples: list[StatusSample] = []
-        self._stray_records: deque[TriggerRecord] = deque(maxlen=MAX_STRAY_RECORDS)
-        self._motion = MotionWatch()
+        # What moved in the last seconds, slot by slot.
+        self._motion: deque[MotionExtremes] = deque()
 
     def apply(self, event: Event) -> None:
         """Take in an event of the link."""
         match event:
-            case Received():
-                self._on_frame(event)
-            case Answered():
-                for message in event.messages:
-                    if isinstance(message, Acknowledgement):
-                        self._on_acknowledged(message, event.at)
+            case Received(message=Reading() as reading, role=Role.ANSWER):
+                self._values[reading.command.key] = Known(reading.value, How.READ, event.at)
+            case Received(message=Status() as status, role=Role.ANSWER | Role.STREAMED | Role.DUPLICATE):
+                self._on_status(StatusSample(event.at, *status), is_streamed=event.role is Role.STREAMED)
+            case Answered(messages=(Acknowledgement() as acknowledgement,)):
+                self._on_acknowledged(acknowledgement, event.at)
             case OutcomeUnknown():
                 self._forget_changed(event.request)
             case Ended():
@@ -269,45 +237,37 @@ class Conversation:
             # E4: a copy of the other one's acknowledgement may have been taken for it.
             for command in TRIGGER_FLAGS:
                 values.pop(command.key, None)
-        is_streaming = len(self._streamed_at) > 1 and now - self._streamed_at[-1] < STREAM_PROVES_S
+        came_at = self._streamed_at
+        while came_at and now - came_at[0] > STREAM_WINDOW_S:
+            came_at.popleft()
+        span_s = came_at[-1] - came_at[0] if came_at else 0.0
+        while self._motion and now - self._motion[0].until > MOTION_FOR_S:
+            self._motion.popleft()
         return ConversationView(
             number=self.number,
             began_at=self.began_at,
             ended=self.ended,
             values=MappingProxyType(values),
-            is_streaming=is_streaming and self.ended is None,
-            stream_hz=self._stream_hz(now),
-            motion=self._motion.view(now),
-            stray_records=tuple(self._stray_records),
+            is_streaming=self.ended is None and len(came_at) > 1 and now - came_at[-1] < STREAM_PROVES_S,
+            stream_hz=(len(came_at) - 1) / span_s if span_s > 0 else 0.0,
+            motion=_joined(self._motion) if self._motion else None,
             lag_s=lag_s,
         )
 
-    def _stream_hz(self, now: float) -> float:
-        came_at = self._streamed_at
-        while came_at and now - came_at[0] > STREAM_WINDOW_S:
-            came_at.popleft()
-        span_s = came_at[-1] - came_at[0] if came_at else 0.0
-        return (len(came_at) - 1) / span_s if span_s > 0 else 0.0
-
-    def _on_frame(self, event: Received) -> None:
-        message = event.message
-        if isinstance(message, TriggerRecord) and event.role in (Role.LATE, Role.UNSOLICITED):
-            self._stray_records.append(message)
-        elif isinstance(message, Reading) and event.role is Role.ANSWER:
-            self._values[message.command.key] = Known(message.value, How.READ, event.at)
-        elif isinstance(message, Status) and event.role in (Role.ANSWER, Role.STREAMED, Role.DUPLICATE):
-            self._on_status(message, event)
-
-    def _on_status(self, status: Status, event: Received) -> None:
-        how = How.STREAMED if event.role is Role.STREAMED else How.READ
-        if how is How.STREAMED:
-            self._streamed_at.append(event.at)
+    def _on_status(self, sample: StatusSample, *, is_streamed: bool) -> None:
+        at, tilt, acceleration = sample.at, sample.tilt_deg, sample.acceleration_g
+        if is_streamed:
+            self._streamed_at.append(at)
             if len(self._streamed_at) > 1:  # a single one may be a late answer
-                self._values[SERIAL_OUTPUT.key] = Known(True, How.STREAMED, event.at)
-        for key, value in zip(STATUS_KEYS, status, strict=True):
-            self._values[key] = Known(value, how, event.at)
-        self._samples.append(StatusSample(event.at, *status))
-        self._motion.feed(status, event.at)
+                self._values[SERIAL_OUTPUT.key] = Known(True, How.STREAMED, at)
+        for key in STATUS_KEYS:
+            self._values[key] = Known(getattr(sample, key), How.STREAMED if is_streamed else How.READ, at)
+        self._samples.append(sample)
+        report = MotionExtremes(at, at, tilt, tilt, acceleration, acceleration)
+        if self._motion and at - self._motion[-1].since < MOTION_SLOT_S:
+            self._motion[-1] = _joined((self._motion[-1], report))
+        else:
+            self._motion.append(report)
 
     def _on_acknowledged(self, acknowledgement: Acknowledgement, at: float) -> None:
         request = acknowledgement.request
@@ -317,7 +277,8 @@ class Conversation:
         # After an act only a report has the new value; but an acknowledged activation already may fire.
         is_only_reported = key in STATUS_KEYS and request != ACTIVATION.set(True)
         field = request.command.write
-        if is_only_reported or field is None or key not in _ACKNOWLEDGED_KEYS or not acknowledgement.is_accepted:
+        # The rate is only proven by a conversation at the new one.
+        if is_only_reported or field is None or key == "baud_rate" or not acknowledgement.is_accepted:
             self._forget_changed(request)
             return
         self._values[key] = Known(field.decode(request.data), How.ACKNOWLEDGED, at)
@@ -337,3 +298,8 @@ def _key_changed_by(request: Request) -> str | None:
     if request.is_repeatable:
         return None
     return command.key if command.is_setting else _CHANGED_BY_ACTS.get(command)
+
+
+def _joined(parts: Iterable[MotionExtremes]) -> MotionExtremes:
+    since, until, tilt_low, tilt_high, weak, strong = zip(*parts, strict=True)
+    return MotionExtremes(since[0], until[-1], min(tilt_low), max(tilt_high), min(weak), max(strong))

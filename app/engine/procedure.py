@@ -7,7 +7,6 @@ tests.
     Ask          Answered | Unanswered | OutcomeUnknown
     Pause        the time (seconds of the session's clock)
     Await        whether the future is done; the line serves others meanwhile
-    Listen       tuple[Received, ...]: the frames that came meanwhile
     UseRate      the time; the port runs at the new rate and its buffers are empty
     Inspect      EngineView: what is known, at once
     Report       the time, at once
@@ -31,7 +30,7 @@ from typing import TYPE_CHECKING, Any, Generic, NamedTuple, TypeVar
 
 from app.engine.conversation import ConversationView, Interrupted, StatusSample
 from protocol.catalogue import STATUS, Command, Request
-from protocol.events import Answered, Counters, EndReason, Received
+from protocol.events import Answered, Counters, EndReason
 from protocol.messages import Acknowledgement, Reading, Status
 from protocol.stale_replies import FlagAnswers, ToldValues
 from protocol.translatable import marked
@@ -99,10 +98,6 @@ class Await(NamedTuple):
     limit_s: float
 
 
-class Listen(NamedTuple):
-    seconds: float
-
-
 class UseRate(NamedTuple):
     """Ends the conversation at the old rate; who uses the rate is not interrupted by that."""
 
@@ -124,11 +119,12 @@ class Report(NamedTuple):
 
 class LinkView(NamedTuple):
     """`counters`: since the port was opened. Round trips are of the last conversation; None until one is measured.
-    `noise`: the last rejected bytes."""
+    `noise`: the last rejected bytes. `came`: what was counted since a conversation ended, or the rate was changed."""
 
     counters: Counters
     round_trip_median_s: float | None
     noise: bytes = b""
+    came: Counters = Counters()
 
 
 class EngineView(NamedTuple):
@@ -146,7 +142,7 @@ class EngineView(NamedTuple):
     told: ToldValues  # whether something is answered twice
 
 
-Effect = Ask | Pause | Await | Listen | UseRate | Inspect | Report
+Effect = Ask | Pause | Await | UseRate | Inspect | Report
 Result = TypeVar("Result")
 Procedure = Generator[Effect, Any, Result]
 
@@ -192,7 +188,6 @@ class Job(Generic[Result]):
         self._result: Result | None = None
         self._is_cancelled = self._is_cancel_delivered = False
         self._resume_at = 0.0
-        self._heard: list[Received] = []
         self._done = threading.Event()
 
     def cancel(self) -> None:
@@ -229,13 +224,9 @@ class Job(Generic[Result]):
 
     def due_at(self, now: float) -> float:
         """When to look at it again if nothing arrives."""
-        if isinstance(self.effect, Pause | Listen):
+        if isinstance(self.effect, Pause):
             return self._resume_at
         return now + AWAIT_POLL_S if self.is_awaiting else inf
-
-    def hear(self, received: Received) -> None:
-        if isinstance(self.effect, Listen):
-            self._heard.append(received)
 
     # How it goes on
 
@@ -249,9 +240,8 @@ class Job(Generic[Result]):
         if isinstance(effect, Await):
             if effect.future.done() or now >= self._resume_at:
                 self.resume(effect.future.done(), now)
-        elif isinstance(effect, Pause | Listen) and now >= self._resume_at:
-            heard, self._heard = tuple(self._heard), []
-            self.resume(heard if isinstance(effect, Listen) else now, now)
+        elif isinstance(effect, Pause) and now >= self._resume_at:
+            self.resume(now, now)
 
     def resume(self, value: object, now: float) -> None:
         """Send it the result of its effect."""
@@ -261,7 +251,6 @@ class Job(Generic[Result]):
         """Raise `reason` at the procedure's yield. It may go on or end."""
         if self.has_ended:
             return
-        self._heard.clear()
         if self.is_started:
             self._drive(lambda: self._procedure.throw(reason), now)
         else:
@@ -298,7 +287,7 @@ class Job(Generic[Result]):
     def _drive(self, move: Callable[[], Effect], now: float) -> None:
         try:
             effect = move()
-            while not isinstance(effect, Ask | Pause | Listen | UseRate):
+            while not isinstance(effect, Ask | Pause | UseRate):
                 answer: object = now
                 if isinstance(effect, Await):
                     if not effect.future.done():
@@ -316,7 +305,7 @@ class Job(Generic[Result]):
             self._end(None, error)
             return
         self.effect = effect
-        if isinstance(effect, Pause | Listen):
+        if isinstance(effect, Pause):
             self._resume_at = now + effect.seconds
         elif isinstance(effect, Await):
             self._resume_at = now + effect.limit_s

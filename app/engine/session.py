@@ -19,18 +19,7 @@ from app.engine.procedure import Ask, Cancelled, EngineView, Job, LinkView, Proc
 from app.engine.transport import Line
 from app.system.clock import Clock
 from protocol.catalogue import ACTIVATION, BAUD_RATE, LOCK, Hazard
-from protocol.events import (
-    Answered,
-    Began,
-    Ended,
-    EndReason,
-    Event,
-    OutcomeUnknown,
-    Received,
-    Rejected,
-    Sent,
-    Unanswered,
-)
+from protocol.events import Answered, Began, Ended, EndReason, Event, OutcomeUnknown, Rejected, Sent, Unanswered
 from protocol.link import Link, LinkMisused
 from protocol.timing import LONGEST_SILENCE_S, SHORTEST_SILENCE_S
 
@@ -44,7 +33,6 @@ LONGEST_TURN_S = 5.0
 NO_MODULE_S = 2.0
 # Of the last rejected bytes, by which it is told what else is on the line.
 MAX_NOISE_BYTES = 512
-_ACTIVATE = ACTIVATION.set(True)
 
 
 class Session:
@@ -77,8 +65,7 @@ class Session:
         self.owes_lock = False
         self._looked_at = clock()
         # Who shares it watches for shorter silences, and answers one reader after the other.
-        shortest_s = LONGEST_SILENCE_S if is_shared else SHORTEST_SILENCE_S
-        self._link = Link(self._looked_at, shortest_silence_s=shortest_s)
+        self._link = Link(self._looked_at, LONGEST_SILENCE_S if is_shared else SHORTEST_SILENCE_S)
         self._make_background = background
         self._make_first = first
         # The first one runs, the others wait for it.
@@ -149,7 +136,7 @@ class Session:
 
     def link_view(self) -> LinkView:
         link = self._link
-        return LinkView(link.counters.copy(), link.lag_s, self._noise)
+        return LinkView(link.counters.copy(), link.lag_s, self._noise, link.came)
 
     def take_events(self) -> list[Event]:
         """What happened since the last call, in order."""
@@ -168,7 +155,9 @@ class Session:
         self._notice_sleep(now)
         self._serve(now)
         wait_s = max(0.0, min(longest_s, self._next_due(now) - now))
-        data = self._read(wait_s)
+        data = self.line.read(wait_s, BATCH_S if self._link.is_idle else 0.0)
+        if not data and self.clock() - now > wait_s:
+            data = self.line.read(0.0, 0.0)  # in time, though this thread was kept waiting after the driver had nothing
         now = self.clock()
         if self._notice_sleep(now):
             data = b""  # it may be from before the sleep
@@ -188,13 +177,6 @@ class Session:
         self._jobs.clear()
         self._background = None
         self.line.close()
-
-    def _read(self, wait_s: float) -> bytes:
-        began = self.clock()
-        data = self.line.read(wait_s, BATCH_S if self._link.is_idle else 0.0)
-        if not data and self.clock() - began > wait_s:
-            data = self.line.read(0.0, 0.0)  # in time, though this thread was kept waiting after the driver had nothing
-        return data
 
     def _notice_sleep(self, now: float) -> bool:
         """Whether the computer slept since it was last looked at. Then nothing that was decided before is done."""
@@ -224,16 +206,18 @@ class Session:
         while is_more:
             for job in self._all():
                 if job.pop_cancel():
-                    self._cancel(job, now)
+                    if self._asking is job:
+                        self._free_line(now)
+                    job.throw(Cancelled(), now)
                 job.tick(now)
             self._start_next(now)
-            self._repeat_lock(now)
+            # LOCK that is due does not wait for the answer to the question in flight.
+            ask = None if self._asking is None else self._asking.pending_ask
+            if ask is not None and ask.repeat is not None and ask.repeat.is_due(now):
+                ask.repeat.note_sent(now)
+                self._digest(self._link.lock_again(now, ask.repeat.sent), now)
+                self._write_outgoing()
             is_more = self._serve_next(now)
-
-    def _cancel(self, job: Job[Any], now: float) -> None:
-        if self._asking is job:
-            self._free_line(now)
-        job.throw(Cancelled(), now)
 
     def _start_next(self, now: float) -> None:
         """Start the next job, if it may be started: in a conversation, and only in the one it was decided in."""
@@ -246,7 +230,9 @@ class Session:
                 job.conversation = self.conversations
                 job.start(now)
             elif job.conversation is not None:
-                job.stop(Interrupted(self._last_reason), now)
+                # Why the conversation is over in which it was decided.
+                ended = None if self.conversation is None else self.conversation.ended
+                job.stop(Interrupted(EndReason.CLOSED if ended is None else ended.reason), now)
             elif now - job.submitted_at >= NO_MODULE_S:
                 job.stop(NoModule(), now)
             else:
@@ -258,26 +244,20 @@ class Session:
             self._background = None
         self._jobs = [job for job in self._jobs if not job.has_ended]
 
-    @property
-    def _last_reason(self) -> EndReason:
-        """Why the conversation is over in which a job was decided."""
-        ended = None if self.conversation is None else self.conversation.ended
-        return EndReason.CLOSED if ended is None else ended.reason
-
-    def _next_job(self) -> Job[Any] | None:
-        """The job that has the line: the background also while the foreground waits for a disk or a person."""
-        first = self._jobs[0] if self._jobs else None
-        return self._background if first is None or not first.is_started or first.is_awaiting else first
-
     def _serve_next(self, now: float) -> bool:
         """Do what the next job wants of the line. Whether it went on."""
-        job = self._next_job()
+        job = self._jobs[0] if self._jobs else None
+        if job is None or not job.is_started or job.is_awaiting:
+            job = self._background  # also while the foreground waits for a disk or a person
         if job is None or self._asking is not None:
             return False
         if isinstance(job.effect, UseRate):
             job.outlast()
             self._is_rate_in_doubt |= not job.is_urgent
-            self._use_rate(job.effect.baud_rate, now)
+            _log.debug("%d baud", job.effect.baud_rate)
+            self.line.use_rate(job.effect.baud_rate)
+            self._end_conversation(EndReason.RATE_CHANGED, now)
+            self._link.begin_anew(now)
             job.resume(now, now)
             return True
         ask = job.pending_ask
@@ -292,10 +272,14 @@ class Session:
     def _send(self, job: Job[Any], ask: Ask) -> bool:
         """Send the request of `job`, if it may be sent. Whether the job went on without that."""
         now, request = self.clock(), ask.request
-        if request.hazard is Hazard.DANGEROUS and not ask.is_deliberate:
+        is_dangerous = request.hazard is Hazard.DANGEROUS
+        if is_dangerous and not ask.is_deliberate:
             job.throw(LinkMisused(f"{request.command.name} is dangerous and needs an explicit act"), now)
             return True
-        if not request.is_repeatable and request != LOCK and not self._may_change(job, ask):
+        is_overtaken = self._overtaken_at is not None and job.submitted_at <= self._overtaken_at
+        asks_only = self._is_shared or job.asks_only or not self._link.allows_commands
+        is_change = not request.is_repeatable and request != LOCK
+        if is_change and (asks_only or (is_overtaken and is_dangerous)):
             _log.debug("%s is not sent any more", request.command.name)
             job.resume(Unanswered(request, 0, 0.0, now), now)
             return True
@@ -307,22 +291,6 @@ class Session:
         )
         self._write_outgoing()
         return self._asking is None
-
-    def _may_change(self, job: Job[Any], ask: Ask) -> bool:
-        """Whether a set or an act of this job may be sent."""
-        is_overtaken = self._overtaken_at is not None and job.submitted_at <= self._overtaken_at
-        if self._is_shared or job.asks_only or (is_overtaken and ask.request.hazard is Hazard.DANGEROUS):
-            return False
-        return self._link.allows_commands
-
-    def _repeat_lock(self, now: float) -> None:
-        """Send LOCK if it is due, without waiting for the answer to the question in flight."""
-        ask = None if self._asking is None else self._asking.pending_ask
-        if ask is None or ask.repeat is None or not ask.repeat.is_due(now):
-            return
-        ask.repeat.note_sent(now)
-        self._digest(self._link.lock_again(now, ask.repeat.sent), now)
-        self._write_outgoing()
 
     def _free_line(self, now: float) -> None:
         """Nothing that is in flight is waited for any more. Who asked a question asks it again when it is his turn; of
@@ -337,15 +305,7 @@ class Session:
         if outgoing:
             self.line.write(outgoing)
 
-    def _use_rate(self, baud_rate: int, now: float) -> None:
-        """Each rate has its own link: bytes received at another rate cannot be mistaken for an answer."""
-        _log.debug("%d baud", baud_rate)
-        self.line.use_rate(baud_rate)
-        self._end_conversation(EndReason.RATE_CHANGED, now)
-        self._link = Link(now, before=self._link)
-
     def _view(self, now: float) -> EngineView:
-        link = self._link
         return EngineView(
             now,
             self.line.baud_rate,
@@ -355,8 +315,8 @@ class Session:
             is_rate_in_doubt=self._is_rate_in_doubt,
             overtaken_at=self._overtaken_at,
             sets_rate=self.line.sets_rate,
-            flags=link.flags,
-            told=link.told,
+            flags=self._link.flags,
+            told=self._link.told,
         )
 
     # What the link tells
@@ -364,6 +324,8 @@ class Session:
     def _digest(self, events: list[Event], now: float) -> None:
         for event in events:
             self._events.append(event)
+            if self.conversation is not None and self.conversation.ended is None:
+                self.conversation.apply(event)
             match event:
                 case Began():
                     self._on_began(event, now)
@@ -372,42 +334,32 @@ class Session:
                 case Sent():
                     self._on_sent(event)
                 case Answered() | Unanswered() | OutcomeUnknown():
-                    self._apply(event)
                     job, self._asking = self._asking, None
                     if job is not None:
                         job.resume(event, now)
-                case Received():
-                    self._apply(event)
-                    for job in self._all():
-                        job.hear(event)
                 case Rejected():
                     self._noise = (self._noise + event.noise.raw)[-MAX_NOISE_BYTES:]
 
-    def _apply(self, event: Event) -> None:
-        if self.conversation is not None and self.conversation.ended is None:
-            self.conversation.apply(event)
-
     def _on_sent(self, sent: Sent) -> None:
-        job = self._asking
+        job, request = self._asking, sent.request
         ask = None if job is None else job.pending_ask
-        if job is not None and ask is not None and ask.request == sent.request:
+        if job is not None and ask is not None and ask.request == request:
             self._has_left = True
-            if sent.request == _ACTIVATE:
+            if request == ACTIVATION.set(True):
                 job.activated_at = sent.at
-            if sent.request == LOCK and ask.repeat is not None and sent.attempt == 1:
+            if request == LOCK and ask.repeat is not None and sent.attempt == 1:
                 ask.repeat.note_sent(sent.at)
-        if sent.request == LOCK:
+        if request == LOCK:
             self._lock_sent_at = sent.at
-        if sent.request.command is BAUD_RATE:
+        if request.command is BAUD_RATE:
             self._is_rate_in_doubt = True
 
     def _on_began(self, began: Began, now: float) -> None:
         self.conversations += 1
         _log.debug("conversation %d begins, boot count %d", self.conversations, began.boot_count)
-        self._proven_rate, self._is_rate_in_doubt = self.line.baud_rate, False
-        self.conversation = Conversation(
-            self.conversations, began.boot_count, now, self.line.baud_rate, self._link.flags
-        )
+        rate = self.line.baud_rate
+        self._proven_rate, self._is_rate_in_doubt = rate, False
+        self.conversation = Conversation(self.conversations, began.boot_count, now, rate, self._link.flags)
         first = self._make_first()
         if first is not None:
             self.run(first, is_urgent=True)
@@ -422,22 +374,16 @@ class Session:
 
     def _on_ended(self, ended: Ended, now: float) -> None:
         _log.debug("conversation %d ends: %s", self.conversations, ended.reason.value)
-        if self.conversation is not None:
-            self.conversation.apply(ended)
         asking, had_left = self._asking, self._has_left
         if asking is not None and not asking.is_free:
             self._asking = None
         for job in self._all():
             if job.is_free or job.has_ended or (not job.is_started and job.conversation is None):
                 continue
-            if job.activated_at is not None and not self._is_locked_since(job.activated_at):
-                self.owes_lock = True
+            if job.activated_at is not None:
+                # Unless the module reported LOCKED after a LOCK that was sent since then.
+                active = self.conversation_view(now).values.get("active")
+                is_locked = active is not None and active.value is False and active.at > self._lock_sent_at
+                self.owes_lock |= not (is_locked and self._lock_sent_at >= job.activated_at)
             is_unsent = job.pending_ask is not None and not (job is asking and had_left)
             job.interrupt(Interrupted(ended.reason, ended.contradiction, is_unsent=is_unsent), now)
-
-    def _is_locked_since(self, at: float) -> bool:
-        """Whether the module reported LOCKED after a LOCK that was sent since then."""
-        if self.conversation is None or self._lock_sent_at < at:
-            return False
-        active = self.conversation.view(at).values.get("active")
-        return active is not None and active.value is False and active.at > self._lock_sent_at

@@ -161,12 +161,26 @@ class SerialLine:
                 return self._read_in_time(longest_s, gather_s, self._interrupts)
             if longest_s <= 0 and not self._serial.in_waiting:
                 return b""
-            first = self._read_one()
+            try:
+                first = self._serial.read(1)
+            except serial.SerialException as error:
+                if not _NOTHING_CAME.search(str(error)):
+                    raise
+                first = self._serial.read(1) if self._serial.in_waiting else b""  # raises if the port is gone
             if not first:
                 return b""
             if gather_s > 0:
-                self._gather(gather_s)
-            return first + self._read_waiting()
+                self._wake_up.wait(gather_s)
+                self._wake_up.clear()
+            if not is_socket(self.port):
+                return bytes(first + self._serial.read(min(self._serial.in_waiting, READ_CHUNK)))
+            # `in_waiting` of a socket is at most 1, so reading it would fall behind a stream; a read without a time-out
+            # takes all. (A real port would be reconfigured at every change of the time-out.)
+            self._serial.timeout = 0
+            try:
+                return bytes(first + self._serial.read(READ_CHUNK))
+            finally:
+                self._serial.timeout = READ_SLICE_S
         except _DRIVER_ERRORS as error:
             raise PortError(PortTrouble.LOST, self.port, str(error)) from error
 
@@ -185,34 +199,6 @@ class SerialLine:
             data = os.read(port, READ_CHUNK)
         # Without data pyserial's slower read tells whether the port is gone or another program took the bytes.
         return data or bytes(self._serial.read(1))
-
-    def _gather(self, gather_s: float) -> None:
-        self._wake_up.wait(gather_s)
-        self._wake_up.clear()
-
-    def _read_one(self) -> bytes:
-        """Read one byte, b"" if none arrives in time."""
-        try:
-            first: bytes = self._serial.read(1)
-        except serial.SerialException as error:
-            if not _NOTHING_CAME.search(str(error)):
-                raise
-            first = self._serial.read(1) if self._serial.in_waiting else b""  # raises if the port is gone
-        return first
-
-    def _read_waiting(self) -> bytes:
-        """Read what is there, without waiting."""
-        if not is_socket(self.port):
-            waiting = self._serial.in_waiting
-            return self._serial.read(min(waiting, READ_CHUNK)) if waiting else b""
-        # `in_waiting` of a socket is at most 1, so reading it would fall behind a stream; a read without a time-out
-        # takes all. (A real port would be reconfigured at every change of the time-out.)
-        self._serial.timeout = 0
-        try:
-            rest: bytes = self._serial.read(READ_CHUNK)
-        finally:
-            self._serial.timeout = READ_SLICE_S
-        return rest
 
     def write(self, data: bytes) -> None:
         """Hand all of `data` to the driver; raises `PortError` LOST, or STUCK after 0.3 s."""

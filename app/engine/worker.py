@@ -206,24 +206,21 @@ class Worker:
     def _turn(self) -> None:
         """Carry out one order, or else do one step on the port; then hand over what happened."""
         try:
-            self._do_next()
+            try:
+                order = self._orders.get(block=self._session is None)
+            except queue.Empty:
+                if self._session is not None:
+                    self._session.step(MAX_STEP_S)
+            else:
+                order()
+                self._is_urgent = True
+            self._collect()
         except PortError as error:
             self._lose_port(error)
         except Exception as error:  # noqa: BLE001  the one place: a bug closes the port instead of ending the thread
             self._lose_port(None)
             report_uncaught_error(error)
         self._publish()
-
-    def _do_next(self) -> None:
-        try:
-            order = self._orders.get(block=self._session is None)
-        except queue.Empty:
-            if self._session is not None:
-                self._session.step(MAX_STEP_S)
-        else:
-            order()
-            self._is_urgent = True
-        self._collect()
 
     def _run(self, job: Job[Any], *, is_urgent: bool) -> None:
         self._jobs.append(job)

@@ -7,7 +7,7 @@ from typing import NamedTuple
 from app.engine.conversation import Interrupted, StatusSample, reason_message
 from app.engine.procedure import Cancelled, Procedure
 from app.procedures.history import History
-from app.procedures.read import NO_REPLY, Present, SettingsReading, contradictions, read_settings, who_is_there
+from app.procedures.read import NO_REPLY, Present, Readings, contradictions, read_settings, who_is_there
 from app.text.messages import UserError, UserMessage, message
 from protocol.events import Ended, Event, Received, Rejected, Sent
 from protocol.fields import Value
@@ -62,7 +62,7 @@ class LoggedFrame(NamedTuple):
 class StateReading(NamedTuple):
     """Everything that a verdict depends on and that does not drift."""
 
-    settings: SettingsReading
+    settings: Readings
     present: Present
 
     @property
@@ -151,14 +151,12 @@ class Evidence:
         return {key: self.values[key] for key in keys if key in self.values}
 
     def note_state(self, state: StateReading) -> None:
-        for command in state.settings.unread:
-            self.values.pop(command.key, None)
-            self.faults[command.key] = message(NO_REPLY)
+        for key in state.settings.errors:
+            self.values.pop(key, None)
+            self.faults[key] = message(NO_REPLY)
         for key, value in state.settings.values.items():
             self.values[key] = value
             self.faults.pop(key, None)
-        if state.settings.boot_count is not None:
-            self.values["boot_count"] = state.settings.boot_count
         self.status = state.status or self.status
 
     def note_error(self, error: BaseException) -> None:

@@ -11,7 +11,7 @@ and it expires while it waits. No act is repeated. The outcome is what the modul
 """
 
 import logging
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 
 from app.engine.conversation import Interrupted, StatusSample
@@ -43,7 +43,6 @@ from app.text.i18n import tr
 from app.text.messages import UserError, join_sentences, joined, message
 from protocol.catalogue import BOOT_COUNT, BY_NAME, Request
 from protocol.events import EndReason, Unanswered
-from protocol.events import Outcome as Reply
 from protocol.messages import Acknowledgement
 from protocol.translatable import marked
 
@@ -59,8 +58,8 @@ REPORTED_WITHIN_S = 1.5
 OFF_WITHIN_S = 2.5
 # The module reports whole degrees.
 ZEROED_WITHIN_DEG = 1
-LOG_FAILED = marked("The audit log cannot be written.")
-_NOT_SENT = marked("Nothing was sent.")
+# Of what is known at the decision, for the log.
+_LOGGED = ("tilt_deg", "acceleration_g", "active", "triggered", "boot_count", "attitude_threshold_deg")
 
 SENTENCES: Mapping[tuple[Act, Outcome], str] = {
     (Act.ACTIVATE, Outcome.CONFIRMED): marked("The module reports ACTIVE."),
@@ -96,25 +95,8 @@ class Performed:
     outcome: Outcome
     refusals: tuple[Refusal, ...] = ()
     is_rehearsal: bool = False
-    # The last report afterwards.
-    status: StatusSample | None = None
-    # Why it ended early.
-    interrupted: Interrupted | None = None
-
-    @property
-    def sentence(self) -> str:
-        """In the language in use now."""
-        if self.is_rehearsal:
-            return tr("Rehearsal: {frame} was not sent.", frame=REQUESTS[self.act].encode().hex(" ").upper())
-        if self.outcome is Outcome.NOT_SENT:
-            parts = [tr(_NOT_SENT), *(refusal.sentence for refusal in self.refusals)]
-        else:
-            parts = [tr(SENTENCES[self.act, self.outcome])]
-            if self.act is Act.ZERO:
-                parts.append(self._tilt_sentence)
-        if self.interrupted is not None:
-            parts.append(self.interrupted.sentence)
-        return join_sentences(parts)
+    status: StatusSample | None = None  # the last report afterwards
+    interrupted: Interrupted | None = None  # why it ended early
 
     @property
     def is_level(self) -> bool:
@@ -122,12 +104,23 @@ class Performed:
         return self.status is not None and self.status.tilt_deg <= ZEROED_WITHIN_DEG
 
     @property
-    def _tilt_sentence(self) -> str:
-        if self.status is None:
-            return tr("Could not read the tilt: check it.")
-        if self.is_level:
-            return tr("Tilt now {tilt:.0f}°.", tilt=self.status.tilt_deg)
-        return tr("Tilt now {tilt:.0f}°, not 0°: check the mounting.", tilt=self.status.tilt_deg)
+    def sentence(self) -> str:
+        """In the language in use now."""
+        if self.is_rehearsal:
+            return tr("Rehearsal: {frame} was not sent.", frame=REQUESTS[self.act].encode().hex(" ").upper())
+        if self.outcome is Outcome.NOT_SENT:
+            parts = [tr("Nothing was sent."), *(refusal.sentence for refusal in self.refusals)]
+        else:
+            parts = [tr(SENTENCES[self.act, self.outcome])]
+            if self.act is Act.ZERO and self.status is None:
+                parts.append(tr("Could not read the tilt: check it."))
+            elif self.act is Act.ZERO and self.status is not None:
+                off_level = marked("Tilt now {tilt:.0f}°, not 0°: check the mounting.")
+                text = marked("Tilt now {tilt:.0f}°.") if self.is_level else off_level
+                parts.append(tr(text, tilt=self.status.tilt_deg))
+        if self.interrupted is not None:
+            parts.append(self.interrupted.sentence)
+        return join_sentences(parts)
 
 
 def rehearse(act: Act) -> Performed:
@@ -150,8 +143,7 @@ def perform(
         return Performed(act=act, outcome=Outcome.NOT_SENT, interrupted=interrupted)
     if isinstance(entry, tuple):
         return Performed(act=act, outcome=Outcome.NOT_SENT, refusals=entry)
-    outcome, interrupted = Outcome.UNKNOWN, None
-    reply: Reply | None = None
+    outcome, reply, interrupted = Outcome.UNKNOWN, None, None
     answer: Acknowledgement | None = None
     status: StatusSample | None = None
     try:
@@ -160,7 +152,7 @@ def perform(
         if isinstance(reply, Unanswered) and not reply.attempts:
             outcome = Outcome.NOT_SENT  # LOCK overtook it, or this program stood still
         else:
-            outcome, status = yield from _OBSERVE[act](answer)
+            outcome, status = yield from _observe(act, answer)
             yield from ask_value(BOOT_COUNT)  # the reports were the same module's, or this ends it
     except Cancelled:
         outcome = Outcome.UNKNOWN
@@ -196,18 +188,44 @@ def begin_act(
     if refused:
         _log.debug("%s refused: %s", act.value, [refusal.condition.name for refusal in refused])
         return refused
-    entry = journal.begin(act, request.encode(), _detail(view) if detail is None else detail)
+    known = {key: view.conversation.fresh(key, view.now) for key in _LOGGED}
+    entry = journal.begin(act, request.encode(), known if detail is None else detail)
     try:
-        refused = yield from _open_conditions(act, entry, permit, armed)
+        yield from durable(entry)
+        if act is Act.ACTIVATE:
+            yield from ask_value(BY_NAME["attitude_threshold"])
+        if act is Act.ZERO:  # to judge whether it lies still
+            view = yield Inspect()
+            now, ends_at = view.now, view.now + WATCH_S
+            while now < ends_at:
+                yield from ask_report()
+                now = yield Pause(ASK_EVERY_S)
+        present = yield from who_is_there()
+        view = yield Inspect()
+        refused = refusals(act, checked_inputs(present, view, permit=permit, armed=armed))
     except (Interrupted, Cancelled) as error:
         journal.settle(entry, Outcome.NOT_SENT, {"why": type(error).__name__})
         raise
+    except UserError as error:
+        why = joined((message(marked("The audit log cannot be written.")), error.message), " ")
+        refused = (Refusal(Interlock.INTENT_DURABLE, why),)
     if not refused and permit is not None and permit.spend():
         _log.debug("%s may be sent", act.value)
         return entry
     _log.debug("%s refused: %s", act.value, [refusal.condition.name for refusal in refused])
     journal.settle(entry, Outcome.NOT_SENT, {"why": [refusal.condition.name for refusal in refused]})
     return refused
+
+
+def inputs_of(view: EngineView, permit: Permit | None, armed: Armed | None) -> InterlockInputs:
+    """What is known without asking the module anything."""
+    return replace(
+        inputs_at(view.conversation, view.now),
+        permit=permit,
+        overtaken_at=view.overtaken_at,
+        armed=None if armed is None else armed.act,
+        sets_rate=view.sets_rate,
+    )
 
 
 def checked_inputs(
@@ -230,109 +248,43 @@ def checked_inputs(
     )
 
 
-def inputs_of(view: EngineView, permit: Permit | None, armed: Armed | None) -> InterlockInputs:
-    """What is known without asking the module anything."""
-    return replace(
-        inputs_at(view.conversation, view.now),
-        permit=permit,
-        overtaken_at=view.overtaken_at,
-        armed=None if armed is None else armed.act,
-        sets_rate=view.sets_rate,
-    )
-
-
-def _open_conditions(
-    act: Act, entry: Entry, permit: Permit | None, armed: Armed | None
-) -> Procedure[tuple[Refusal, ...]]:
-    try:
-        yield from durable(entry)
-    except Interrupted:
-        raise
-    except UserError as error:
-        why = joined((message(LOG_FAILED), error.message), " ")
-        return (Refusal(Interlock.INTENT_DURABLE, why),)
-    if act is Act.ACTIVATE:
-        yield from ask_value(BY_NAME["attitude_threshold"])
-    if act is Act.ZERO:
-        yield from _watch(WATCH_S)  # to judge whether it lies still
-    present = yield from who_is_there()
-    view: EngineView = yield Inspect()
-    return refusals(act, checked_inputs(present, view, permit=permit, armed=armed))
-
-
-def _watch(seconds: float) -> Procedure[None]:
-    view: EngineView = yield Inspect()
-    now, ends_at = view.now, view.now + seconds
-    while now < ends_at:
-        yield from ask_report()
-        now = yield Pause(ASK_EVERY_S)
-
-
-def _detail(view: EngineView) -> dict[str, object]:
-    """What was known at the decision, for the log."""
-    keys = ("tilt_deg", "acceleration_g", "active", "triggered", "boot_count", "attitude_threshold_deg")
-    return {key: view.conversation.fresh(key, view.now) for key in keys}
-
-
-# What the module reports afterwards
-
-
-_Observed = tuple[Outcome, StatusSample | None]
-
-
-def _observe_shutdown(_answer: Acknowledgement | None) -> Procedure[_Observed]:
-    yield Pause(OFF_WITHIN_S)  # its silence ends the conversation, and this
-    return Outcome.REFUSED, None
-
-
-def _observe_simple(answer: Acknowledgement | None) -> Procedure[_Observed]:
-    status = yield from ask_report(is_fenced=answer is None)
-    if answer is None:
-        return Outcome.UNKNOWN, status
-    return Outcome.CONFIRMED if answer.is_accepted else Outcome.REFUSED, status
-
-
-def _observe_activation(answer: Acknowledgement | None) -> Procedure[_Observed]:
+def _observe(act: Act, answer: Acknowledgement | None) -> Procedure[tuple[Outcome, StatusSample | None]]:
+    """What the module reports after the act. Without an answer to it an old report could still come, so that the first
+    question is fenced; and what is not reported may still be carried out."""
+    is_accepted = answer is not None and answer.is_accepted
+    if act is Act.SHUTDOWN:
+        yield Pause(OFF_WITHIN_S)  # its silence ends the conversation, and this
+        return Outcome.REFUSED, None
+    if act is Act.DEPLOY:
+        # It had not fired before (a condition), so a reported trigger is this one. "Not fired" needs every answer.
+        triggered = yield from ask_value(TRIGGERED)
+        first = yield from ask_report(is_fenced=answer is None)
+        yield Pause(READING_PAUSE_S)
+        second = yield from ask_report()
+        says_fired = triggered is not None and triggered.value is True
+        reports_fired = any(report is not None and report.triggered for report in (first, second))
+        outcome = Outcome.UNKNOWN
+        if says_fired or reports_fired or is_accepted:
+            outcome = Outcome.CONFIRMED
+        elif answer is not None and None not in (triggered, first, second):
+            outcome = Outcome.REFUSED
+        return outcome, second or first
+    if act is not Act.ACTIVATE:
+        status = yield from ask_report(is_fenced=answer is None)
+        if answer is None:
+            return Outcome.UNKNOWN, status
+        return Outcome.CONFIRMED if is_accepted else Outcome.REFUSED, status
     view: EngineView = yield Inspect()
     ends_at = view.now + REPORTED_WITHIN_S
     while True:
-        # Without an answer to the act an old report could still come.
         active = yield from ask_value(ACTIVE, is_fenced=answer is None)
         status = yield from ask_report()
-        if active is None or status is None or active.value != status.active:
-            outcome = Outcome.UNKNOWN
-        elif status.active:
-            outcome = Outcome.CONFIRMED
-        else:
-            # Unanswered, it may still be carried out.
+        outcome = Outcome.UNKNOWN
+        if active is not None and status is not None and active.value == status.active:
+            if status.active:
+                return Outcome.CONFIRMED, status
             outcome = Outcome.UNKNOWN if answer is None else Outcome.REFUSED
         view = yield Inspect()
-        may_follow = answer is not None and answer.is_accepted and view.now < ends_at
-        if outcome is Outcome.CONFIRMED or not may_follow:
+        if not is_accepted or view.now >= ends_at:
             return outcome, status
         yield Pause(ASK_EVERY_S)
-
-
-def _observe_deploy(answer: Acknowledgement | None) -> Procedure[_Observed]:
-    """It had not fired before (a condition), so a reported trigger is this one. "Not fired" needs every answer."""
-    triggered = yield from ask_value(TRIGGERED)
-    first = yield from ask_report(is_fenced=answer is None)
-    yield Pause(READING_PAUSE_S)
-    second = yield from ask_report()
-    status = second or first
-    says_fired = triggered is not None and triggered.value is True
-    reports_fired = any(report is not None and report.triggered for report in (first, second))
-    if says_fired or reports_fired or (answer is not None and answer.is_accepted):
-        return Outcome.CONFIRMED, status
-    if answer is not None and None not in (triggered, first, second):
-        return Outcome.REFUSED, status
-    return Outcome.UNKNOWN, status
-
-
-_OBSERVE: Mapping[Act, Callable[[Acknowledgement | None], Procedure[_Observed]]] = {
-    Act.ACTIVATE: _observe_activation,
-    Act.ZERO: _observe_simple,
-    Act.SHUTDOWN: _observe_shutdown,
-    Act.FORBID_DEPLOY: _observe_simple,
-    Act.DEPLOY: _observe_deploy,
-}

@@ -37,23 +37,18 @@ class Silence(Enum):
     """What was received instead of an answer."""
 
     NOTHING = "nothing"
-    # More invalid bytes than frames: most likely another baud rate.
-    GARBAGE = "garbage"
-    # Only our own frames.
-    ECHO = "echo"
-    # The module sends but does not answer: its receive line may be open.
-    OTHER_FRAMES = "other frames"
-    # MAVLink or MSP: a flight controller that passes nothing on.
-    FLIGHT_CONTROLLER = "flight controller"
+    GARBAGE = "garbage"  # more invalid bytes than frames: most likely another baud rate
+    ECHO = "echo"  # only our own frames
+    OTHER_FRAMES = "other frames"  # the module sends but does not answer: its receive line may be open
+    FLIGHT_CONTROLLER = "flight controller"  # MAVLink or MSP: a flight controller that passes nothing on
 
 
 def await_module() -> Procedure[Silence | None]:
     """Wait until a conversation begins; None then, else what came instead."""
-    before: EngineView = yield Inspect()
     if (yield from _begins(WAIT_S)) is not None:
         return None
-    after: EngineView = yield Inspect()
-    return what_came(after.link.counters - before.link.counters, after.link.noise)
+    view: EngineView = yield Inspect()
+    return what_came(view.link.came, view.link.noise)
 
 
 def what_came(counters: Counters, noise: bytes = b"") -> Silence:
@@ -63,31 +58,26 @@ def what_came(counters: Counters, noise: bytes = b"") -> Silence:
     # A glimpse of a frame amid more invalid bytes is accidental.
     if frames * Layout.STATUS.value > counters.rejected:
         return Silence.OTHER_FRAMES
-    if counters.rejected and is_of_flight_controller(noise):
+    if counters.rejected and _is_of_flight_controller(noise):
         return Silence.FLIGHT_CONTROLLER
     if counters.rejected and (frames or HOST_HEADER not in noise):
         return Silence.GARBAGE
-    if echoes or counters.rejected:
-        return Silence.ECHO
-    return Silence.NOTHING
+    return Silence.ECHO if echoes or counters.rejected else Silence.NOTHING
 
 
-def is_of_flight_controller(noise: bytes) -> bool:
+def _is_of_flight_controller(noise: bytes) -> bool:
     """Whether these bytes are MAVLink or MSP: a message that is known, or two of MAVLink in a row from one system."""
     if _FLIGHT_CONTROLLER.search(noise) is not None:
         return True
-    return any(magic in _MAVLINK and _is_followed(noise, start) for start, magic in enumerate(noise))
-
-
-def _is_followed(noise: bytes, start: int) -> bool:
-    """Whether the message of MAVLink that begins there is followed by the system's next one."""
-    magic = noise[start]
-    around, number = _MAVLINK[magic]
-    following = start + around + noise[start + 1] if start + 1 < len(noise) else len(noise)
-    if following + number + 1 >= len(noise) or noise[following] != magic:
-        return False
-    is_next = noise[following + number] == (noise[start + number] + 1) % 256
-    return is_next and noise[following + number + 1] == noise[start + number + 1]
+    for start, magic in enumerate(noise[:-1]):
+        if magic in _MAVLINK:
+            around, number = _MAVLINK[magic]
+            following = noise[start + around + noise[start + 1] :][: number + 2]
+            if len(following) == number + 2 and following[0] == magic:
+                is_next = following[number] == (noise[start + number] + 1) % 256
+                if is_next and following[number + 1] == noise[start + number + 1]:
+                    return True
+    return False
 
 
 class RateSearch(NamedTuple):

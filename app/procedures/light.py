@@ -11,8 +11,7 @@ from typing import NamedTuple
 
 from app.engine.procedure import Pause, Procedure, Report, ask_value
 from app.text.i18n import tr
-from protocol.catalogue import BOOT_COUNT, BY_NAME
-from protocol.fields import Quantity
+from protocol.catalogue import BOOT_COUNT, BY_NAME, TENTH_VOLT
 from protocol.translatable import marked
 
 SAMPLES = 20
@@ -20,13 +19,8 @@ EVERY_S = 0.1
 ENOUGH_SAMPLES = 10
 # Unanswered questions after which a measurement ends.
 MAX_LOST = 10
-# On each side.
-SMALLEST_MARGIN_STEPS = 1
 # A band wider than this is not steady light: a hand, a shadow, a loose lid.
 WIDE_SPREAD_STEPS = 3
-
-_LIGHT = BY_NAME["light"]
-_STEPS_PER_V = _LIGHT.reply.per_unit if isinstance(_LIGHT.reply, Quantity) else 0
 
 
 class Band(NamedTuple):
@@ -41,15 +35,15 @@ class Band(NamedTuple):
 
     @property
     def low_v(self) -> float:
-        return min(self.raws) / _STEPS_PER_V
+        return min(self.raws) / TENTH_VOLT.per_unit
 
     @property
     def high_v(self) -> float:
-        return max(self.raws) / _STEPS_PER_V
+        return max(self.raws) / TENTH_VOLT.per_unit
 
     @property
     def median_v(self) -> float:
-        return median(self.raws) / _STEPS_PER_V
+        return median(self.raws) / TENTH_VOLT.per_unit
 
     @property
     def is_steady(self) -> bool:
@@ -62,7 +56,7 @@ def measure_light(*, step_of: tuple[int, int] | None = None) -> Procedure[Band]:
     lost = 0
     while len(raws) < SAMPLES and lost < MAX_LOST:
         yield Report(*(step_of or (len(raws), SAMPLES)), marked("Measuring the light"))
-        reading = yield from ask_value(_LIGHT)
+        reading = yield from ask_value(BY_NAME["light"])
         if reading is not None:
             raws.append(reading.raw)
         else:
@@ -93,10 +87,8 @@ class Proposal(NamedTuple):
     direction: LightDirection
     margin_closed_v: float
     margin_open_v: float
-    # The vendor's advice taken literally: the reading with the bay fully open.
-    vendors_v: float
-    # Both bands are narrow.
-    is_steady: bool
+    vendors_v: float  # the vendor's advice taken literally: the reading with the bay fully open
+    is_steady: bool  # both bands are narrow
 
     @property
     def sentence(self) -> str:
@@ -109,20 +101,18 @@ def propose(closed: Band, opened: Band) -> Proposal | CalibrationFault:
     """The threshold in the middle of the gap, or why there is none."""
     if not (closed.is_enough and opened.is_enough):
         return CalibrationFault.TOO_FEW
-    low, high, direction = closed, opened, LightDirection.RISES
-    if min(opened.raws) < min(closed.raws):
-        low, high, direction = opened, closed, LightDirection.FALLS
+    direction = LightDirection.FALLS if min(opened.raws) < min(closed.raws) else LightDirection.RISES
+    low, high = (closed, opened) if direction is LightDirection.RISES else (opened, closed)
     below, above = max(low.raws), min(high.raws)
     threshold = (below + above) // 2
-    if min(threshold - below, above - threshold) < SMALLEST_MARGIN_STEPS:
+    if not below < threshold < above:
         return CalibrationFault.TOO_CLOSE
-    to_low_v, to_high_v = (threshold - below) / _STEPS_PER_V, (above - threshold) / _STEPS_PER_V
-    is_rising = direction is LightDirection.RISES
+    margins_v = {low: (threshold - below) / TENTH_VOLT.per_unit, high: (above - threshold) / TENTH_VOLT.per_unit}
     return Proposal(
-        threshold / _STEPS_PER_V,
+        threshold / TENTH_VOLT.per_unit,
         direction,
-        margin_closed_v=to_low_v if is_rising else to_high_v,
-        margin_open_v=to_high_v if is_rising else to_low_v,
+        margin_closed_v=margins_v[closed],
+        margin_open_v=margins_v[opened],
         vendors_v=opened.median_v,
         is_steady=closed.is_steady and opened.is_steady,
     )

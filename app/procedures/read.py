@@ -67,93 +67,66 @@ def contradictions(
     return found
 
 
-# Everything
-
-
-class Everything:
+class Readings:
     """What was read. (No dataclass: importing those takes longer than the rest of `dps-s read`.)"""
 
     def __init__(self) -> None:
-        # In seconds of the session's clock.
-        self.began_at = 0.0
-        # By key ("light_threshold_v"), in the field's unit.
-        self.values: dict[str, Value] = {}
+        self.began_at = 0.0  # in seconds of the session's clock
+        self.values: dict[str, Value] = {}  # by key ("light_threshold_v"), in the field's unit
         self.status: StatusSample | None = None
-        # What the module, though it is there, did not answer, by key.
-        self.errors: dict[str, Unanswered] = {}
+        self.errors: dict[str, Unanswered] = {}  # what the module, though it is there, did not answer, by key
         # Where 30 or 31 and the status do not agree: what both say, by the key of the status, which is unknown then.
         self.contradictions: Mapping[str, UserMessage] = {}
 
-    def __repr__(self) -> str:
-        return f"Everything(values={self.values}, status={self.status}, errors={self.errors})"
-
-
-def read_everything(everything: Everything | None = None) -> Procedure[Everything]:
-    """Ask once for everything that can be asked for. `everything`: has what was read so far, also if this ends with
-    `Interrupted`."""
-    read = everything or Everything()
-    yield from _ask_each(READABLE, read)
-    active = read.values.pop(ACTIVE.key, None)
-    triggered = read.values.pop(TRIGGERED.key, None)
-    read.contradictions = contradictions(active, triggered, read.status)
-    return read
-
-
-def _ask_each(commands: Sequence[Command], read: Everything) -> Procedure[None]:
-    view: EngineView = yield Inspect()
-    read.began_at = view.now
-    for done, command in enumerate(commands):
-        yield Report(done, len(commands), marked("Reading: {what}"), (("what", command.title),))
-        outcome = yield Ask(command.query())
-        if not isinstance(outcome, Answered):
-            read.errors[command.key] = outcome
-            continue
-        answer = outcome.messages[0]
-        if isinstance(answer, Reading):
-            read.values[command.key] = answer.value
-        elif isinstance(answer, Status):
-            read.status = StatusSample(outcome.at, *answer)
-
-
-# The settings
-
-
-class SettingsReading(NamedTuple):
-    """All settings that can be read. `began_at` is when, in seconds of the session's clock."""
-
-    # By key, in the field's unit.
-    values: Mapping[str, Value]
-    # What the module, though it is there, did not answer.
-    unread: tuple[Command, ...]
-    began_at: float
-    boot_count: int | None
+    @property
+    def boot_count(self) -> int | None:
+        value = self.values.get(BOOT_COUNT.key)
+        return None if value is None else int(value)
 
     @property
     def is_complete(self) -> bool:
-        return not self.unread and self.boot_count is not None
+        return not self.errors
+
+    def __repr__(self) -> str:
+        return f"Readings(values={self.values}, status={self.status}, errors={self.errors})"
 
 
-def read_settings() -> Procedure[SettingsReading]:
-    """Ask once for each setting. Two different answers to one question end the conversation, so that whoever needs two
-    readings calls this twice and need not compare them."""
-    read = Everything()
-    yield from _ask_each((*READABLE_SETTINGS, BOOT_COUNT), read)
-    boot_count = read.values.pop(BOOT_COUNT.key, None)
-    unread = tuple(command for command in READABLE_SETTINGS if command.key in read.errors)
-    return SettingsReading(read.values, unread, read.began_at, None if boot_count is None else int(boot_count))
+def read_everything(readings: Readings | None = None) -> Procedure[Readings]:
+    """Ask once for everything that can be asked for. `readings`: has what was read so far, also if this ends with
+    `Interrupted`."""
+    read = yield from _ask_each(READABLE, readings or Readings())
+    read.contradictions = contradictions(
+        read.values.pop(ACTIVE.key, None), read.values.pop(TRIGGERED.key, None), read.status
+    )
+    return read
+
+
+def read_settings() -> Procedure[Readings]:
+    """Ask once for each setting, and the boot count. Two different answers to one question end the conversation, so
+    that whoever needs two readings calls this twice and need not compare them."""
+    return (yield from _ask_each((*READABLE_SETTINGS, BOOT_COUNT), Readings()))
+
+
+def _ask_each(commands: Sequence[Command], read: Readings) -> Procedure[Readings]:
+    for done, command in enumerate(commands):
+        now = yield Report(done, len(commands), marked("Reading: {what}"), (("what", command.title),))
+        read.began_at = read.began_at or now
+        outcome = yield Ask(command.query())
+        if not isinstance(outcome, Answered):
+            read.errors[command.key] = outcome
+        elif isinstance(answer := outcome.messages[0], Reading):
+            read.values[command.key] = answer.value
+        elif isinstance(answer, Status):
+            read.status = StatusSample(outcome.at, *answer)
+    return read
 
 
 def read_twice(command: Command) -> Procedure[Reading | None]:
     """Ask twice, as the 8-bit sum misses about 6 % of two-bit errors; None if one question is not answered."""
     first = yield from ask_value(command)
-    if first is None:
-        return None
-    second = yield from ask_value(command)
+    second = None if first is None else (yield from ask_value(command))
     # Different answers have ended the conversation already; but nothing is verified by trusting in that.
-    return second if second is not None and second.raw == first.raw else None
-
-
-# Who is there
+    return second if first is not None and second is not None and second.raw == first.raw else None
 
 
 class Present(NamedTuple):

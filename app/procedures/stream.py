@@ -47,10 +47,8 @@ _EVERY_S: Mapping[Request, float] = {
 class StreamSwitch:
     """Whether the stream is needed. Set by any thread, read by the procedure."""
 
-    # A visible page shows it.
-    is_wanted: bool = True
-    # The session is being recorded.
-    is_recorded: bool = False
+    is_wanted: bool = True  # a visible page shows it
+    is_recorded: bool = False  # the session is being recorded
 
     @property
     def is_on(self) -> bool:
@@ -74,7 +72,7 @@ def watch(
             due = {request: at + _EVERY_S[request] for request, at in due.items()}
         while True:
             view = yield Inspect()
-            yield from _steer(stream, view)
+            yield from stream.steer(view)
             # Each in its turn: on a slow line none keeps the others from being asked.
             for request, every_s in _EVERY_S.items():
                 if view.now < due[request]:
@@ -85,77 +83,63 @@ def watch(
                     yield Ask(request)
             yield Pause(min(REST_S, max(TURN_S, min(due.values()) - view.now)))
     except Cancelled:
-        yield from _switch_off(stream)
+        yield from stream.switch_off()
         raise
 
 
-# The stream
-
-
-@dataclass(slots=True)
 class _Stream:
-    switch: StreamSwitch
-    memory: StreamMemory
-    listen_s: float
-    # Done when it is stored that the stream is being switched on.
-    intent: "Future[None] | None" = None
-    # When this program switched it on; None if it did not.
-    on_at: float | None = None
-    # It was switched on and nothing came, or the module refused.
-    has_given_up: bool = False
+    def __init__(self, switch: StreamSwitch, memory: StreamMemory, listen_s: float) -> None:
+        self.switch, self.memory, self.listen_s = switch, memory, listen_s
+        # Done when it is stored that the stream is being switched on.
+        self.intent: Future[None] | None = None
+        # When this program switched it on; None if it did not.
+        self.on_at: float | None = None
+        # It was switched on and nothing came, or the module refused.
+        self.has_given_up = False
 
+    def steer(self, view: EngineView) -> Procedure[None]:
+        memory, conversation = self.memory, view.conversation
+        if self.on_at is None and self.intent is None and memory.was_left_on:
+            # By its boot count it is the module of which the stream was left on, or else it was not switched on here.
+            if memory.boot_count not in (None, conversation.boot_count):
+                memory.clear()
+            elif conversation.is_streaming:
+                _log.debug("the stream was left on")
+                self.on_at = view.now
+                memory.take_over()
+            elif view.now - conversation.began_at >= LISTEN_S:
+                memory.clear()
+        if not self.switch.is_on:
+            yield from self.switch_off()
+            return
+        if self.on_at is not None and not conversation.is_streaming and view.now - self.on_at > STREAM_STARTS_S:
+            self.has_given_up = True  # it stays polled
+        is_busy = conversation.is_streaming or self.on_at is not None or self.has_given_up or conversation.is_shared
+        if is_busy or view.now - conversation.began_at < self.listen_s:
+            return
+        if self.intent is None:
+            self.intent = memory.note_on(conversation.boot_count)
+        if not self.intent.done():
+            return
+        _log.debug("switching the stream on")
+        # Set before the answer, so that an unconfirmed or cancelled "on" is switched off again.
+        self.on_at = view.now
+        outcome = yield Ask(SERIAL_OUTPUT.set(True))
+        if not (_is_accepted(outcome) or isinstance(outcome, OutcomeUnknown)):
+            self.on_at, self.has_given_up = None, True
+            memory.clear()
 
-def _steer(stream: _Stream, view: EngineView) -> Procedure[None]:
-    _find_left_on(stream, view)
-    if not stream.switch.is_on:
-        yield from _switch_off(stream)
-        return
-    is_streaming = view.conversation.is_streaming
-    if stream.on_at is not None and not is_streaming and view.now - stream.on_at > STREAM_STARTS_S:
-        stream.has_given_up = True  # it stays polled
-    is_listening = view.now - view.conversation.began_at < stream.listen_s
-    if is_streaming or stream.on_at is not None or stream.has_given_up or is_listening or view.conversation.is_shared:
-        return
-    if stream.intent is None:
-        stream.intent = stream.memory.note_on(view.conversation.boot_count)
-    if not stream.intent.done():
-        return
-    _log.debug("switching the stream on")
-    # Set before the answer, so that an unconfirmed or cancelled "on" is switched off again.
-    stream.on_at = view.now
-    outcome = yield Ask(SERIAL_OUTPUT.set(True))
-    if not (_is_accepted(outcome) or isinstance(outcome, OutcomeUnknown)):
-        stream.on_at, stream.has_given_up = None, True
-        stream.memory.clear()
-
-
-def _find_left_on(stream: _Stream, view: EngineView) -> None:
-    """Whether this is the module of which the stream was left on: on the same start, by its boot count."""
-    memory, conversation = stream.memory, view.conversation
-    is_ours = stream.on_at is not None or stream.intent is not None
-    if is_ours or not memory.was_left_on:
-        return
-    if memory.boot_count is not None and memory.boot_count != conversation.boot_count:
-        memory.clear()  # another module's, or before a restart: the stream was not switched on here
-    elif conversation.is_streaming:
-        _log.debug("the stream was left on")
-        stream.on_at = view.now
-        memory.take_over()
-    elif view.now - conversation.began_at >= LISTEN_S:
-        memory.clear()
-
-
-def _switch_off(stream: _Stream) -> Procedure[None]:
-    """Switch the stream off if it is this program's. Repeated if unanswered, as "off" twice is harmless."""
-    if stream.on_at is None:
-        return
-    for _ in range(OFF_ATTEMPTS):
-        outcome = yield Ask(SERIAL_OUTPUT.set(False))
-        if _is_accepted(outcome):
-            stream.memory.clear()
-            break
-    _log.debug("the stream is off: %s", outcome)
-    stream.on_at = stream.intent = None
+    def switch_off(self) -> Procedure[None]:
+        """Switch the stream off if it is this program's. Repeated if unanswered, as "off" twice is harmless."""
+        if self.on_at is None:
+            return
+        for _ in range(OFF_ATTEMPTS):
+            outcome = yield Ask(SERIAL_OUTPUT.set(False))
+            if _is_accepted(outcome):
+                self.memory.clear()
+                break
+        _log.debug("the stream is off: %s", outcome)
+        self.on_at = self.intent = None
 
 
 def _is_accepted(outcome: object) -> bool:

@@ -1,4 +1,4 @@
-"""Writes settings, verifies each, logs all and reads everything again at the end.
+"""Writes settings, verifies each, logs all and reads everything again at the end; and changes the baud rate.
 
     read all settings -> for each: intent, who is there, the set, once, two readings -> wait `SETTLE_S`
     -> read all settings again -> `WriteReport`
@@ -34,17 +34,18 @@ from app.engine.procedure import (
     acknowledgement,
     ask_report,
 )
-from app.procedures.act import Armed, checked_inputs, inputs_of
+from app.procedures.act import Armed, begin_act, checked_inputs, inputs_of
+from app.procedures.find import look_for
 from app.procedures.read import read_settings, read_twice, who_is_there
 from app.safety.consequences import Consequence, risks
 from app.safety.journal import DURABLE_LIMIT_S, NOTE, Act, Entry, Journal, Outcome
-from app.safety.permit import ASKS_NOTHING, Interlock, Refusal, refusals
-from app.text.messages import UserMessage, joined, message
-from protocol.catalogue import ATTITUDE_TRIGGER, BAUD_RATE, READABLE_SETTINGS, Command, Request
+from app.safety.permit import ASKS_NOTHING, Interlock, Permit, Refusal, refusals
+from app.text.i18n import tr
+from app.text.messages import UserMessage, join_sentences, joined, message
+from protocol.catalogue import ATTITUDE_TRIGGER, BAUD_RATE, READABLE_SETTINGS, Command
 from protocol.events import Contradiction, Unanswered
 from protocol.events import Outcome as Reply
 from protocol.fields import Value
-from protocol.messages import Reading
 from protocol.stale_replies import TRIGGER_FLAGS
 from protocol.translatable import marked
 
@@ -87,7 +88,7 @@ class WriteFault(Enum):
     ACKNOWLEDGED_THEN = marked("acknowledged then, before the interruption")
     NOT_ALLOWED = marked("not sent: a condition is not met")
     NOT_SENT = marked("not sent")
-    # Of the baud rate; see `app.procedures.baud`.
+    # Of the baud rate
     AT_RESTART = marked("acknowledged, still at the old rate: restart the module")
     UNCHANGED = marked("still at the old rate")
     MODULE_LOST = marked("no answer at any rate")
@@ -242,7 +243,7 @@ def await_flags_known(progress: Report | None = None) -> Procedure[None]:
         view = yield Inspect()
 
 
-def reply_of(outcome: Reply) -> SetReply:
+def _reply_of(outcome: Reply) -> SetReply:
     """What the module answered to a set."""
     if isinstance(outcome, Unanswered) and not outcome.attempts:
         return SetReply.NOT_SENT
@@ -250,6 +251,10 @@ def reply_of(outcome: Reply) -> SetReply:
     if answer is None:
         return SetReply.NOTHING
     return SetReply.ACKNOWLEDGED if answer.is_accepted else SetReply.OTHER
+
+
+_REFUSED = (WriteFault.REFUSED, WriteFault.CLAMPED, WriteFault.NOT_RETAINED, WriteFault.LOST)
+_FINE_THEN = (None, WriteFault.VERIFIED_THEN, WriteFault.ACKNOWLEDGED_THEN)
 
 
 class _Writing:
@@ -286,7 +291,20 @@ class _Writing:
             self._note_broken_off(None)
         finally:
             for written, entry in self.entries:
-                self.context.journal.settle(entry, _outcome(written), _logged(written))
+                fault, outcome = written.fault, Outcome.UNKNOWN
+                if not written.is_sent:
+                    outcome = Outcome.NOT_SENT
+                elif fault in _FINE_THEN:
+                    outcome = Outcome.CONFIRMED
+                elif fault in _REFUSED:
+                    outcome = Outcome.REFUSED
+                logged = {
+                    "acknowledged": written.is_acknowledged,
+                    "read_back": written.read_back,
+                    "verified": written.verified,
+                    "fault": None if fault is None else fault.name,
+                }
+                self.context.journal.settle(entry, outcome, logged)
         for written in report.results:
             if report.refusals and not written.is_sent:
                 written.fault = WriteFault.NOT_ALLOWED
@@ -309,19 +327,29 @@ class _Writing:
         view = yield Inspect()
         for written in report.results:
             if written.is_sent and written.command.reads_back:
-                _judge_last(written, last.values.get(written.command.key))
-            elif written.is_fine and written.command in TRIGGER_FLAGS:
-                _judge_copies(written, view)
+                value = last.values.get(written.command.key)
+                if written.is_fine and value != written.read_back:
+                    written.fault = WriteFault.NO_LAST_READING if value is None else WriteFault.CHANGED
+                    written.read_back = value
+                elif value is not None:
+                    written.read_back = value
+                continue
+            # The acknowledgement of a trigger counts only if no copy of it came (E4).
+            is_known = view.conversation.fresh(written.command.key, view.now) == written.target
+            if written.is_fine and written.command in TRIGGER_FLAGS and not is_known:
+                written.heard = SetReply.NOTHING
+                written.fault = WriteFault.REPEATED if view.flags.has_repeated else WriteFault.NO_LAST_READING
         # Whatever else reads otherwise now has ended the conversation.
         sent = [written.command for written in report.results if written.is_sent]
-        report.unread = tuple(one for one in last.unread if one not in sent and one.key in report.before)
+        report.unread = tuple(
+            one for one in READABLE_SETTINGS if one.key in last.errors and one not in sent and one.key in report.before
+        )
         report.read_at = last.began_at
 
     def set_all(self) -> Procedure[None]:
         results = self.report.results
         for done, written in enumerate(results):
-            what = (("what", written.command.title),)
-            self.progress = Report(done, len(results), marked("Writing: {what}"), what)
+            self.progress = Report(done, len(results), marked("Writing: {what}"), (("what", written.command.title),))
             yield self.progress
             yield from self._set_one(written)
             if self.report.refusals:
@@ -333,11 +361,11 @@ class _Writing:
                 return
 
     def _set_one(self, written: Written) -> Procedure[None]:
-        command, context = written.command, self.context
+        command, context, report = written.command, self.context, self.report
         request = command.set(written.target)
         view: EngineView = yield Inspect()
-        self.report.refusals = refusals(Act.WRITE, inputs_of(view, None, context.armed), only=ASKS_NOTHING)
-        if self.report.refusals:
+        report.refusals = refusals(Act.WRITE, inputs_of(view, None, context.armed), only=ASKS_NOTHING)
+        if report.refusals:
             return
         while view.flags.free_at(request) > view.now:  # until no answer to an earlier one can be taken for its own (E4)
             if self.progress is not None:
@@ -350,12 +378,12 @@ class _Writing:
         yield Await(entry, DURABLE_LIMIT_S)  # unlike an act, a set is sent also where the disk takes longer
         for _try in range(2):
             yield from self._check()
-            if self.report.refusals:
+            if report.refusals:
                 return
             # If it ends before the outcome is known it may have been carried out.
             written.heard, written.fault = SetReply.NOTHING, WriteFault.INTERRUPTED
             try:
-                written.heard = reply_of((yield Ask(request)))
+                written.heard = _reply_of((yield Ask(request)))
             except Interrupted as error:
                 if error.is_unsent:
                     written.heard, written.fault = SetReply.NOT_SENT, WriteFault.NOT_SENT
@@ -366,14 +394,25 @@ class _Writing:
             self.present_at = -inf
         if written.heard is SetReply.NOT_SENT:
             written.fault = WriteFault.NOT_SENT
-        elif command.reads_back:
-            reading = yield from read_twice(command)
-            written.read_back = None if reading is None else reading.value
-            written.fault = _fault(written.heard, request, reading, self.report.before.get(command.key))
-        else:
+            return
+        if not command.reads_back:
             # Else the next set would wait for the answer to a question, and not come directly after its check.
             yield from ask_report(is_fenced=True)
-            written.fault = _UNREADABLE_FAULTS.get(written.heard)
+            faults = {SetReply.NOTHING: WriteFault.NO_REPLY, SetReply.OTHER: WriteFault.REFUSED}
+            written.fault = faults.get(written.heard)
+            return
+        reading = yield from read_twice(command)
+        written.read_back = None if reading is None else reading.value
+        old = report.before.get(command.key)
+        if reading is None:
+            written.fault = WriteFault.NO_READ_BACK
+        elif reading.raw == request.data:
+            written.fault = None
+        elif old is not None and reading.value != old:
+            written.fault = WriteFault.CLAMPED
+        else:
+            faults = {SetReply.NOTHING: WriteFault.LOST, SetReply.OTHER: WriteFault.REFUSED}
+            written.fault = faults.get(written.heard, WriteFault.NOT_RETAINED)
 
     def _check(self) -> Procedure[None]:
         """Ask who is there and whether writing is allowed, unless that was done a moment ago."""
@@ -409,52 +448,82 @@ class _Writing:
         self.report.changed = contradiction
 
 
-# What became of one
+# The baud rate
 
-_UNREADABLE_FAULTS = {SetReply.NOTHING: WriteFault.NO_REPLY, SetReply.OTHER: WriteFault.REFUSED}
-_REFUSED = (WriteFault.REFUSED, WriteFault.CLAMPED, WriteFault.NOT_RETAINED, WriteFault.LOST)
-_FINE_THEN = (None, WriteFault.VERIFIED_THEN, WriteFault.ACKNOWLEDGED_THEN)
-
-
-def _fault(heard: SetReply, request: Request, reading: Reading | None, old: Value | None) -> WriteFault | None:
-    if reading is None:
-        return WriteFault.NO_READ_BACK
-    if reading.raw == request.data:
-        return None
-    if old is not None and reading.value != old:
-        return WriteFault.CLAMPED
-    faults = {SetReply.NOTHING: WriteFault.LOST, SetReply.OTHER: WriteFault.REFUSED}
-    return faults.get(heard, WriteFault.NOT_RETAINED)
-
-
-def _judge_last(written: Written, last: Value | None) -> None:
-    """The last reading decides."""
-    if not written.is_fine:
-        written.read_back = written.read_back if last is None else last
-    elif last != written.read_back:
-        written.read_back = last
-        written.fault = WriteFault.NO_LAST_READING if last is None else WriteFault.CHANGED
+# By what is wrong with the rate then: what to say, and what is logged.
+_RATE_ENDS: Mapping[WriteFault | None, tuple[str, Outcome]] = {
+    None: (marked("Module and port are at {new} baud."), Outcome.CONFIRMED),
+    WriteFault.AT_RESTART: (
+        marked("Still at {old} baud. Switch it off and on, then try {new} baud."),
+        Outcome.UNKNOWN,
+    ),
+    WriteFault.UNCHANGED: (marked("Refused: still at {old} baud."), Outcome.REFUSED),
+    WriteFault.CLAMPED: (marked("The module is at {found} baud instead. Change it again."), Outcome.UNKNOWN),
+    WriteFault.MODULE_LOST: (
+        marked("No answer at any rate. Switch the module off and on, then “Find the baud rate”."),
+        Outcome.UNKNOWN,
+    ),
+    WriteFault.NOT_SENT: (marked("Nothing was sent."), Outcome.NOT_SENT),
+    WriteFault.NOT_ALLOWED: (marked("Nothing was sent."), Outcome.NOT_SENT),
+}
 
 
-def _judge_copies(written: Written, view: EngineView) -> None:
-    """The acknowledgement of a trigger counts only if no copy of it came (E4)."""
-    if view.conversation.fresh(written.command.key, view.now) != written.target:
-        written.heard = SetReply.NOTHING
-        written.fault = WriteFault.REPEATED if view.flags.has_repeated else WriteFault.NO_LAST_READING
+@dataclass(frozen=True, slots=True, kw_only=True)
+class BaudChanged:
+    """`written.read_back`: the rate at which the module answers, and of the port; None if it does not answer (the port
+    is at the old rate)."""
+
+    old_rate: int
+    written: Written
+    refusals: tuple[Refusal, ...] = ()
+
+    @property
+    def sentence(self) -> str:
+        """In the language in use now."""
+        text = _RATE_ENDS[self.written.fault][0]
+        rates = {"old": self.old_rate, "new": self.written.target, "found": self.written.read_back}
+        words = tr(text, **{name: rate for name, rate in rates.items() if f"{{{name}}}" in text})
+        return join_sentences((words, *(refusal.sentence for refusal in self.refusals)))
 
 
-def _outcome(written: Written) -> Outcome:
-    if not written.is_sent:
-        return Outcome.NOT_SENT
-    if written.fault in _FINE_THEN:
-        return Outcome.CONFIRMED
-    return Outcome.REFUSED if written.fault in _REFUSED else Outcome.UNKNOWN
+def change_baud(
+    new_rate: int, journal: Journal, *, permit: Permit | None = None, armed: Armed | None = None
+) -> Procedure[BaudChanged]:
+    """Change the module's baud rate, and find the module again whatever it did (E9).
 
+        conditions -> log old and new rate, durably -> who is there -> the set, once
+        -> search for the module: new, old, all rates -> the port stays at the rate that answers
 
-def _logged(written: Written) -> dict[str, object]:
-    return {
-        "acknowledged": written.is_acknowledged,
-        "read_back": written.read_back,
-        "verified": written.verified,
-        "fault": None if written.fault is None else written.fault.name,
-    }
+    A job of the port, as the conversation at the old rate ends with it. The table specifies neither the rate of the
+    acknowledgement nor the time of the change, so only a conversation proves a rate. If the program ends meanwhile,
+    `dps-s find` finds the module. Raises `ValueRefused` for a rate without a code, before anything is sent. If it is
+    cancelled or the port is lost after the set, it raises, and the outcome is unknown.
+    """
+    request = BAUD_RATE.set(new_rate)
+    view: EngineView = yield Inspect()
+    old_rate = view.baud_rate
+    written = Written(BAUD_RATE, new_rate)
+    rates = {"old": old_rate, "new": new_rate}
+    entry = yield from begin_act(Act.CHANGE_BAUD, request, journal, permit=permit, armed=armed, detail=rates)
+    if isinstance(entry, tuple):
+        written.fault = WriteFault.NOT_ALLOWED
+        return BaudChanged(old_rate=old_rate, written=written, refusals=entry)
+    try:
+        written.heard = _reply_of((yield Ask(request, is_deliberate=True)))
+        if written.is_sent:
+            found = written.read_back = yield from look_for(new_rate, old_rate)
+            if found is None:
+                written.fault = WriteFault.MODULE_LOST
+            elif found == new_rate:
+                written.fault = None
+            elif found != old_rate:
+                written.fault = WriteFault.CLAMPED  # the set was corrupted on the line
+            else:  # it changes at the next start, or not at all
+                written.fault = WriteFault.AT_RESTART if written.is_acknowledged else WriteFault.UNCHANGED
+    except (Interrupted, Cancelled) as error:
+        journal.settle(entry, Outcome.UNKNOWN, {"why": type(error).__name__})
+        raise
+    fault = None if written.fault is None else written.fault.name
+    _log.debug("from %d to %d baud: %s, %s", old_rate, new_rate, fault, written.read_back)
+    journal.settle(entry, _RATE_ENDS[written.fault][1], {"fault": fault, "found": written.read_back})
+    return BaudChanged(old_rate=old_rate, written=written)

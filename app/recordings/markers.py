@@ -10,7 +10,7 @@ from typing import Final, NamedTuple
 
 from app.engine.conversation import ConversationView, StatusSample
 from app.engine.worker import Batch, PortState
-from app.safety.trigger_flags import FALL_TRIGGER, TILT_TRIGGER
+from app.safety.last_known import FALL_TRIGGER, TILT_TRIGGER
 from protocol.catalogue import RESET_BELOW_THRESHOLD_DEG
 from protocol.events import Began, Ended, EndReason
 from protocol.fields import Value

@@ -1,4 +1,4 @@
-"""The acts that change a module, and the journal that they are written to before and after their frames are sent.
+"""Acts that change the state of a module: the frame of each, and the journal.
 
 Nothing here waits for a disk: the journal has a thread of its own. An `Entry` is durable when it is done without an
 exception; only then does a dangerous frame leave. Should the program end in between, the entry without an outcome says:
@@ -17,6 +17,11 @@ from protocol.catalogue import ACTIVATION, BY_NAME, LOCK, Request
 from protocol.events import Event, Sent
 from protocol.translatable import marked
 
+# An intent that is not on the disk by then is taken back, and nothing is sent.
+DURABLE_LIMIT_S = 1.0
+# In the detail of an act: what a person said of it.
+NOTE = "note"
+
 
 class Act(Enum):
     """The value is the name in the audit log and in records."""
@@ -31,49 +36,31 @@ class Act(Enum):
     WRITE = "write"  # a setting other than the baud rate
 
 
-TITLES: Mapping[Act, str] = MappingProxyType({
-    Act.LOCK: marked("Lock"),
-    Act.ACTIVATE: marked("Activate"),
-    Act.ZERO: marked("Zero the sensor"),
-    Act.SHUTDOWN: marked("Shut down"),
-    Act.FORBID_DEPLOY: marked("Forbid serial trigger"),
-    Act.DEPLOY: marked("Deploy"),
-    Act.CHANGE_BAUD: marked("Change the baud rate"),
-    Act.WRITE: marked("Write a setting"),
-})  # fmt: skip
-
-EFFECTS: Mapping[Act, str] = MappingProxyType({
-    Act.LOCK: marked("Treat it as ready to fire until it reports LOCKED."),
-    Act.ACTIVATE: marked("An active module fires when it tips over or falls."),
-    Act.ZERO: marked("Takes this position as level; for small mounting errors only."),
-    Act.SHUTDOWN: marked("Off until its switch (2 s) or external power."),
-    Act.FORBID_DEPLOY: marked("Over serial only: it still fires by itself."),
-    Act.DEPLOY: marked("Fires the parachute."),
-    Act.CHANGE_BAUD: marked("The vendor advises not to change it."),
-    Act.WRITE: marked("Write a setting"),
-})  # fmt: skip
-
-# The acts that are one fixed frame.
-REQUESTS: Mapping[Act, Request] = MappingProxyType({
-    Act.LOCK: LOCK,
-    Act.ACTIVATE: ACTIVATION.set(True),
-    Act.ZERO: BY_NAME["zero_sensor"].query(),
-    Act.SHUTDOWN: BY_NAME["shutdown"].set(True),
-    Act.FORBID_DEPLOY: BY_NAME["deploy"].set(False),
-    Act.DEPLOY: BY_NAME["deploy"].set(True),
-})  # fmt: skip
+# Title, effect, and the frame of those that are one fixed frame.
+_ACTS: Mapping[Act, tuple[str, str, Request | None]] = {
+    Act.LOCK: (marked("Lock"), marked("Treat it as ready to fire until it reports LOCKED."), LOCK),
+    Act.ACTIVATE: (
+        marked("Activate"), marked("An active module fires when it tips over or falls."), ACTIVATION.set(True)),
+    Act.ZERO: (
+        marked("Zero the sensor"), marked("Takes this position as level; for small mounting errors only."),
+        BY_NAME["zero_sensor"].query()),
+    Act.SHUTDOWN: (
+        marked("Shut down"), marked("Off until its switch (2 s) or external power."), BY_NAME["shutdown"].set(True)),
+    Act.FORBID_DEPLOY: (
+        marked("Forbid serial trigger"), marked("Over serial only: it still fires by itself."),
+        BY_NAME["deploy"].set(False)),
+    Act.DEPLOY: (marked("Deploy"), marked("Fires the parachute."), BY_NAME["deploy"].set(True)),
+    Act.CHANGE_BAUD: (marked("Change the baud rate"), marked("The vendor advises not to change it."), None),
+    Act.WRITE: (marked("Write a setting"), marked("Write a setting"), None),
+}  # fmt: skip
+TITLES = MappingProxyType({act: title for act, (title, _, _) in _ACTS.items()})
+EFFECTS = MappingProxyType({act: effect for act, (_, effect, _) in _ACTS.items()})
+REQUESTS = MappingProxyType({act: request for act, (_, _, request) in _ACTS.items() if request is not None})
 
 
 def is_deploy_in(events: Iterable[Event]) -> bool:
     """Whether a deploy left the computer, which nobody can take back, confirmed or not."""
-    deploy = REQUESTS[Act.DEPLOY].encode()
-    return any(isinstance(event, Sent) and event.raw == deploy for event in events)
-
-
-# An intent that is not on the disk by then is taken back, and nothing is sent.
-DURABLE_LIMIT_S = 1.0
-# In the detail of an act: what a person said of it.
-NOTE = "note"
+    return any(isinstance(event, Sent) and event.request == REQUESTS[Act.DEPLOY] for event in events)
 
 
 class Outcome(Enum):
@@ -109,9 +96,7 @@ class Journal(Protocol):
 class NoJournal:
     """Without a store nothing can be logged, so nothing dangerous is sent."""
 
-    @property
-    def is_ready(self) -> bool:
-        return False
+    is_ready = False
 
     def begin(self, _act: Act, _frame: bytes, _detail: Mapping[str, object], /) -> Entry:
         entry = Entry()

@@ -1,4 +1,6 @@
-"""Modules left ACTIVE, with LOCK not confirmed or not known to be safe since; and those that may have fired.
+"""Modules left ACTIVE, and such as may have fired before they restarted.
+
+Left ACTIVE: ACTIVE at the end of a conversation, or LOCK not confirmed, and not known to be safe since.
 
 One entry a conversation, kept in the store's state from the moment at which the frame may leave, so that a killed
 program leaves it behind, too. The program itself does not show the entry of a conversation that goes on.
@@ -7,10 +9,6 @@ program leaves it behind, too. The program itself does not show the entry of a c
 - One with a name ends when a module reports LOCKED that a person named so afterwards.
 - One without a name ends when a person says that the module is safe.
 - Another module at the same port never ends it.
-
-A module whose voltage breaks down while it fires restarts, and reports NOT TRIGGERED then. Only its trigger records
-tell. So until they were read, and a person has closed the notice about it, "may have fired before the restart" stands
-in the place of NOT TRIGGERED, and no check comes to READY.
 """
 
 import logging
@@ -41,24 +39,7 @@ class States(Protocol):
         """The states whose keys begin with it, by the rest of the key."""
         ...
 
-    def state(self, key: str, /) -> Any: ...
-
     def set_state(self, key: str, value: object, /) -> None: ...
-
-
-class _Kept(Struct, frozen=True):
-    """The state of one conversation, as it is kept."""
-
-    module: str = ""
-    port: str = ""
-    adapter: str = ""
-    at: str = ""
-    is_lock_unconfirmed: bool = False
-    is_after_go: bool = False
-    # The act of which it is the consequence, until it is known what came of it.
-    intent: str = ""
-    # A person said the same name afterwards in this conversation.
-    named_again_in: str = ""
 
 
 class KnownAs(NamedTuple):
@@ -69,17 +50,18 @@ class KnownAs(NamedTuple):
     run: str = ""
 
 
-class LeftActive(NamedTuple):
-    """`at`: when, ISO 8601 in UTC."""
+class LeftActive(Struct, frozen=True, kw_only=True):
+    """The state of one conversation, as it is kept. `at`: when, ISO 8601 in UTC."""
 
-    known_as: KnownAs
-    port: str
+    run: str = ""
+    module: str = ""
+    port: str = ""
     adapter: str = ""
     at: str = ""
-    # LOCK was sent, and the module did not report LOCKED.
-    is_lock_unconfirmed: bool = False
-    # It was GO in that conversation: then to be unplugged ACTIVE is its normal end.
-    is_after_go: bool = False
+    is_lock_unconfirmed: bool = False  # LOCK was sent, and the module did not report LOCKED
+    is_after_go: bool = False  # it was GO in that conversation: then to be unplugged ACTIVE is its normal end
+    intent: str = ""  # the act of which it is the consequence, until it is known what came of it
+    named_again_in: str = ""  # a person said the same name afterwards in this conversation
 
     @property
     def is_warning(self) -> bool:
@@ -89,7 +71,7 @@ class LeftActive(NamedTuple):
     def sentence(self) -> str:
         """In the language in use."""
         when = local_time(self.at, MINUTE)
-        module = self.known_as.name or tr("The module at {port}", port=self.port)
+        module = self.module or tr("The module at {port}", port=self.port)
         if self.is_lock_unconfirmed:
             text = tr("{module}: LOCK not confirmed on {time}.", module=module, time=when)
         else:
@@ -100,76 +82,67 @@ class LeftActive(NamedTuple):
 def all_left(states: States) -> tuple[LeftActive, ...]:
     """The last first; of a name only the last."""
     found: dict[str, LeftActive] = {}
-    for run, kept in sorted(_kept(states).items(), key=lambda item: item[1].at):
-        key = f"name {kept.module}" if kept.module else run
-        found.pop(key, None)
-        found[key] = LeftActive(
-            KnownAs(kept.module, run), kept.port, kept.adapter, kept.at, kept.is_lock_unconfirmed, kept.is_after_go
-        )
-    return tuple(reversed(found.values()))
+    for left in sorted(_kept(states).values(), key=lambda left: left.at, reverse=True):
+        found.setdefault(f"name {left.module}" if left.module else left.run, left)
+    return tuple(found.values())
 
 
-def keep_left(states: States, left: LeftActive, *, intent: str = "") -> None:
-    """It is ACTIVE, or may be, and nobody saw it locked. `intent`: the act that is about to make it so."""
-    run = left.known_as.run
-    before = _kept(states).get(run)
+def keep_left(states: States, left: LeftActive) -> None:
+    """It is ACTIVE, or may be, and nobody saw it locked. `left.intent`: the act that is about to make it so."""
     _log.debug("left ACTIVE: %s", left)
-    kept = _Kept(
-        left.known_as.name, left.port, left.adapter, left.at, left.is_lock_unconfirmed, left.is_after_go, intent
-    )
+    before = _kept(states).get(left.run)
     if before is not None:
-        kept = replace(
-            kept,
-            module=kept.module or before.module,
-            is_lock_unconfirmed=kept.is_lock_unconfirmed or before.is_lock_unconfirmed,
-            is_after_go=kept.is_after_go or before.is_after_go,
+        left = replace(
+            left,
+            module=left.module or before.module,
+            is_lock_unconfirmed=left.is_lock_unconfirmed or before.is_lock_unconfirmed,
+            is_after_go=left.is_after_go or before.is_after_go,
             intent=before.intent,
         )
-    states.set_state(LEFT + run, kept)
+    states.set_state(LEFT + left.run, left)
 
 
 def drop_intent(states: States, run: str, intent: str) -> None:
     """Nothing came of this act. What another act or a report left behind stays."""
-    kept = _kept(states).get(run)
-    if kept is not None and kept.intent == intent:
+    left = _kept(states).get(run)
+    if left is not None and left.intent == intent:
         _forget(states, run)
 
 
 def note_named(states: States, known_as: KnownAs) -> None:
     """A person says in this conversation which module it is. From now on its report counts for what was left under that
     name before; not for what is left elsewhere later."""
-    for run, kept in _kept(states).items():
+    for run, left in _kept(states).items():
         if run == known_as.run:
-            states.set_state(LEFT + run, replace(kept, module=known_as.name))
-        elif known_as.name and kept.module == known_as.name:
-            states.set_state(LEFT + run, replace(kept, named_again_in=known_as.run))
+            states.set_state(LEFT + run, replace(left, module=known_as.name))
+        elif known_as.name and left.module == known_as.name:
+            states.set_state(LEFT + run, replace(left, named_again_in=known_as.run))
 
 
 def note_go(states: States, run: str) -> None:
     """The verdict is GO in this conversation."""
-    kept = _kept(states).get(run)
-    if kept is not None:
-        states.set_state(LEFT + run, replace(kept, is_after_go=True))
+    left = _kept(states).get(run)
+    if left is not None:
+        states.set_state(LEFT + run, replace(left, is_after_go=True))
 
 
 def note_locked(states: States, run: str) -> None:
     """The module of this conversation reports LOCKED."""
-    for other, kept in _kept(states).items():
-        if run in (other, kept.named_again_in):
+    for other, left in _kept(states).items():
+        if run in (other, left.named_again_in):
             _forget(states, other)
 
 
-def note_safe(states: States, left: LeftActive) -> None:
+def note_safe(states: States, safe: LeftActive) -> None:
     """A person says that it is locked, or switched off."""
-    for run, kept in _kept(states).items():
-        is_same_name = left.known_as.name and kept.module == left.known_as.name
-        if run == left.known_as.run or is_same_name:
+    for run, left in _kept(states).items():
+        if run == safe.run or (safe.module and left.module == safe.module):
             _forget(states, run)
 
 
-def _kept(states: States) -> dict[str, _Kept]:
+def _kept(states: States) -> dict[str, LeftActive]:
     """By conversation."""
-    return {run: convert(kept, _Kept) for run, kept in states.states(LEFT).items()}
+    return {run: replace(convert(kept, LeftActive), run=run) for run, kept in states.states(LEFT).items()}
 
 
 def _forget(states: States, run: str) -> None:
@@ -178,7 +151,12 @@ def _forget(states: States, run: str) -> None:
 
 
 class FiringDoubt:
-    """Of one port. For one thread."""
+    """Whether the module of one port may have fired before it restarted: its voltage may break down while it fires.
+
+    It reports NOT TRIGGERED after the restart then, and only its trigger records tell. So until they were read, and a
+    person has closed the notice about it, "may have fired before the restart" stands in the place of NOT TRIGGERED, and
+    no check comes to READY.
+    """
 
     def __init__(self) -> None:
         self._is_raised = False
@@ -200,7 +178,10 @@ class FiringDoubt:
         """To be called once with each conversation that has ended. `was_active`: it was ACTIVE a moment before, and was
         not locked from here: a module that restarted reports LOCKED before its boot count tells of the restart."""
         self._boot_count_before = None
-        if conversation.ended is None or not (was_active or _may_fire(conversation)):
+        active = conversation.values.get("active")
+        # An act of which nothing was reported may have made it active.
+        may_fire = "tilt_deg" in conversation.values if active is None else active.value is True
+        if conversation.ended is None or not (was_active or may_fire):
             return
         if conversation.ended.reason is EndReason.RESTARTED:
             self._raise()
@@ -226,11 +207,3 @@ class FiringDoubt:
         _log.debug("the module may have fired before it restarted")
         self._is_raised = True
         self._has_read_records = self._is_notice_closed = False
-
-
-def _may_fire(conversation: ConversationView) -> bool:
-    """Whether it was ACTIVE, or an act of which nothing was reported may have made it so."""
-    active = conversation.values.get("active")
-    if active is None:
-        return "tilt_deg" in conversation.values
-    return active.value is True

@@ -1,4 +1,4 @@
-"""What lets a frame that changes a module leave: a person's permit, and the table of interlocks.
+"""Permits and interlocks: one table of conditions, checked by the engine before every frame that changes a module.
 
 The window asks it too, to say what is still open, but it is the procedures (`perform`, `change_baud`, `write_all`)
 that refuse. What is not known never counts as fulfilled: a state that is stale, or only acknowledged, is unknown here.
@@ -32,22 +32,18 @@ class Origin(Enum):
 
 @dataclass(slots=True, eq=False)
 class Permit:
-    """For one frame of one act in the conversation of this number. Only the sending thread calls `spend`."""
+    """For one frame of one act in the conversation of this number: given by a person, it expires, and is used once.
+    Only the sending thread calls `spend`."""
 
     act: Act
     origin: Origin
-    # By the session's clock, in seconds.
-    granted_at: float
+    granted_at: float  # by the session's clock, in seconds
     conversation: int
-    # Nothing is ever sent.
-    is_rehearsal: bool = False
+    is_rehearsal: bool = False  # nothing is ever sent
     is_spent: bool = False
 
-    def age_s(self, now: float) -> float:
-        return now - self.granted_at
-
     def is_in_time(self, now: float) -> bool:
-        return 0.0 <= self.age_s(now) <= self.origin.value
+        return 0.0 <= now - self.granted_at <= self.origin.value
 
     def spend(self) -> bool:
         """Use it up; False if it was used before."""
@@ -116,8 +112,7 @@ class InterlockInputs:
     """What the conditions are judged by at `now`, in seconds of the session's clock. None: unknown."""
 
     now: float
-    # The number of the conversation that goes on; None without one.
-    conversation: int | None = None
+    conversation: int | None = None  # the number of the one that goes on; None without one
     is_shared: bool = False
     is_slow: bool = False
     status_age_s: float | None = None
@@ -126,25 +121,26 @@ class InterlockInputs:
     triggered: bool | None = None
     tilt_deg: float | None = None
     attitude_threshold_deg: float | None = None
-    # Of the last two seconds.
-    motion: MotionExtremes | None = None
-    # What is armed in any window.
-    armed: Act | None = None
+    motion: MotionExtremes | None = None  # of the last two seconds
+    armed: Act | None = None  # what is armed in any window
     permit: Permit | None = None
-    # When LOCK was last sent; an earlier permit is void.
-    overtaken_at: float | None = None
-    # What does not agree; known only to whoever has just asked.
-    contradiction: UserMessage | None = None
-    # A person allowed this one write to a module that is or may be active.
-    is_unlocked: bool = False
+    overtaken_at: float | None = None  # when LOCK was last sent; an earlier permit is void
+    contradiction: UserMessage | None = None  # what does not agree; known only to whoever has just asked
+    is_unlocked: bool = False  # a person allowed this one write to a module that is or may be active
     is_audit_ready: bool = True
-    # False: the port's baud rate is set at its other end.
-    sets_rate: bool = True
+    sets_rate: bool = True  # False: the port's baud rate is set at its other end
 
 
 def inputs_at(conversation: ConversationView, now: float) -> InterlockInputs:
     """From what is known of the module at `now`, for display. Whoever sends asks who is there first, and takes only
     those answers (`app.procedures.act.checked_inputs`)."""
+
+    def reported(key: str) -> bool | None:
+        known = conversation.known(key, now)
+        # An acknowledgement is no report.
+        is_report = known is not None and not known.is_stale and known.how is not How.ACKNOWLEDGED
+        return known.value is True if known is not None and is_report else None
+
     tilt = conversation.known("tilt_deg", now)
     is_fresh = tilt is not None and not tilt.is_stale
     return InterlockInputs(
@@ -154,20 +150,12 @@ def inputs_at(conversation: ConversationView, now: float) -> InterlockInputs:
         is_slow=conversation.is_slow,
         status_age_s=None if tilt is None else now - tilt.at,
         is_status_fresh=is_fresh,
-        active=_reported(conversation, "active", now),
-        triggered=_reported(conversation, "triggered", now),
+        active=reported("active"),
+        triggered=reported("triggered"),
         tilt_deg=tilt.value if tilt is not None and is_fresh else None,
         attitude_threshold_deg=conversation.fresh("attitude_threshold_deg", now),
         motion=conversation.motion,
     )
-
-
-def _reported(conversation: ConversationView, key: str, now: float) -> bool | None:
-    """What the module reports; an acknowledgement is no report."""
-    known = conversation.known(key, now)
-    if known is None or known.is_stale or known.how is How.ACKNOWLEDGED:
-        return None
-    return known.value is True
 
 
 class Refusal(NamedTuple):
@@ -186,16 +174,13 @@ def refusals(
     act: Act, inputs: InterlockInputs, *, only: frozenset[Interlock] = frozenset(Interlock)
 ) -> tuple[Refusal, ...]:
     """The open conditions of `act`, in the order of the table; empty: it may be done. `only`: of these."""
-    found: list[Refusal] = []
-    for condition in CONDITIONS[act]:
-        why = _why_open(condition, act, inputs) if condition in only else None
-        if why is not None:
-            found.append(Refusal(condition, why))
-    return tuple(found)
+    whys = [(one, _why_open(one, act, inputs)) for one in CONDITIONS[act] if one in only]
+    return tuple(Refusal(condition, why) for condition, why in whys if why is not None)
 
 
 def _why_open(condition: Interlock, act: Act, inputs: InterlockInputs) -> UserMessage | None:
     """None if it is met."""
+    tilt, threshold, motion = inputs.tilt_deg, inputs.attitude_threshold_deg, inputs.motion
     match condition:
         case Interlock.ONLINE:
             return message(marked("The module does not answer.")) if inputs.conversation is None else None
@@ -206,9 +191,15 @@ def _why_open(condition: Interlock, act: Act, inputs: InterlockInputs) -> UserMe
         case Interlock.AGREES:
             return inputs.contradiction
         case Interlock.FRESH_STATUS:
-            return _why_not_fresh(inputs)
+            if inputs.is_status_fresh:
+                return None
+            if inputs.status_age_s is None or inputs.conversation is None:
+                return message(marked("No current status."))
+            return message(marked("The status is {seconds:.1f} s old."), seconds=max(0.0, inputs.status_age_s))
         case Interlock.IS_LOCKED:
-            return _why_not_locked(inputs)
+            if inputs.active is None:
+                return message(_UNKNOWN_STATE)
+            return message(marked("The module is ACTIVE: lock it first.")) if inputs.active else None
         case Interlock.IS_ACTIVE:
             if inputs.active is None:
                 return message(_UNKNOWN_STATE)
@@ -218,11 +209,30 @@ def _why_open(condition: Interlock, act: Act, inputs: InterlockInputs) -> UserMe
                 return message(marked("Unknown: whether it has fired."))
             return message(marked("The module reports that it has fired.")) if inputs.triggered else None
         case Interlock.BELOW_TILT:
-            return _why_not_below_tilt(inputs)
+            if threshold is None:
+                return message(marked("Unknown: attitude threshold."))
+            if tilt is None:
+                return message(_UNKNOWN_TILT)
+            text = marked("Tilt {tilt:.0f}° (threshold {threshold:.0f}°): it would fire at once.")
+            return None if tilt < threshold else message(text, tilt=tilt, threshold=threshold)
         case Interlock.IS_LEVEL:
-            return _why_not_level(inputs.tilt_deg)
+            if tilt is None:
+                return message(_UNKNOWN_TILT)
+            text = marked("Tilt {tilt:.0f}°: lay it level (≤ {limit:.0f}°).")
+            return None if tilt <= LEVEL_WITHIN_DEG else message(text, tilt=tilt, limit=LEVEL_WITHIN_DEG)
         case Interlock.IS_STILL:
-            return _why_not_still(inputs.motion)
+            if motion is None or motion.until - motion.since < STILL_FOR_S:
+                return message(marked("Not watched for 2 s yet."))
+            is_one_g = motion.acceleration_low_g >= STILL_FROM_G and motion.acceleration_high_g <= STILL_TO_G
+            if motion.tilt_change_deg <= STILL_WITHIN_DEG and is_one_g:
+                return None
+            return message(
+                marked("It moves: {low:.0f}–{high:.0f}°, {weak:.1f}–{strong:.1f} g in 2 s."),
+                low=motion.tilt_low_deg,
+                high=motion.tilt_high_deg,
+                weak=motion.acceleration_low_g,
+                strong=motion.acceleration_high_g,
+            )
         case Interlock.RATE_FOLLOWS:
             return None if inputs.sets_rate else message(RATE_SET_ELSEWHERE)
         case Interlock.NOTHING_ELSE_ARMED:
@@ -230,75 +240,29 @@ def _why_open(condition: Interlock, act: Act, inputs: InterlockInputs) -> UserMe
                 return None
             return message(marked("Already armed: {what}."), what=message(TITLES[inputs.armed]))
         case Interlock.CONFIRMED:
-            return _why_not_permitted(act, inputs, marked("Not confirmed."))
+            return _why_not_permitted(act, inputs, marked("Not confirmed."), tuple(Origin))
         case Interlock.RITUAL_DONE:
-            return _why_not_permitted(act, inputs, marked("Not armed and held for 2 s."), origin=Origin.RITUAL)
+            return _why_not_permitted(act, inputs, marked("Not armed and held for 2 s."), (Origin.RITUAL,))
         case Interlock.INTENT_DURABLE:
             return None if inputs.is_audit_ready else message(marked("The audit log cannot be written."))
         case Interlock.MAY_WRITE:
             # A person who unlocked it accepts that it may be active, so a contradiction says nothing new.
             if inputs.is_unlocked:
                 return None
-            return inputs.contradiction or _why_not_fresh(inputs) or _why_not_locked(inputs)
+            return (
+                inputs.contradiction
+                or _why_open(Interlock.FRESH_STATUS, act, inputs)
+                or _why_open(Interlock.IS_LOCKED, act, inputs)
+            )
         case Interlock.RISK_ACCEPTED:
             raise ValueError("only who knows the values can judge the risk")
 
 
-def _why_not_locked(inputs: InterlockInputs) -> UserMessage | None:
-    if inputs.active is None:
-        return message(_UNKNOWN_STATE)
-    return message(marked("The module is ACTIVE: lock it first.")) if inputs.active else None
-
-
-def _why_not_fresh(inputs: InterlockInputs) -> UserMessage | None:
-    if inputs.is_status_fresh:
-        return None
-    if inputs.status_age_s is None or inputs.conversation is None:
-        return message(marked("No current status."))
-    return message(marked("The status is {seconds:.1f} s old."), seconds=max(0.0, inputs.status_age_s))
-
-
-def _why_not_below_tilt(inputs: InterlockInputs) -> UserMessage | None:
-    tilt, threshold = inputs.tilt_deg, inputs.attitude_threshold_deg
-    if threshold is None:
-        return message(marked("Unknown: attitude threshold."))
-    if tilt is None:
-        return message(_UNKNOWN_TILT)
-    if tilt < threshold:
-        return None
-    text = marked("Tilt {tilt:.0f}° (threshold {threshold:.0f}°): it would fire at once.")
-    return message(text, tilt=tilt, threshold=threshold)
-
-
-def _why_not_level(tilt_deg: float | None) -> UserMessage | None:
-    if tilt_deg is None:
-        return message(_UNKNOWN_TILT)
-    if tilt_deg <= LEVEL_WITHIN_DEG:
-        return None
-    text = marked("Tilt {tilt:.0f}°: lay it level (≤ {limit:.0f}°).")
-    return message(text, tilt=tilt_deg, limit=LEVEL_WITHIN_DEG)
-
-
-def _why_not_still(motion: MotionExtremes | None) -> UserMessage | None:
-    if motion is None or motion.until - motion.since < STILL_FOR_S:
-        return message(marked("Not watched for 2 s yet."))
-    is_one_g = motion.acceleration_low_g >= STILL_FROM_G and motion.acceleration_high_g <= STILL_TO_G
-    if motion.tilt_change_deg <= STILL_WITHIN_DEG and is_one_g:
-        return None
-    return message(
-        marked("It moves: {low:.0f}–{high:.0f}°, {weak:.1f}–{strong:.1f} g in 2 s."),
-        low=motion.tilt_low_deg,
-        high=motion.tilt_high_deg,
-        weak=motion.acceleration_low_g,
-        strong=motion.acceleration_high_g,
-    )
-
-
 def _why_not_permitted(
-    act: Act, inputs: InterlockInputs, missing: str, *, origin: Origin | None = None
+    act: Act, inputs: InterlockInputs, missing: str, origins: tuple[Origin, ...]
 ) -> UserMessage | None:
     permit, now = inputs.permit, inputs.now
-    if permit is None or permit.act is not act or origin not in (None, permit.origin):
+    if permit is None or permit.act is not act or permit.origin not in origins:
         return message(missing)
     if permit.is_rehearsal:
         return message(marked("Nothing is sent."))
@@ -309,5 +273,5 @@ def _why_not_permitted(
     if inputs.overtaken_at is not None and permit.granted_at <= inputs.overtaken_at:
         return message(marked("Confirm again: LOCK was pressed."))
     if not permit.is_in_time(now):
-        return message(marked("Confirm again: {seconds:.1f} s old."), seconds=max(0.0, permit.age_s(now)))
+        return message(marked("Confirm again: {seconds:.1f} s old."), seconds=max(0.0, now - permit.granted_at))
     return None

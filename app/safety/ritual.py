@@ -47,7 +47,7 @@ class Input(Enum):
     HELD = auto()  # held for two seconds
     HOLD_BROKEN = auto()  # it is uncertain whether it was held all the time
     RAN_OUT = auto()  # ten seconds have passed since arming
-    # What disarms
+    # What disarms: anything from here on
     CANCEL = auto()
     FOCUS_LOST = auto()
     WINDOW_LEFT = auto()
@@ -57,15 +57,7 @@ class Input(Enum):
     FAILED = auto()  # an exception anywhere in the window
 
 
-DISARMING = (
-    Input.CANCEL,
-    Input.FOCUS_LOST,
-    Input.WINDOW_LEFT,
-    Input.INTERRUPTED,
-    Input.OUT_OF_SIGHT,
-    Input.CONDITION_OPENED,
-    Input.FAILED,
-)
+DISARMING = tuple(one for one in Input if one.value >= Input.CANCEL.value)
 
 # An input without an entry changes nothing.
 TRANSITIONS: dict[tuple[Stage, Input], Stage] = {

@@ -10,6 +10,7 @@ import socket
 import sys
 from contextlib import suppress
 from pathlib import Path
+from threading import Event
 
 from app.simulator.bench import SimulatedBench
 
@@ -28,33 +29,22 @@ SHORTEST_WAIT_S = 0.004
 CHUNK = 65536
 
 
-class Loop:
-    """Serves until it is stopped."""
-
-    def __init__(self, bench: SimulatedBench, endpoint: "Endpoint") -> None:
-        self._bench = bench
-        self._endpoint = endpoint
-        self._is_stopped = False
-
-    def stop(self) -> None:
-        """End `run` soon; any thread and any handler of a signal may call it."""
-        self._is_stopped = True
-
-    def run(self) -> None:
-        bench, wait_s = self._bench, 0.0
-        while not self._is_stopped:
-            ready, _, _ = select.select([self._endpoint], [], [], wait_s)
-            received = self._endpoint.receive() if ready else b""
-            with bench.changed:
-                now_s = bench.clock()
-                bench.wire.host_baud = self._endpoint.host_baud()
-                bench.wire.write(received, now_s)
-                data = bench.wire.read(now_s)
-                due_s = bench.wire.next_due(now_s)
-            if data:
-                self._endpoint.send(data)
-            shortest_s = SHORTEST_WAIT_S if bench.module.is_streaming else 0.0
-            wait_s = LONGEST_WAIT_S if due_s is None else min(LONGEST_WAIT_S, max(shortest_s, due_s - now_s))
+def serve(bench: SimulatedBench, endpoint: "Endpoint", is_stopped: Event) -> None:
+    """Serve until the event is set, by any thread or the handler of a signal."""
+    wait_s = 0.0
+    while not is_stopped.is_set():
+        ready, _, _ = select.select([endpoint], [], [], wait_s)
+        received = endpoint.receive() if ready else b""
+        with bench.changed:
+            now_s = bench.clock()
+            bench.wire.host_baud = endpoint.host_baud()
+            bench.wire.write(received, now_s)
+            data = bench.wire.read(now_s)
+            due_s = bench.wire.next_due(now_s)
+        if data:
+            endpoint.send(data)
+        shortest_s = SHORTEST_WAIT_S if bench.module.is_streaming else 0.0
+        wait_s = LONGEST_WAIT_S if due_s is None else min(LONGEST_WAIT_S, max(shortest_s, due_s - now_s))
 
 
 class PtyEndpoint:

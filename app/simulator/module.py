@@ -1,4 +1,4 @@
-"""The simulated module: bytes and time in, bytes out, as the vendor's table says.
+"""The simulated module, what it remembers, and its world: bytes and time in, bytes out, as the vendor's table says.
 
     power_on -> two heartbeats 50 ms apart -> answers, streams while serial output is on -> power_off -> silence
 
@@ -14,29 +14,176 @@ used; acknowledges a set with its value, and a new baud rate at the old one; doe
 import heapq
 import itertools
 import math
+import random
 from collections import deque
 from collections.abc import Callable
-from dataclasses import replace
+from dataclasses import dataclass, field, replace
 from typing import Any, NamedTuple
 
-from app.flights.judge import NOTHING, Judge, SensorSample
-from app.simulator.memory import Memory, ModuleState, limits, record_data, record_frame
-from app.simulator.physics import SENSOR_PERIOD_S, Physics
+from app.flights.judge import NOTHING, Judge, SensorSample, TriggerLimits
 from app.simulator.setup import Setup
 from protocol.catalogue import (
+    BAUD,
     CELL_VOLT,
+    CENTISECOND,
     FLAG,
     HEARTBEAT_REPLY,
     INVERTED,
     MAX_RECORDS,
+    QUERY,
+    RECORD_CODE,
     STATUS_CODE,
     TENTH_G,
     TENTH_VOLT,
+    Layout,
     Request,
 )
-from protocol.frame import Direction, Frame, decode_request, encode_long, encode_reply
-from protocol.messages import Source
+from protocol.messages import Direction, Frame, Source, decode_request, encode_long, encode_record_data, encode_reply
 from protocol.stream import StreamParser
+
+GRAVITY_M_S2 = 9.81
+FALLING_G = 0.02  # air drag leaves a little
+IMPACT_G = 14.0
+OPENING_SHOCK_G = 3.2
+JOLT_S = 0.1  # how long the impact or the opening shock lasts
+OPENING_S = 0.2  # from the trigger until the parachute holds; the module falls until then
+CHARGER_LIFT_V = 0.1  # "有外接电源测量有误差": with external power its voltage is read, not the cell's
+LIGHT_BAY_CLOSED_V = 0.3
+LIGHT_BAY_OPEN_V = 2.5  # more light reads higher (E11)
+SENSOR_PERIOD_S = 0.005
+
+
+@dataclass(slots=True, kw_only=True)
+class Physics:
+    """The module's world: attitude, fall, light and cell voltage. Its public fields may be changed at any time. A
+    lifelike module moves by a few degrees, as in somebody's hand. The cell neither drains nor charges."""
+
+    tilt_deg: float = 0.0
+    bay_is_open: bool = False
+    has_external_power: bool = False
+    cell_v: float = 3.9
+    is_lifelike: bool = False
+    _falls_from_s: float = math.inf
+    _falls_until_s: float = -math.inf
+    _jolt_g: float = IMPACT_G
+
+    def drop(self, height_m: float, now_s: float) -> None:
+        """Let it fall freely from this height."""
+        self._falls_from_s = now_s
+        self._falls_until_s = now_s + math.sqrt(2 * max(0.0, height_m) / GRAVITY_M_S2)
+        self._jolt_g = IMPACT_G
+
+    def open_parachute(self, now_s: float) -> None:
+        """The module has fired: the bay is open, and a fall ends as soon as the parachute holds."""
+        self.bay_is_open = True
+        if self.is_falling(now_s) and now_s + OPENING_S < self._falls_until_s:
+            self._falls_until_s = now_s + OPENING_S
+            self._jolt_g = OPENING_SHOCK_G
+
+    def is_falling(self, now_s: float) -> bool:
+        return self._falls_from_s <= now_s < self._falls_until_s
+
+    def is_at_rest(self, now_s: float) -> bool:
+        """Whether `motion` stays as it is now until somebody moves it."""
+        return not self.is_lifelike and now_s >= self._falls_until_s + JOLT_S
+
+    def motion(self, at_s: float) -> tuple[float, float]:
+        """The tilt against the horizontal plane, signed, before zeroing, in degrees; and the acceleration in g."""
+        tilt_deg = self.tilt_deg
+        acceleration_g = 1.0
+        if self.is_lifelike:
+            tilt_deg += 4.0 + 2.4 * math.sin(0.83 * at_s) + 1.1 * math.sin(2.27 * at_s + 1.0)
+            acceleration_g += 0.06 * math.sin(1.7 * at_s) + 0.05 * math.sin(5.1 * at_s)
+        if self.is_falling(at_s):
+            acceleration_g = FALLING_G
+        elif self._falls_until_s <= at_s < self._falls_until_s + JOLT_S:
+            acceleration_g = self._jolt_g
+        return tilt_deg, acceleration_g
+
+    @property
+    def light_v(self) -> float:
+        """The voltage of the light sensor in the bay."""
+        return LIGHT_BAY_OPEN_V if self.bay_is_open else LIGHT_BAY_CLOSED_V
+
+    @property
+    def voltage_v(self) -> float:
+        """The measured voltage: of the cell, or with external power the charging voltage."""
+        return self.cell_v + (CHARGER_LIFT_V if self.has_external_power else 0.0)
+
+
+@dataclass(slots=True, kw_only=True)
+class Memory:
+    """What survives a restart; bytes as on the wire. `records`: their eleven data bytes (D4 … D14), oldest first."""
+
+    light_threshold: int = 0x12
+    attitude_threshold: int = 60
+    freefall_acceleration: int = 5
+    freefall_time: int = 160
+    baud_code: int = 6
+    boot_count: int = 0
+    zero_tilt_deg: float = 0.0
+    records: deque[bytes] = field(default_factory=lambda: deque(maxlen=MAX_RECORDS))
+
+
+@dataclass(slots=True, kw_only=True)
+class ModuleState:
+    """What a restart resets. A module begins locked, with both triggers enabled."""
+
+    is_active: bool = False
+    attitude_is_enabled: bool = True
+    freefall_is_enabled: bool = True
+    serial_output_is_on: bool = False
+    # After `11 00` nothing fires until `11 01`, `10` or a restart; the table names no end (E15).
+    is_forbidden: bool = False
+
+
+def record_data(
+    memory: Memory, *, uptime_s: float, sources: Source, is_connected: bool, is_charging: bool, light: int, voltage: int
+) -> bytes:
+    """Return D4 … D14 of a trigger record; `light` and `voltage` are bytes."""
+    return encode_record_data(
+        {
+            "boot_count": memory.boot_count,
+            "uptime_s": min(0xFFFF, int(uptime_s)),  # "最高记录65535秒"
+            "sources": sources.value,
+            "attitude_threshold_deg": memory.attitude_threshold,
+            "freefall_acceleration_g": memory.freefall_acceleration,
+            "freefall_time_s": memory.freefall_time,
+            "serial_connected": INVERTED.encode(is_connected),
+            "charging": INVERTED.encode(is_charging),
+            "light_v": light,
+            "cell_voltage_v": voltage,
+        }
+    )
+
+
+def record_frame(data: bytes) -> bytes:
+    return encode_long(RECORD_CODE, bytes((QUERY,)) + data)
+
+
+# Together they have every source, alone and with others.
+_PAST_SOURCES = (
+    Source.ATTITUDE, Source.FREEFALL, Source.SERIAL, Source.ATTITUDE | Source.FREEFALL, Source.PWM, Source.ATTITUDE,
+    Source.SERIAL | Source.PWM, Source.FREEFALL, Source.ATTITUDE | Source.PWM | Source.FREEFALL,
+)  # fmt: skip
+
+
+def invent_records(memory: Memory, count: int, *, seed: int) -> None:
+    """Add `count` (0 … 9) plausible records of earlier boots; the same ones for the same seed."""
+    source = random.Random(seed)  # noqa: S311 (variety, not secrets)
+    boots = sorted(source.randrange(max(1, memory.boot_count)) for _ in range(count))
+    for boot, sources in zip(boots, _PAST_SOURCES[:count], strict=True):
+        data = record_data(
+            Memory(boot_count=boot, attitude_threshold=source.choice((55, 60, 65)), freefall_time=160),
+            uptime_s=source.randrange(20, 5400),
+            sources=sources,
+            is_connected=Source.SERIAL in sources or source.random() < 0.5,
+            is_charging=False,
+            light=source.randrange(2, 5),
+            voltage=source.randrange(182, 208),
+        )
+        memory.records.append(data)
+
 
 BOOT_GAP_S = 0.05  # "间隔50ms"
 ACCEPTED = 0x01
@@ -47,7 +194,6 @@ HOST_SILENT_S = 30.0  # the host sends a heartbeat every 10 to 30 s; later, a re
 MAX_LOOK_BACK_S = 10.0
 MAX_WAITING = 4096  # bursts that nobody took; older ones are lost, as in a driver's buffer that is full
 BITS_PER_BYTE = 10
-STATUS_BYTES = 8
 
 
 class SentBytes(NamedTuple):
@@ -71,7 +217,7 @@ class SimulatedModule:
         self.setup = setup or Setup()
         self.memory = memory or Memory()
         self.state = ModuleState()
-        self.baud_rate = self.memory.baud_rate
+        self.baud_rate = BAUD.values[self.memory.baud_code]
         self.is_on = False
         self._judge = Judge()
         self._fired = NOTHING
@@ -100,9 +246,9 @@ class SimulatedModule:
     # What it measures
 
     def measure(self, now_s: float) -> SensorSample:
-        """Return what its sensor says; the tilt is the angle to the position of the last zeroing."""
-        motion = self.world.motion(now_s)
-        return SensorSample(now_s, abs(motion.tilt_deg - self.memory.zero_tilt_deg), motion.acceleration_g)
+        """What its sensor says; the tilt is the angle to the position of the last zeroing."""
+        tilt_deg, acceleration_g = self.world.motion(now_s)
+        return SensorSample(now_s, abs(tilt_deg - self.memory.zero_tilt_deg), acceleration_g)
 
     def light(self, _now_s: float) -> int:
         return to_byte(self.world.light_v * TENTH_VOLT.per_unit)
@@ -128,16 +274,17 @@ class SimulatedModule:
         self.is_on = True
         self.memory.boot_count = (self.memory.boot_count + 1) & 0xFF
         self.state = ModuleState()
-        self.baud_rate = self.memory.baud_rate
+        self.baud_rate = BAUD.values[self.memory.baud_code]
         self._booted_s = now_s
         self._sampled_s = now_s
         self.send(HEARTBEAT_REPLY, now_s)
-        self.plan(now_s + BOOT_GAP_S, self._beat_again)
 
-    def _beat_again(self, now_s: float) -> None:
-        # Not where it was switched off since, or off and on.
-        if self.is_on and now_s == self._booted_s + BOOT_GAP_S:
-            self.send(HEARTBEAT_REPLY, now_s)
+        def beat_again(at_s: float) -> None:
+            # Not where it was switched off since, or off and on.
+            if self.is_on and at_s == self._booted_s + BOOT_GAP_S:
+                self.send(HEARTBEAT_REPLY, at_s)
+
+        self.plan(now_s + BOOT_GAP_S, beat_again)
 
     def power_off(self) -> None:
         self.is_on = False
@@ -206,8 +353,16 @@ class SimulatedModule:
                 self._sampled_s += (until_s - self._sampled_s) // SENSOR_PERIOD_S * SENSOR_PERIOD_S
 
     def _sense(self, at_s: float) -> None:
-        is_armed = self.state.is_active and not self.state.is_forbidden
-        verdict = self._judge.judge(self.measure(at_s), limits(self.memory, self.state), is_active=is_armed)
+        memory, state = self.memory, self.state
+        limits = TriggerLimits(
+            attitude_threshold_deg=memory.attitude_threshold,
+            freefall_acceleration_g=memory.freefall_acceleration / TENTH_G.per_unit,
+            freefall_time_s=memory.freefall_time / CENTISECOND.per_unit,
+            attitude_is_enabled=state.attitude_is_enabled,
+            freefall_is_enabled=state.freefall_is_enabled,
+        )
+        is_armed = state.is_active and not state.is_forbidden
+        verdict = self._judge.judge(self.measure(at_s), limits, is_active=is_armed)
         if self.is_triggered and Source.ATTITUDE not in verdict.standing:
             self._fired &= ~Source.ATTITUDE
         if verdict.fired is not NOTHING:
@@ -263,7 +418,7 @@ class SimulatedModule:
 
     def stream(self, now_s: float) -> None:
         """Send a status, unless the line is a whole frame behind: no queue grows."""
-        if self._line_free_s - now_s <= STATUS_BYTES * BITS_PER_BYTE / self.baud_rate:
+        if self._line_free_s - now_s <= Layout.STATUS.value * BITS_PER_BYTE / self.baud_rate:
             self.send(self.status(now_s), now_s)
 
     # Requests
@@ -278,8 +433,7 @@ class SimulatedModule:
 
     def obey(self, request: Request, now_s: float) -> None:
         """Carry out a request, and answer it."""
-        code = request.command.code
-        name = request.command.name
+        code, name = request.command.code, request.command.name
         if name == "heartbeat":
             self.send(HEARTBEAT_REPLY, now_s)
         elif name == "status":
@@ -292,7 +446,7 @@ class SimulatedModule:
             said = self._set(name, request.data, now_s) if request.is_set else self._value(name, now_s)
             self.send(encode_reply(ANSWERED_UNDER.get(code, code), said), now_s)
         if name == "baud_rate":
-            self.baud_rate = self.memory.baud_rate
+            self.baud_rate = BAUD.values[self.memory.baud_code]
 
     def _set(self, name: str, data: int, now_s: float) -> int:
         """Carry out a set; return D4 of its acknowledgement."""
@@ -337,7 +491,7 @@ class SimulatedModule:
             case "triggered":
                 return self.is_triggered
             case "zero_sensor":
-                self.memory.zero_tilt_deg = self.world.motion(now_s).tilt_deg
+                self.memory.zero_tilt_deg = self.world.motion(now_s)[0]
                 return ACCEPTED
             case threshold_or_boot_count:
                 return int(getattr(self.memory, threshold_or_boot_count))

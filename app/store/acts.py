@@ -23,6 +23,8 @@ from collections.abc import Callable, Iterable, Mapping
 from concurrent.futures import Future
 from typing import Any, Final, NamedTuple
 
+from msgspec.structs import replace
+
 from app.engine.target import is_simulated
 from app.safety.journal import NOTE, Act, Entry, Outcome
 from app.safety.left_active import KnownAs, LeftActive, drop_intent, keep_left, note_locked, note_safe
@@ -119,7 +121,8 @@ class Where(NamedTuple):
 
     def left_active(self, at: str) -> LeftActive:
         """What this connection leaves ACTIVE. `at`: ISO 8601 in UTC."""
-        return LeftActive(self.known_as, self.port, self.adapter, at)
+        known_as = self.known_as
+        return LeftActive(run=known_as.run, module=known_as.name, port=self.port, adapter=self.adapter, at=at)
 
 
 def new_run() -> str:
@@ -147,7 +150,7 @@ def begin(facts: Facts, act: Act, frame: bytes, detail: Mapping[str, object], wh
         note_unnamed(facts, port=where.port, adapter=where.adapter, intent=row.id)
     if act in _LEAVES_ACTIVE and not is_simulated(where.port):
         left = where.left_active(row.made_at)
-        keep_left(facts, left._replace(is_lock_unconfirmed=act is Act.LOCK), intent=row.id)
+        keep_left(facts, replace(left, is_lock_unconfirmed=act is Act.LOCK, intent=row.id))
     return row.id
 
 
@@ -175,7 +178,7 @@ def note_report(facts: Facts, where: Where, *, is_active: bool) -> None:
 
 def note_said_safe(facts: Facts, left: LeftActive, origin: str) -> None:
     """A person says that it is locked, or switched off. Nothing was sent: that stands in the log without a frame."""
-    where = Where(left.port, origin, left.adapter, left.known_as)
+    where = Where(left.port, origin, left.adapter, KnownAs(left.module, left.run))
     intent = begin(facts, Act.LOCK, b"", {"reported_by": "person"}, where)
     settle(facts, intent, Act.LOCK, where, Outcome.CONFIRMED, {"sent": 0})
     note_safe(facts, left)

@@ -160,11 +160,11 @@ def conclude_lock(records: Records, args: argparse.Namespace, locked: Conversati
                 note_report(facts, records.find_where()._replace(known_as=known_as), is_active=False)
         if locked is not None and args.same_module:
             for one in _left_here(facts, args.port, args.module):
-                if not one.known_as.name:
+                if not one.module:
                     note_said_safe(facts, one, ORIGIN)
         # What this run left is said by itself.
         left = _left_here(facts, args.port, args.module)
-        return against, [one for one in left if one.known_as.run != records.known_as.run]
+        return against, [one for one in left if one.run != records.known_as.run]
 
     against, left = records.ask(update) or ("", [])
     add = tr("If it is this module, add {option}.", option="--same-module")
@@ -183,8 +183,8 @@ def _left_here(facts: Facts, port: str, module: str | None) -> list[LeftActive]:
     here: list[LeftActive] = []
     for left in entries:
         is_here = left.adapter == adapter if left.adapter and adapter else left.port == port
-        if module and left.known_as.name:
-            is_here = left.known_as.name == module
+        if module and left.module:
+            is_here = left.module == module
         if is_here:
             here.append(left)
     return here

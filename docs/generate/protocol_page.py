@@ -29,8 +29,7 @@ from protocol.catalogue import (  # noqa: E402
     Request,
 )
 from protocol.fields import Choice, Done, Field, Flag, Quantity  # noqa: E402
-from protocol.frame import Direction, Frame, encode_long, encode_reply  # noqa: E402
-from protocol.messages import Status, TriggerRecord, decode  # noqa: E402
+from protocol.messages import Direction, Frame, Status, TriggerRecord, decode, encode_long, encode_reply  # noqa: E402
 
 PAGE = ROOT / "docs" / "protocol.md"
 PROSE = Path(__file__).with_name("protocol_page.in.md")

@@ -5,8 +5,8 @@ from typing import Final
 
 from protocol.catalogue import BY_NAME
 from protocol.events import Answered
-from protocol.frame import encode_reply
 from protocol.link import Link
+from protocol.messages import encode_reply
 from tests.bench.kit import Figure, best_s
 
 LINE_EXCHANGES: Final = 11_520 // 12

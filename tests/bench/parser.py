@@ -5,8 +5,7 @@ from collections.abc import Iterator
 from itertools import product
 from typing import Final
 
-from protocol.frame import Frame
-from protocol.messages import Status
+from protocol.messages import Frame, Status
 from protocol.stream import StreamParser
 from tests.bench.kit import LINE_HZ, Figure, best_s
 

@@ -19,14 +19,13 @@ from app.engine.transport import PortError, PortTrouble
 from app.preflight.evidence import Evidence
 from app.preflight.run import run_preflight
 from app.procedures.act import Performed, perform
-from app.procedures.baud import BaudChanged, change_baud
 from app.procedures.find import RateSearch, find_rate
 from app.procedures.history import History, read_history
 from app.procedures.light import Band, measure_light
 from app.procedures.lock import Locked, lock
-from app.procedures.read import Everything, SettingsReading, read_everything, read_settings
+from app.procedures.read import Readings, read_everything, read_settings
 from app.procedures.stream import StreamSwitch, watch
-from app.procedures.write import SettingChange, WriteContext, WriteReport, set_each, write_all
+from app.procedures.write import BaudChanged, SettingChange, WriteContext, WriteReport, change_baud, set_each, write_all
 from app.safety.journal import REQUESTS, Act, Outcome
 from app.safety.permit import Origin, Permit
 from protocol.catalogue import BY_NAME
@@ -453,7 +452,7 @@ class Run:
             case Evidence():
                 if must_end and result.void is None:
                     self._find("the check is not void")
-            case Everything() | SettingsReading():
+            case Readings():
                 if self.module is first:
                     self._judge_values(result.values, may_be_before=True)
             case History():

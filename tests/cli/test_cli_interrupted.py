@@ -11,10 +11,10 @@ from app.engine.conversation import Interrupted
 from app.procedures.history import read_history
 from app.safety.journal import Act, Outcome
 from app.simulator.bench import SimulatedBench
-from app.simulator.memory import invent_records
+from app.simulator.module import invent_records
 from app.terminal.connection import connected
 from protocol.catalogue import BY_NAME
-from protocol.frame import decode_request
+from protocol.messages import decode_request
 from tests.cli.test_schemas import faults
 from tests.support.cli_line import Program, bench_of, exchange
 from tests.support.line.frames import at_frame

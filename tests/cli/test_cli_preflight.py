@@ -18,7 +18,7 @@ from app.store.opening import FILE_NAME
 from app.store.rows import PreflightCheck
 from app.system.files import data_folder
 from app.terminal.console import Signalled
-from protocol.frame import decode_request
+from protocol.messages import decode_request
 from tests.cli.test_schemas import faults
 from tests.support.cli_line import Program, bench_of
 from tests.support.processes import PROGRAM, ran, run_module

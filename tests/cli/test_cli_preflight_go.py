@@ -10,7 +10,7 @@ from app.simulator.bench import SimulatedBench
 from app.store.fact_store import Store
 from app.system.files import data_folder
 from protocol.catalogue import ACTIVATION, Request
-from protocol.frame import decode_request
+from protocol.messages import decode_request
 from tests.support.cli_line import Program, bench_of
 from tests.support.line.frames import at_each_frame
 from tests.support.records.stored import audit, checks_of, open_store

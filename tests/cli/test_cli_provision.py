@@ -16,7 +16,7 @@ from app.store.opening import StoreFault, StoreTrouble
 from app.store.rows import Content, ModuleProvisioned, PreflightCheck, Row
 from app.terminal import console
 from app.terminal.console import Refused
-from protocol.frame import decode_request
+from protocol.messages import decode_request
 from tests.support.cli_line import bench_of, falls_after, run_here
 from tests.support.line.odd_module import forget_settings
 from tests.support.records.stored import checks_of, modules_in, open_store, register

@@ -22,8 +22,7 @@ from app.simulator.bench import SimulatedBench
 from app.terminal import console
 from app.terminal.console import RATES
 from protocol.catalogue import BAUD_RATES
-from protocol.frame import decode_request
-from protocol.messages import TriggerRecord, decode_record
+from protocol.messages import TriggerRecord, decode_record, decode_request
 from tests.cli import test_schemas as schemas
 from tests.cli.test_cli_program import half_width
 from tests.support.line.odd_module import EmptySlots, OddSetup

@@ -15,7 +15,7 @@ from app.settings.profiles import ProfileRefused, parse_profile
 from app.system.files import write_whole
 from app.terminal import console
 from app.text.messages import visible, visible_json
-from protocol.frame import Noise
+from protocol.messages import Noise
 from protocol.stream import StreamParser
 from tests.support.processes import PROGRAM, ROOT, ran
 from ui.files.file_dialogs import default_name

@@ -12,7 +12,7 @@ from app.guided.results import GuidedKind
 from app.limits.limits import SETTING_BOUNDS
 from app.settings.profiles import LIMITS, NO_PROFILE, SETTINGS_BY_KEY, parse_profile
 from protocol.catalogue import COMMANDS
-from protocol.frame import Frame
+from protocol.messages import Frame
 from protocol.stream import StreamParser
 from tests.support.processes import ROOT
 from tests.support.setup_files import generator

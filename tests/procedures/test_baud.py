@@ -5,9 +5,8 @@ from typing import Any
 import pytest
 
 from app.engine.conversation import Interrupted
-from app.procedures.baud import BaudChanged, change_baud
 from app.procedures.find import look_for
-from app.procedures.write import SetReply, WriteFault
+from app.procedures.write import BaudChanged, SetReply, WriteFault, change_baud
 from app.safety.journal import Act, Outcome
 from protocol.events import EndReason
 from tests.module.options import Options

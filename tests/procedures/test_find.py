@@ -9,7 +9,7 @@ from app.engine.procedure import EngineView
 from app.procedures.find import WAIT_S, Silence, await_module, find_rate, look_for, what_came
 from protocol.catalogue import BAUD_RATES, Hazard
 from protocol.events import Counters, Role
-from protocol.frame import Reason
+from protocol.messages import Reason
 from tests.support.line.sim_line import Rig, engine_view
 
 

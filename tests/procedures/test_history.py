@@ -8,7 +8,7 @@ import pytest
 
 from app.engine.conversation import Interrupted
 from app.procedures.history import read_history
-from app.simulator.memory import record_frame
+from app.simulator.module import record_frame
 from tests.support.line.sim_line import Rig, settled_rig
 from tests.support.thorough import some
 

@@ -1,6 +1,5 @@
 """Modules left ACTIVE: which report, and which person's word, ends what; and whether one may have fired unseen."""
 
-from collections.abc import Mapping
 from types import MappingProxyType
 from typing import Any
 
@@ -32,12 +31,8 @@ class State:
     def __init__(self) -> None:
         self.kept: dict[str, Any] = {}
 
-    def states(self, prefix: str, /) -> Mapping[str, Any]:
-        found = {key.removeprefix(prefix): value for key, value in self.kept.items() if key.startswith(prefix)}
-        return MappingProxyType(found)
-
-    def state(self, key: str, /) -> Any:
-        return self.kept.get(key)
+    def states(self, prefix: str, /) -> dict[str, Any]:
+        return {key.removeprefix(prefix): value for key, value in self.kept.items() if key.startswith(prefix)}
 
     def set_state(self, key: str, value: object, /) -> None:
         from msgspec import to_builtins
@@ -47,11 +42,11 @@ class State:
             self.kept[key] = to_builtins(value)
 
     def names(self) -> list[str]:
-        return [left.known_as.name or left.known_as.run for left in all_left(self)]
+        return [left.module or left.run for left in all_left(self)]
 
 
 def left(run: str, name: str = "", at: str = "2026-01-02T12:00:00+00:00", **more: Any) -> LeftActive:
-    return LeftActive(KnownAs(name, run), PORT, at=at, **more)
+    return LeftActive(run=run, module=name, port=PORT, at=at, **more)
 
 
 @pytest.mark.promise("l")
@@ -115,17 +110,17 @@ def test_of_a_name_only_the_last_is_told_and_a_persons_word_ends_all() -> None:
     keep_left(state, left("a", "M-07", at="2026-01-02T12:00:00+00:00"))
     keep_left(state, left("b", at="2026-01-02T13:00:00+00:00"))
     keep_left(state, left("c", "M-07", at="2026-01-02T14:00:00+00:00"))
-    assert [one.known_as.run for one in all_left(state)] == ["c", "b"]
+    assert [one.run for one in all_left(state)] == ["c", "b"]
     note_safe(state, all_left(state)[0])
     assert state.names() == ["b"]
 
 
 def test_an_act_of_which_nothing_came_leaves_nothing_behind_and_takes_nothing_away() -> None:
     state = State()
-    keep_left(state, left("a"), intent="first")
+    keep_left(state, left("a", intent="first"))
     drop_intent(state, "a", "second")
     assert state.names() == ["a"]
-    keep_left(state, left("a"), intent="second")
+    keep_left(state, left("a", intent="second"))
     drop_intent(state, "a", "second")
     assert state.names() == ["a"], "what was left behind before stays"
     drop_intent(state, "a", "first")

@@ -5,9 +5,8 @@ from dataclasses import dataclass, field
 from typing import Any
 
 from app.engine.procedure import Job, Procedure, Report, Result
-from app.guided.catalogue import GUIDED_BY_KIND
+from app.guided.guided_tests import GUIDED_BY_KIND, PersonSteps
 from app.guided.results import GuidedKind, GuidedResult
-from app.guided.status_watch import PersonSteps
 from app.simulator.bench import SimulatedBench
 from app.text.messages import UserError
 from tests.support.line.sim_line import Rig

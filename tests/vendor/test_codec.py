@@ -4,8 +4,7 @@ import pytest
 
 from app.captures.explain import meaning
 from protocol.catalogue import BY_NAME, Request
-from protocol.frame import Direction, Frame, Noise
-from protocol.messages import Status, TriggerRecord, decode
+from protocol.messages import Direction, Frame, Noise, Status, TriggerRecord, decode
 from protocol.stream import StreamParser
 from tests.vendor import table
 from tests.vendor.frames import VECTORS, Vector

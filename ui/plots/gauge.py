@@ -12,7 +12,7 @@ from typing import ClassVar, Final
 from PySide6.QtCore import QPointF, QRectF, QSize, Qt
 from PySide6.QtGui import QColor, QPainter, QPainterPath, QPaintEvent, QPixmap
 
-from app.safety.trigger_flags import TRIGGER_NOT_KNOWN
+from app.safety.last_known import TRIGGER_NOT_KNOWN
 from app.text.i18n import tr
 from app.text.messages import in_brackets
 from ui.style.theme import Meaning, Size, Theme, current, font

@@ -9,7 +9,7 @@ from PySide6.QtCore import QObject, Signal
 from app.limits.limits import LimitsInUse, Outside, outside_of
 from app.recordings.excerpt import LimitSteps, Measured
 from app.recordings.markers import Marker, MarkerKind
-from app.safety.trigger_flags import TRIGGER_NOT_KNOWN
+from app.safety.last_known import TRIGGER_NOT_KNOWN
 from app.samples.samples import Readable, SeriesSample, StepFunction
 from app.text.i18n import tr
 from protocol.fields import Value

@@ -15,11 +15,9 @@ from PySide6.QtCore import QObject, Signal
 from app import version
 from app.engine.procedure import Cancelled, Job, Report
 from app.engine.worker import Batch
-from app.guided.bay import light_direction
-from app.guided.catalogue import GUIDED_BY_KIND, GuidedTest
 from app.guided.guided_store import keep_test, last_tests
+from app.guided.guided_tests import GUIDED_BY_KIND, GuidedTest, Measure, PersonSteps, light_direction
 from app.guided.results import TITLES, VERDICT_WORDS, GuidedKind, GuidedResult, StoredTest
-from app.guided.status_watch import Measure, PersonSteps
 from app.modules.names import remember
 from app.procedures.act import Performed
 from app.safety.journal import Outcome

@@ -51,13 +51,13 @@ class LeftActiveWatch(QObject):
     def notices(self) -> list[Notice]:
         """The last one first."""
         going = {port.module.run_id for port in self._ports.all if port.module.is_going}
-        return [self._notice(left) for left in self._storage.left_active if left.known_as.run not in going]
+        return [self._notice(left) for left in self._storage.left_active if left.run not in going]
 
     def _notice(self, left: LeftActive) -> Notice:
         act = partial(self._update, partial(note_said_safe, left=left, origin=ORIGIN))
         safe = Choice("left_active_locked", tr("It is safe"), act, is_step=True)
         meaning = Meaning.ATTENTION if left.is_warning else Meaning.INFORMATION
-        return Notice(meaning, left.sentence, (safe,), cause=f"left {left.known_as.run}")
+        return Notice(meaning, left.sentence, (safe,), cause=f"left {left.run}")
 
     def _add(self, port: Port) -> None:
         port.changed.connect(partial(self._watch, port))

@@ -19,9 +19,9 @@ from app.engine.target import Target
 from app.engine.transport import PortError
 from app.engine.worker import PUBLISH_EVERY_S, Batch, Connection, PortState, Worker
 from app.procedures.act import Armed
-from app.procedures.baud import BaudChanged, change_baud
 from app.procedures.find import RateSearch, Silence, await_module, find_rate
 from app.procedures.stream import StreamSwitch, watch
+from app.procedures.write import BaudChanged, change_baud
 from app.safety.journal import Act
 from app.safety.last_known import Activation
 from app.safety.left_active import FiringDoubt

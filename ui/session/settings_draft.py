@@ -17,7 +17,7 @@ from PySide6.QtCore import QObject, Signal
 from app.engine.procedure import Cancelled, Job
 from app.procedures.act import Armed
 from app.procedures.light import Band, CalibrationFault, Proposal, measure_light, propose
-from app.procedures.read import READABLE, Everything, read_everything
+from app.procedures.read import READABLE, Readings, read_everything
 from app.procedures.write import SettingChange, WriteContext, WriteFault, WriteReport, risk_message, write_all
 from app.safety.permit import Interlock, Refusal
 from app.settings.form import FORM_COMMANDS, FormRow, ProfileRow, SettingsForm, compare, is_confirmed
@@ -265,7 +265,7 @@ class SettingsDraft(QObject):
 
     # How they end
 
-    def _end_reading(self, job: Job[Everything]) -> None:
+    def _end_reading(self, job: Job[Readings]) -> None:
         if job.error is not None:
             self._say_ended(job.error)
             return

@@ -7,7 +7,7 @@ from app.diagnosis.link_state import LinkState, LinkText, Phase, link_text
 from app.engine.conversation import ConversationView
 from app.engine.target import Target, is_simulated
 from app.limits.limits import LimitsInUse, value_outside
-from app.safety.trigger_flags import TriggerFlags, trigger_flags
+from app.safety.last_known import TriggerFlags, trigger_flags
 from app.text.i18n import tr
 from app.text.messages import duration, join_names, labelled
 from ui.session.ports import Ports

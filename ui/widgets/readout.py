@@ -12,8 +12,7 @@ from PySide6.QtGui import QAccessible, QColor, QFont, QFontMetrics, QFontMetrics
 from PySide6.QtWidgets import QFrame, QHBoxLayout, QLabel, QSizePolicy, QVBoxLayout, QWidget
 
 from app.engine.conversation import Known
-from app.safety.last_known import Activation, SeenActivation
-from app.safety.trigger_flags import TriggerFlags
+from app.safety.last_known import Activation, SeenActivation, TriggerFlags
 from app.text.i18n import tr
 from app.text.messages import duration
 from ui.style.appearance import Spoken

@@ -22,7 +22,7 @@ from app.recordings.recording import RecordedTraffic
 from app.recordings.session_file import EVENTS, OPENING, RX, STATUS, TX, Opening, State, metadata_record, read_head
 from app.text.messages import UserError
 from protocol.events import Began, Ended, EndReason, Rejected
-from protocol.frame import Noise, Reason
+from protocol.messages import Noise, Reason
 from tests.support.records.recordings_made import (
     HEADING,
     LOST,

@@ -82,7 +82,7 @@ def test_what_the_module_reports_and_a_person_says(tmp_path: Path) -> None:
             assert len(left_in(store)) == count
         store.write(partial(note_report, where=here, is_active=True))
         (left,) = left_in(store)
-        assert (left.known_as, left.port, left.adapter) == (here.known_as, PORT, "usb 1")
+        assert (left.module, left.run, left.port, left.adapter) == (*here.known_as, PORT, "usb 1")
         store.write(lambda facts: note_said_safe(facts, left, "window"))
         assert left_in(store) == ()
         (said,) = audit(store)

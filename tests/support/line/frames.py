@@ -5,7 +5,7 @@ from functools import partial
 
 from app.simulator.bench import SimulatedBench
 from protocol.catalogue import Request
-from protocol.frame import HOST_FRAME_LENGTH, decode_request
+from protocol.messages import HOST_FRAME_LENGTH, decode_request
 
 
 def at_each_frame(bench: SimulatedBench, act: Callable[[Request], object]) -> Callable[[], None]:

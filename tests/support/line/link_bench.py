@@ -4,9 +4,8 @@ from typing import TypeVar
 
 from protocol.catalogue import BOOT_COUNT, BY_NAME, HEARTBEAT, Command, Request
 from protocol.events import Began, Ended, EndReason, Event, Received, Role, Sent
-from protocol.frame import HOST_FRAME_LENGTH, encode_reply
 from protocol.link import Link
-from protocol.messages import Status
+from protocol.messages import HOST_FRAME_LENGTH, Status, encode_reply
 from protocol.stale_replies import FENCES
 from tests.vendor.frames import BY_ID
 

@@ -18,15 +18,24 @@ from typing import Any, Final
 from app.flights.judge import SensorSample
 from app.simulator import bench as benches
 from app.simulator import setup as setups
-from app.simulator.bench import Clock, SimulatedBench
-from app.simulator.memory import Memory, record_frame
-from app.simulator.module import ACCEPTED, BITS_PER_BYTE, BOOT_GAP_S, EMPTY_SLOT, SimulatedModule, to_byte
-from app.simulator.physics import LIGHT_BAY_CLOSED_V, LIGHT_BAY_OPEN_V, Physics
+from app.simulator.bench import Clock, SimulatedBench, Wire
+from app.simulator.module import (
+    ACCEPTED,
+    BITS_PER_BYTE,
+    BOOT_GAP_S,
+    EMPTY_SLOT,
+    LIGHT_BAY_CLOSED_V,
+    LIGHT_BAY_OPEN_V,
+    Memory,
+    Physics,
+    SimulatedModule,
+    record_frame,
+    to_byte,
+)
 from app.simulator.setup import Setup, number, option, switch
-from app.simulator.wire import Wire
 from protocol.catalogue import FLAG, INVERTED, LOCK, MAX_RECORDS, RECORD_CODE, TENTH_VOLT, Request
 from protocol.fields import Flag
-from protocol.frame import encode_reply
+from protocol.messages import encode_reply
 
 Mark = int | tuple[int, int]
 """A code or number, or one with the n-th time."""
@@ -316,6 +325,9 @@ class OddModule(SimulatedModule):
         if odd(self).light_inverted:
             volts = LIGHT_BAY_CLOSED_V + LIGHT_BAY_OPEN_V - volts
         return to_byte(volts * TENTH_VOLT.per_unit)
+
+
+HonestWire = Wire
 
 
 class OddWire(Wire):

@@ -15,7 +15,7 @@ from app.safety.permit import Origin, Permit
 from app.simulator.bench import SimulatedBench
 from protocol.catalogue import Hazard, Layout, Request
 from protocol.events import Counters, EndReason
-from protocol.frame import Frame, decode_request
+from protocol.messages import Frame, decode_request
 from protocol.stale_replies import FlagAnswers, ToldValues
 from protocol.stream import StreamParser
 from tests.support.line.odd_module import end_faults, odd_bench

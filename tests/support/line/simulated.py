@@ -2,9 +2,7 @@
 
 from typing import Any
 
-from app.simulator.memory import Memory
-from app.simulator.module import SimulatedModule
-from app.simulator.physics import Physics
+from app.simulator.module import Memory, Physics, SimulatedModule
 from app.simulator.setup import Setup
 
 

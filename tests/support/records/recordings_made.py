@@ -25,8 +25,7 @@ from app.recordings.session_file import STATUS as STATUS_TOPIC
 from protocol.catalogue import STATUS
 from protocol.events import Event, Received, Role, Sent
 from protocol.fields import Value
-from protocol.frame import Direction, Frame
-from protocol.messages import Status, decode
+from protocol.messages import Direction, Frame, Status, decode
 from protocol.stream import StreamParser
 from tests.support.patience import PATIENCE_S
 

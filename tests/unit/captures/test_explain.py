@@ -8,8 +8,7 @@ from app.captures.explain import Asked, meaning, sentence
 from app.captures.traffic import CaptureEntry, Explainer, Way
 from app.text.i18n import CHINESE, set_language
 from protocol.catalogue import BY_NAME, COMMANDS, SET, STATUS, Command, Request
-from protocol.frame import Direction, Frame, Noise, encode_long, encode_reply
-from protocol.messages import Status
+from protocol.messages import Direction, Frame, Noise, Status, encode_long, encode_reply
 from protocol.stream import StreamParser
 from tests.support.records.recordings_made import explained
 from tests.vendor.frames import BY_ID, VALID, Vector

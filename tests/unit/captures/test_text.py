@@ -20,8 +20,7 @@ from app.captures.traffic import (
 )
 from protocol.catalogue import STATUS
 from protocol.events import Event, Received, Rejected, Role, Sent
-from protocol.frame import Direction, Frame, Noise, Reason
-from protocol.messages import Status
+from protocol.messages import Direction, Frame, Noise, Reason, Status
 from tests.support.line.nasty_bytes import hostile_bytes
 from tests.support.records.recordings_made import directions, explained
 

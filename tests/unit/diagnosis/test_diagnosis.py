@@ -22,7 +22,7 @@ from app.procedures.find import Silence
 from app.safety.last_known import keep_away
 from protocol.catalogue import BY_NAME
 from protocol.events import Counters, Ended, EndReason, Role
-from protocol.frame import Reason
+from protocol.messages import Reason
 from tests.support.line.sim_line import Rig
 from tests.support.pseudo_language import in_language
 

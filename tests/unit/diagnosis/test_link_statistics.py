@@ -15,7 +15,7 @@ from app.engine.worker import Batch, Connection, PortState
 from app.procedures.read import read_everything
 from protocol.catalogue import STATUS
 from protocol.events import Answered, Counters, Event, Rejected, Role, Sent
-from protocol.frame import Noise, Reason
+from protocol.messages import Noise, Reason
 from tests.support.line.sim_line import Rig
 from tests.support.records.recordings_made import asked
 

@@ -6,8 +6,7 @@ from app.engine.conversation import FRESH_FOR_S, Conversation, ConversationView,
 from app.safety.journal import REQUESTS, Act
 from protocol.catalogue import ACTIVATION, BY_NAME, LOCK, SERIAL_OUTPUT, STATUS, Command, Request
 from protocol.events import Answered, Contradiction, Ended, EndReason, OutcomeUnknown, Received, Role
-from protocol.frame import Direction, Frame, encode_long, encode_reply
-from protocol.messages import Acknowledgement, Reading, decode
+from protocol.messages import Acknowledgement, Direction, Frame, Reading, decode, encode_long, encode_reply
 from protocol.stale_replies import FlagAnswers
 from protocol.timing import SLOW_S
 

@@ -7,12 +7,8 @@ import pytest
 
 from app.engine.conversation import Interrupted, reason_message
 from app.engine.procedure import Report
-from app.guided.bay import _result as _bay_result
-from app.guided.catalogue import GUIDED_TESTS
-from app.guided.link import LOOSE_ENDS, measure_link
+from app.guided.guided_tests import GUIDED_TESTS, LOOSE_ENDS, PersonSteps, TiltDirection, judge_bay, measure_link
 from app.guided.results import GuidedKind, GuidedResult, GuidedVerdict
-from app.guided.status_watch import PersonSteps
-from app.guided.tilt import TiltDirection
 from app.procedures.light import Band
 from app.procedures.stream import StreamSwitch, watch
 from app.simulator.bench import SimulatedBench
@@ -167,8 +163,8 @@ def test_the_light_that_is_nearest_to_the_threshold_decides() -> None:
     """Of each position one reading strays to the threshold, at either sense of the sensor."""
     dark, bright = Band((3, 3, 18)), Band((30, 30, 18))
     for closed, opened in ((dark, Band((30,))), (Band((3,)), bright), (bright, Band((3,))), (Band((30,)), dark)):
-        assert _bay_result(closed, opened, 1.8).verdict is GuidedVerdict.FAILED
-    assert _bay_result(Band((3,)), Band((30,)), 1.8).verdict is GuidedVerdict.PASSED
+        assert judge_bay(closed, opened, 1.8).verdict is GuidedVerdict.FAILED
+    assert judge_bay(Band((3,)), Band((30,)), 1.8).verdict is GuidedVerdict.PASSED
 
 
 def test_light_that_reads_lower_is_said() -> None:

@@ -7,10 +7,9 @@ from typing import NamedTuple
 import pytest
 
 from app.engine.procedure import Report
-from app.guided import status_watch
-from app.guided.catalogue import GUIDED_BY_KIND
+from app.guided import guided_tests
+from app.guided.guided_tests import GUIDED_BY_KIND, PersonSteps
 from app.guided.results import GuidedKind, GuidedResult, GuidedVerdict
-from app.guided.status_watch import PersonSteps
 from app.procedures.light import CalibrationFault
 from app.text.messages import UserError
 from tests.support.hands import Hands, drive
@@ -73,7 +72,7 @@ CASES = (
 @pytest.mark.parametrize("case", CASES, ids=str)
 @pytest.mark.promise("f")
 def test_it_fails_or_says_that_it_cannot_tell(case: Case, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(status_watch, "PERSON_LIMIT_S", 6.0)
+    monkeypatch.setattr(guided_tests, "PERSON_LIMIT_S", 6.0)
     done = idle(settled_rig(**case.options), case.kind, presses=case.presses)
     if isinstance(done, UserError):
         assert case.verdict is None

@@ -27,11 +27,11 @@ from app.preflight.checks import (
 )
 from app.preflight.evidence import CANCELLED, STILL_S, UNFINISHED, Evidence, StateReading, TriggerFlag, void_of_end
 from app.procedures.history import History
-from app.procedures.read import Present, SettingsReading
+from app.procedures.read import Present, Readings
 from app.settings.profiles import NO_PROFILE, Profile
 from app.text.messages import UserMessage
 from protocol.catalogue import BY_NAME
-from protocol.events import EndReason
+from protocol.events import EndReason, Unanswered
 from protocol.fields import Value
 from protocol.messages import TriggerRecord, decode
 from tests.support.line.link_bench import RECORD
@@ -75,8 +75,10 @@ def light(*volts: float, threshold: float | None = 2.0) -> dict[str, Any]:
 
 
 def reading(present: Present | None = None, *, is_counted: bool = True, unread: tuple[str, ...] = ()) -> StateReading:
-    commands = tuple(BY_NAME[name] for name in unread)
-    settings = SettingsReading({"freefall_time_s": 1.6}, commands, 0.0, 7 if is_counted else None)
+    settings = Readings()
+    settings.values = {"freefall_time_s": 1.6} | ({"boot_count": 7} if is_counted else {})
+    silent = [*unread, *([] if is_counted else ["boot_count"])]
+    settings.errors = {BY_NAME[name].key: Unanswered(BY_NAME[name].query(), 6, 1.0, 0.0) for name in silent}
     return StateReading(settings, (present or Present(False, False, LEVEL))._replace(is_counted=is_counted))
 
 

@@ -18,7 +18,7 @@ from app.text.messages import UserMessage
 from protocol.catalogue import HEARTBEAT
 from protocol.events import Ended, EndReason, Rejected, Sent
 from protocol.fields import Value
-from protocol.frame import Noise, Reason
+from protocol.messages import Noise, Reason
 from tests.support.journals import FakeJournal
 from tests.support.line.sim_line import Rig, settled_rig
 from tests.support.records.preflight_rig import gather, judged

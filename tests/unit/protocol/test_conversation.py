@@ -4,7 +4,7 @@ import pytest
 
 from protocol.catalogue import HEARTBEAT, LOCK, SERIAL_OUTPUT, TRIGGER_RECORDS
 from protocol.events import Answered, Began, Ended, EndReason, OutcomeUnknown, Received, Role, Sent, Unanswered
-from protocol.frame import encode_reply
+from protocol.messages import encode_reply
 from tests.support.line.link_bench import AGAIN, BOOTED, BOOTS, PULSE, RECORD, STREAMED, Bench, named
 
 LIGHT = named("light").query()

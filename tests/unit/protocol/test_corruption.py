@@ -9,8 +9,7 @@ from itertools import combinations
 import pytest
 
 from protocol.catalogue import BY_NAME, Request
-from protocol.frame import Direction, Frame
-from protocol.messages import Acknowledgement, Reading, answers, decode
+from protocol.messages import Acknowledgement, Direction, Frame, Reading, answers, decode
 from protocol.stream import StreamParser
 from tests.vendor.frames import FROM_MODULE, VALID, Vector
 

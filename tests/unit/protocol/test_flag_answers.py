@@ -4,7 +4,7 @@ import pytest
 
 from protocol.catalogue import Request
 from protocol.events import Answered, EndReason, Unanswered
-from protocol.frame import encode_reply
+from protocol.messages import encode_reply
 from tests.support.line.link_bench import Bench, named
 
 ATTITUDE, FREEFALL = named("attitude_trigger").set(True), named("freefall_trigger").set(True)

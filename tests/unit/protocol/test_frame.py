@@ -21,7 +21,7 @@ from protocol.catalogue import (
     TENTH_VOLT,
 )
 from protocol.fields import Done, Field, Quantity, Value, ValueRefused
-from protocol.frame import Reason, check_host, check_module, checksum, encode_long, encode_reply
+from protocol.messages import Reason, check_host, check_module, checksum, encode_long, encode_reply
 from tests.support.line.reference_decoder import REPLIES, REQUESTS, sum_is_right
 from tests.vendor.frames import VECTORS, Vector
 

@@ -8,9 +8,8 @@ from hypothesis import strategies as st
 
 from protocol.catalogue import COMMANDS, HEARTBEAT, LOCK, TRIGGER_RECORDS, Hazard, Layout, Request
 from protocol.events import Answered, OutcomeUnknown, Role, Sent, Unanswered
-from protocol.frame import encode_reply
 from protocol.link import LinkMisused
-from protocol.messages import Heartbeat, Message, Reading, TriggerRecord, answers, decode
+from protocol.messages import Heartbeat, Message, Reading, TriggerRecord, answers, decode, encode_reply
 from protocol.stale_replies import FENCES
 from protocol.timing import TRIES
 from tests.support.line.link_bench import PULSE, RECORD, STREAMED, TRAP, Bench, named

@@ -5,8 +5,17 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from protocol.catalogue import BY_NAME, COMMANDS, RECORD_CODE, Request
-from protocol.frame import encode_long, encode_reply
-from protocol.messages import Acknowledgement, EmptySlot, Status, TriggerRecord, answers, decode, decode_record
+from protocol.messages import (
+    Acknowledgement,
+    EmptySlot,
+    Status,
+    TriggerRecord,
+    answers,
+    decode,
+    decode_record,
+    encode_long,
+    encode_reply,
+)
 from tests.vendor.frames import FROM_MODULE, Vector
 
 

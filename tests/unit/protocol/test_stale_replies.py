@@ -4,8 +4,7 @@ import pytest
 
 from protocol.catalogue import ACTIVATION, BY_NAME, TRIGGER_RECORDS
 from protocol.events import Answered, Ended, EndReason, Received, Role, Sent, Unanswered
-from protocol.frame import encode_reply
-from protocol.messages import Reading
+from protocol.messages import Reading, encode_reply
 from protocol.stale_replies import FENCES
 from protocol.timing import LOST_IN_A_ROW, ONCE_S, QUESTION_S, Gap
 from tests.support.line.link_bench import BOOTS, RECORD, TRAP, Bench, named

@@ -9,8 +9,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from protocol.catalogue import BY_NAME, Request
-from protocol.frame import Frame, Noise, Reason
-from protocol.messages import Status
+from protocol.messages import Frame, Noise, Reason, Status
 from protocol.stream import Piece, StreamParser
 from tests.support.line import reference_decoder
 from tests.support.line.nasty_bytes import hostile_bytes, summed

@@ -2,12 +2,9 @@
 
 import pytest
 
-from app.simulator.memory import Memory
-from app.simulator.module import SimulatedModule
-from app.simulator.physics import Physics
+from app.simulator.module import Memory, Physics, SimulatedModule
 from protocol.catalogue import TRIGGER_RECORDS
-from protocol.frame import Frame
-from protocol.messages import Source, Status, TriggerRecord, decode, decode_record
+from protocol.messages import Frame, Source, Status, TriggerRecord, decode, decode_record
 from protocol.stream import StreamParser
 from tests.support.line.simulated import receive, running, say, tick
 

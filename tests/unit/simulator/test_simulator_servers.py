@@ -14,7 +14,7 @@ import serial
 from app.cli import simulate
 from app.cli.commands import BY_NAME
 from app.simulator.bench import SimulatedBench
-from app.simulator.endpoints import Endpoint, Loop, TcpEndpoint
+from app.simulator.endpoints import Endpoint, TcpEndpoint, serve
 from app.terminal.console import Refused
 from app.text.messages import ErrorCode
 from protocol.catalogue import STATUS
@@ -29,13 +29,13 @@ posix_only = pytest.mark.skipif(sys.platform == "win32", reason="there are no ps
 @contextmanager
 def serving(bench: SimulatedBench, endpoint: Endpoint) -> Iterator[str]:
     """Runs a loop in a thread; yields the address."""
-    loop = Loop(bench, endpoint)
-    thread = threading.Thread(target=loop.run)
+    is_stopped = threading.Event()
+    thread = threading.Thread(target=serve, args=(bench, endpoint, is_stopped))
     thread.start()
     try:
         yield endpoint.address
     finally:
-        loop.stop()
+        is_stopped.set()
         thread.join(PATIENCE_S)
         assert not thread.is_alive()
         endpoint.close()

@@ -4,13 +4,12 @@ from typing import Any
 
 import pytest
 
-from app.simulator.module import SimulatedModule
-from app.simulator.physics import Physics
+from app.simulator.module import Physics, SimulatedModule
 from app.simulator.setup import Setup
-from app.simulator.wire import Wire
 from protocol.catalogue import BY_NAME, STATUS
-from protocol.frame import Frame
+from protocol.messages import Frame
 from protocol.stream import StreamParser
+from tests.support.line.odd_module import HonestWire as Wire
 from tests.support.line.simulated import tick
 
 ASK = STATUS.query().encode()

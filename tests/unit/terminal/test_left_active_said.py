@@ -39,7 +39,7 @@ def leave(port: str, module: str = "", act: Act = Act.ACTIVATE, outcome: Outcome
 
 def left() -> list[str]:
     with closing(open_store()) as store:
-        return sorted(one.known_as.name for one in left_in(store))
+        return sorted(one.module for one in left_in(store))
 
 
 @pytest.mark.parametrize(

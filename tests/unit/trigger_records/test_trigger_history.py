@@ -28,7 +28,7 @@ from app.trigger_records.history import (
     sentence,
     write_archive,
 )
-from protocol.frame import encode_long
+from protocol.messages import encode_long
 from tests.support.line.sim_line import settled_rig
 from tests.support.records.stored import plain_facts
 

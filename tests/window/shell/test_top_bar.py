@@ -18,7 +18,7 @@ from app.engine.target import Target
 from app.limits.limits import LimitsInUse
 from app.safety.last_known import keep_away
 from protocol.events import Counters, EndReason
-from protocol.frame import Reason
+from protocol.messages import Reason
 from tests.support.window.controls import moved, places
 from tests.support.window.cut_off import cut_off
 from tests.support.window.fake_ports import VALUES, FakePorts, fake_window, ports_alone

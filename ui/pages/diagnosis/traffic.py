@@ -15,7 +15,7 @@ from app.engine.worker import Batch
 from app.system.clock import clock_text, wall_offset_s
 from app.text.i18n import tr
 from protocol.events import Answered, Ended, Event, OutcomeUnknown, Received, Rejected, Role, Sent, Unanswered
-from protocol.frame import Noise
+from protocol.messages import Noise
 from protocol.translatable import marked
 from ui.forms.tables import Index, list_rows
 from ui.style.icons import Icon, icon

@@ -16,8 +16,7 @@ from PySide6.QtWidgets import (
 )
 
 from app.fleet.card import Applied, Card, Need, word_of
-from app.safety.last_known import Activation
-from app.safety.trigger_flags import trigger_flags
+from app.safety.last_known import Activation, trigger_flags
 from app.settings.form import ProfileRow
 from app.settings.profiles import Profile
 from app.settings.values import value_text

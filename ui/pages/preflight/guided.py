@@ -11,7 +11,7 @@ from PySide6.QtCore import QEvent, QObject, QSignalBlocker, Qt, QTimer
 from PySide6.QtGui import QShowEvent
 from PySide6.QtWidgets import QApplication, QCheckBox, QFrame, QListWidget, QWidget
 
-from app.guided.catalogue import GUIDED_TESTS
+from app.guided.guided_tests import GUIDED_TESTS
 from app.guided.results import TITLES, VERDICT_WORDS, GuidedKind, GuidedResult, GuidedVerdict, MeasuredValue
 from app.procedures.lock import SENTENCES
 from app.safety.journal import Act, Outcome

@@ -10,7 +10,7 @@ from typing import Final
 from PySide6.QtCore import Signal
 from PySide6.QtWidgets import QCheckBox, QComboBox, QFormLayout, QLabel, QLineEdit, QPushButton, QWidget
 
-from app.guided.catalogue import GUIDED_TESTS
+from app.guided.guided_tests import GUIDED_TESTS
 from app.guided.results import TITLES
 from app.preflight.checks import CHECKS
 from app.settings.profiles import (

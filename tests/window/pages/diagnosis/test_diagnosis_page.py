@@ -28,8 +28,7 @@ from app.system.clock import steady_time
 from app.system.logs import Log, start_log
 from protocol.catalogue import HEARTBEAT
 from protocol.events import Answered, Counters, Role
-from protocol.frame import Reason
-from protocol.messages import Heartbeat
+from protocol.messages import Heartbeat, Reason
 from tests.support.window.fakes_ui import connect, simulated, window
 from tests.support.window.rig import Rig, on_fake_time
 from tests.support.window.steps import choosing, find, given, notice_text, press, show_page

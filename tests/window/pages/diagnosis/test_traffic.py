@@ -12,8 +12,7 @@ from app.engine.conversation import ConversationView
 from app.engine.worker import Batch, Connection
 from protocol.catalogue import BY_NAME
 from protocol.events import Event, Received, Rejected, Role, Sent
-from protocol.frame import Direction, Frame
-from protocol.messages import Status, decode
+from protocol.messages import Direction, Frame, Status, decode
 from protocol.stream import StreamParser
 from tests.support.window.fakes_ui import connect, page_entries, simulated, window
 from tests.support.window.steps import show_page

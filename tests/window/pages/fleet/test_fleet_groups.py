@@ -10,7 +10,7 @@ from app.engine.procedure import Cancelled, Procedure
 from app.preflight.checks import Person
 from app.preflight.evidence import Evidence
 from app.preflight.run import run_preflight
-from app.procedures.read import Everything, read_everything
+from app.procedures.read import Readings, read_everything
 from app.procedures.write import SettingChange, WriteContext
 from app.settings.profiles import NO_PROFILE, Profile
 from protocol.events import EndReason
@@ -185,7 +185,7 @@ def test_the_count_is_of_what_may_be_written_and_who_is_not_written_to_is_named(
 def test_the_settings_found_are_kept_before_the_first_write_only(desk: Desk, monkeypatch: pytest.MonkeyPatch) -> None:
     contexts = list[WriteContext]()
 
-    def write(_changes: Sequence[SettingChange], context: WriteContext) -> Procedure[Everything]:
+    def write(_changes: Sequence[SettingChange], context: WriteContext) -> Procedure[Readings]:
         contexts.append(context)
         return read_everything()
 

@@ -10,9 +10,8 @@ from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QApplication
 from pytestqt.qtbot import QtBot
 
-from app.guided.catalogue import GUIDED_TESTS
+from app.guided.guided_tests import GUIDED_TESTS, PersonSteps, StatusWatch
 from app.guided.results import TITLES, GuidedKind, GuidedResult, GuidedVerdict
-from app.guided.status_watch import PersonSteps, StatusWatch
 from app.safety.journal import REQUESTS, Act
 from app.text.messages import UserError
 from tests.campaigns.gestures.gesture_bench import GestureBench
@@ -32,7 +31,7 @@ LOCK, ACTIVATE = REQUESTS[Act.LOCK], REQUESTS[Act.ACTIVATE]
 
 @pytest.fixture
 def bench(bench: GestureBench, monkeypatch: pytest.MonkeyPatch) -> GestureBench:
-    monkeypatch.setattr("app.guided.link.SHAKEN_S", 2.0)
+    monkeypatch.setattr("app.guided.guided_tests.SHAKEN_S", 2.0)
     bench.assembly.storage.open_store()
     bench.preflight.form.who.setText("Li")
     bench.assembly.ports.module.say_name("M-07")
@@ -218,7 +217,7 @@ WAYS_OUT: dict[str, Callable[[GestureBench], object]] = {
 
 @pytest.mark.promise("c")
 def test_the_module_is_locked_whatever_ends_the_tilt(bench: GestureBench, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("app.guided.status_watch.PERSON_LIMIT_S", 5.0)
+    monkeypatch.setattr("app.guided.guided_tests.PERSON_LIMIT_S", 5.0)
     for way, leave in WAYS_OUT.items():
         bench.sent.clear()
         activated(bench)
