@@ -12,18 +12,15 @@ from typing import Annotated, Literal
 from msgspec import Meta
 
 from app.flights.judge import TriggerLimits
-from app.flights.judging import Answer, RuleReading
-from app.flights.many_logs import SummarisedLog, summarise_logs
-from app.flights.read_log import distinct_names, find_logs
+from app.flights.judging import Answer, FlightGroup, defaults_result
+from app.flights.read_log import SummarisedLog, distinct_names, find_logs, summarise_logs
 from app.flights.table import parse_choice
-from app.flights.thresholds import FlightGroup, defaults_result
 from app.terminal import console
 from app.terminal.results import Result
 from app.terminal.setting_words import parse_settings, typed
 from app.text.i18n import tr
-from app.text.messages import UserMessage, join_names, join_sentences, labelled, message
+from app.text.messages import UserMessage, join_names, join_sentences, labelled
 from protocol.messages import Source
-from protocol.translatable import marked
 
 # As `TriggerLimits` orders them.
 THRESHOLDS = (
@@ -31,8 +28,6 @@ THRESHOLDS = (
     *("attitude_trigger", "freefall_trigger"),
 )
 MAX_ACCELERATION_G = 1.5
-# Readings of the rule that fire within this time of each other agree; one of them waits for 0.2 s.
-SAME_WITHIN_S = 0.25
 _SOURCES: Mapping[Source, Literal["attitude", "freefall"]] = {Source.ATTITUDE: "attitude", Source.FREEFALL: "freefall"}
 
 
@@ -129,31 +124,23 @@ def parse_limits(words: Sequence[str]) -> TriggerLimits:
 
 
 def _judged(log: SummarisedLog, limits: TriggerLimits) -> tuple[FiredJson, list[UserMessage]]:
-    """The answer in English, and its problems: why it cannot be read or not be judged, and a difference between the
-    readings of the vendor's rule."""
+    """The answer in English, and its problems: why it cannot be read or not be judged."""
     flight, answer, problems = log.flight, Answer.UNREADABLE, [] if log.why_not is None else [log.why_not]
     fires: list[FireJson] | None = None
     tilt_max_deg = longest_fall_s = not_judged_s = math.nan
     if flight is not None:
-        answer = flight.answer(limits)
+        answer, why_not, *_ = flight.outcome(limits)
         tilt_max_deg, not_judged_s = flight.tilt_max_deg, flight.not_judged_s
         if flight.has_acceleration:
             longest_fall_s = max(0.0, flight.longest_fall_s(limits))
         if answer is not Answer.NOT_JUDGED:
             fires = [
                 FireJson(round(at_s, 3), _SOURCES[source], int(tilt_deg) if math.isfinite(tilt_deg) else None)
-                for at_s, source, tilt_deg in flight.curves[RuleReading.DIRECT].firings(limits)
+                for at_s, source, tilt_deg in flight.firings(limits)
             ]
         problems = list(flight.problems)
-        why_not = flight.coverage.why_not_enough(limits)
-        if answer is Answer.NOT_JUDGED and why_not is not None:
+        if why_not is not None:
             problems.append(why_not)
-        first_s, other_s = (flight.first_fire(limits, reading).at_s for reading in RuleReading)
-        if first_s != other_s and not abs(first_s - other_s) <= SAME_WITHIN_S:
-            text = marked("{reading}: would not fire.")
-            if other_s < math.inf:
-                text = marked("{reading}: would first fire at {time:.2f} s.")
-            problems.append(message(text, reading=message(RuleReading.DAMPED.value), time=other_s))
     result = FiredJson(
         log=str(log.path),
         fires=fires,

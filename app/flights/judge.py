@@ -1,7 +1,7 @@
 """Decides whether the module would fire: attitude and free-fall trigger, as in the vendor's table.
 
-The simulated module and the analysis of flight logs use it. Whoever shows a verdict shows `RULES` (what the table says)
-and `ASSUMPTIONS` (where it is silent), too.
+The simulated module and the analysis of flight logs use it. Whoever shows a verdict shows `RULES` and `ASSUMPTIONS`,
+too.
 """
 
 from typing import NamedTuple
@@ -10,24 +10,20 @@ from protocol.catalogue import RESET_BELOW_THRESHOLD_DEG
 from protocol.messages import Source
 from protocol.translatable import marked
 
+# A longer pause between two samples ends a fall: what happened in between is unknown.
 MAX_GAP_S = 0.5
-"""A longer pause between two samples ends a fall: what happened in between is unknown."""
-
+# Tolerance when durations are compared.
 ROUNDING_S = 1e-9
-"""Tolerance when durations are compared."""
-
+# What the vendor's table says, and what is assumed where it is silent.
 RULES = (
     marked("Attitude: fires at its threshold, rearms 10° below."),
     marked("Free fall: fires after the free-fall time below its threshold."),
 )
-"""What the vendor's table says."""
-
 ASSUMPTIONS = (
     marked("Assumed: the threshold tilt fires, the threshold acceleration does not."),
     marked("Assumed: activated while tilted, it fires at once."),
     marked("Assumed: LOCK, a restart or a 0.5 s pause ends a fall."),
 )
-"""Where the vendor's table is silent."""
 
 
 class SensorSample(NamedTuple):
@@ -53,14 +49,14 @@ class TriggerLimits(NamedTuple):
 
 
 class SampleVerdict(NamedTuple):
+    # Triggers that fire with this sample.
     fired: Source
-    """Triggers that fire with this sample."""
+    # Triggers whose condition still holds: they cannot fire again until it ends.
     standing: Source
-    """Triggers whose condition still holds: they cannot fire again until it ends."""
 
 
+# To be compared by `is`, for each sample: to ask whether a flag is true takes longer than the rest.
 NOTHING = Source(0)
-"""To be compared by `is`, for each sample: to ask whether a flag is true takes longer than the rest."""
 
 
 class Judge:
@@ -70,7 +66,7 @@ class Judge:
         self.reset()
 
     def reset(self) -> None:
-        """Forget everything, as the module does when it is locked or off."""
+        """Forgets everything, as the module does when it is locked or off."""
         self._standing = NOTHING
         self._falls_since_s: float | None = None
         self._last_s: float | None = None
@@ -85,27 +81,21 @@ class Judge:
             self.reset()
             return SampleVerdict(NOTHING, NOTHING)
         before = self._standing
-        self._judge_attitude(sample, limits)
-        self._judge_fall(sample, limits)
-        self._last_s = sample.at_s
-        fired = self._standing & ~before if self._standing is not NOTHING else NOTHING
-        return SampleVerdict(fired, self._standing)
-
-    def _judge_attitude(self, sample: SensorSample, limits: TriggerLimits) -> None:
-        if self._standing is not NOTHING and Source.ATTITUDE in self._standing:
+        if before is not NOTHING and Source.ATTITUDE in before:
             if sample.tilt_deg <= limits.reset_angle_deg or not limits.attitude_is_enabled:
                 self._standing &= ~Source.ATTITUDE
         elif limits.attitude_is_enabled and sample.tilt_deg >= limits.attitude_threshold_deg:
             self._standing |= Source.ATTITUDE
-
-    def _judge_fall(self, sample: SensorSample, limits: TriggerLimits) -> None:
         if not limits.freefall_is_enabled or sample.acceleration_g >= limits.freefall_acceleration_g:
             self._falls_since_s = None
             if self._standing is not NOTHING:
                 self._standing &= ~Source.FREEFALL
-            return
-        has_gap = self._last_s is not None and sample.at_s - self._last_s > MAX_GAP_S
-        if self._falls_since_s is None or has_gap:
-            self._falls_since_s = sample.at_s
-        if sample.at_s - self._falls_since_s >= limits.freefall_time_s - ROUNDING_S:
-            self._standing |= Source.FREEFALL
+        else:
+            has_gap = self._last_s is not None and sample.at_s - self._last_s > MAX_GAP_S
+            if self._falls_since_s is None or has_gap:
+                self._falls_since_s = sample.at_s
+            if sample.at_s - self._falls_since_s >= limits.freefall_time_s - ROUNDING_S:
+                self._standing |= Source.FREEFALL
+        self._last_s = sample.at_s
+        fired = self._standing & ~before if self._standing is not NOTHING else NOTHING
+        return SampleVerdict(fired, self._standing)

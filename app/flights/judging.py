@@ -1,124 +1,49 @@
-"""Where a flight would have fired, under either reading of the vendor's rule; whether its log says enough for a no, and
-when control was lost.
+"""Where a flight would have fired, whether its log says enough for a no, when control was lost; and which thresholds
+separate flights that must fire from those that must not.
 
 The first firing is computed once for every threshold in the vendor's steps, in a worker process; after that thresholds
-are a look-up.
+are a look-up. A proposal can kill, so it stays within the narrow bounds of this program. No flight fires that must not,
+and each fires before the impact that must. Flights of one side alone propose nothing.
 """
 
 import math
 import sys
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from enum import Enum
 from functools import reduce
 from operator import or_
+from types import MappingProxyType
 from typing import Final, NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
-from app.flights.flight_log import GAP_TOLERANCE_S, FlightLog, runs, total_s
+from app.flights.flight_log import GAP_TOLERANCE_S, Flags, FlightLog, Floats, Spans, runs, total_s
 from app.flights.judge import MAX_GAP_S, ROUNDING_S, TriggerLimits
-from app.flights.raw_log import Flags, Floats, Places
-from app.text.i18n import tr
-from app.text.messages import UserMessage, message, stopwatch
+from app.safety.consequences import SHORT_FALL_S
+from app.text.messages import UserMessage, message
 from protocol.catalogue import CENTISECOND, DEGREE, TENTH_G
 from protocol.messages import Source
 from protocol.translatable import marked
 
+Steps = NDArray[np.int64]
+# Whole degrees, tenths of g and hundredths of a second: the largest tilt, what would make everything a fall, a byte.
 MAX_TILT_STEPS: Final = 180
-"""Whole degrees; the largest possible tilt."""
 MAX_ACCELERATION_STEPS: Final = 15
-"""Tenths of g; above 1.5 g everything would be a fall."""
 MAX_TIME_STEPS: Final = 255
-"""Hundredths of a second: the byte's largest."""
 NEVER: Final = math.inf
+# After any firing; what never fires is later still.
 EVER: Final = sys.float_info.max
-"""After any firing; what never fires is later still."""
-DAMPING_S: Final = 0.2
-"""Damped reading: how long the angle must last, and the averaging time of the acceleration."""
-FALL_MARGIN_S: Final = 0.1
-"""A pause in which a fall that is shorter by this than the free-fall time fits may hide one that fires."""
-MAX_MISSING_SHARE: Final = 0.1
-"""Of the flight, or of the samples, above which its rest proves nothing."""
 
 
-class RuleReading(Enum):
-    """Interpretation of what the vendor's rule leaves open; the value describes it."""
+class Answer(Enum):
+    """Would it have fired? The value is its word in JSON."""
 
-    # As `app.flights.judge.Judge` and the simulated module do.
-    DIRECT = marked("angle at once, acceleration unfiltered")
-    DAMPED = marked("angle lasts 0.2 s, acceleration averaged over 0.2 s")
-
-
-class Samples(NamedTuple):
-    """One quantity at the module's resolution, where it is known.
-
-    Where it is not active, as on the ground, the module does not judge, and forgets what was.
-    """
-
-    time_s: Floats
-    values: Floats
-    is_active: Flags
-
-
-def tilts_of(log: FlightLog, reading: RuleReading) -> Samples:
-    """In degrees."""
-    rows = np.flatnonzero(np.isfinite(log.tilt_deg))
-    tilt_deg = log.tilt_deg[rows]
-    if reading is RuleReading.DAMPED:
-        tilt_deg = lasting(log.time_s[rows], tilt_deg)
-        rows, tilt_deg = rows[np.isfinite(tilt_deg)], tilt_deg[np.isfinite(tilt_deg)]
-    return Samples(log.time_s[rows], to_steps(tilt_deg, DEGREE.per_unit), log.is_judged[rows])
-
-
-def forces_of(log: FlightLog, reading: RuleReading) -> Samples:
-    """In g."""
-    rows = np.flatnonzero(np.isfinite(log.specific_force_g))
-    force_g = log.specific_force_g[rows]
-    if reading is RuleReading.DAMPED:
-        force_g = averaged(log.time_s[rows], force_g, DAMPING_S)
-    return Samples(log.time_s[rows], to_steps(force_g, TENTH_G.per_unit), log.is_judged[rows])
-
-
-def to_steps(values: Floats, per_unit: int) -> Floats:
-    """Rounds to the steps that the module reports in a byte."""
-    steps: Floats = np.clip(np.rint(values * per_unit), 0, 255) / per_unit
-    return steps
-
-
-def lasting(time_s: Floats, tilt_deg: Floats) -> Floats:
-    """Minimum of the last `DAMPING_S`; NaN until that much time has passed since a pause."""
-    if not len(time_s):
-        return tilt_deg
-    # `reduceat` takes the minimum between each bound and the next: every second one is of a window.
-    bounds = np.column_stack((_window_firsts(time_s, DAMPING_S), np.arange(1, len(time_s) + 1))).ravel()
-    minima: Floats = np.minimum.reduceat(np.append(tilt_deg, np.inf), bounds)[::2]
-    minima[time_s - time_s[_stretch_firsts(time_s)] < DAMPING_S - ROUNDING_S] = np.nan
-    return minima
-
-
-def averaged(time_s: Floats, values: Floats, over_s: float) -> Floats:
-    """Mean of the last `over_s`, both ends included, since a pause."""
-    sums = np.concatenate(((0.0,), np.cumsum(values)))
-    firsts, stops = _window_firsts(time_s, over_s), np.arange(1, len(values) + 1)
-    mean: Floats = (sums[stops] - sums[firsts]) / (stops - firsts)
-    return mean
-
-
-def _window_firsts(time_s: Floats, over_s: float) -> Places:
-    """For each row the first row of the last `over_s` since a pause."""
-    firsts = np.searchsorted(time_s, time_s - (over_s + ROUNDING_S), "left")
-    return np.maximum(firsts, _stretch_firsts(time_s))
-
-
-def _stretch_firsts(time_s: Floats) -> Places:
-    """For each row the first row after the last pause."""
-    is_first = np.diff(time_s, prepend=-np.inf) > MAX_GAP_S
-    firsts: Places = np.maximum.accumulate(np.where(is_first, np.arange(len(time_s)), 0))
-    return firsts
-
-
-# What fires
+    FIRES = "fires"
+    DOES_NOT_FIRE = "does_not_fire"
+    NOT_JUDGED = "not_judged"
+    UNREADABLE = "unreadable"
 
 
 class Firing(NamedTuple):
@@ -129,10 +54,35 @@ class Firing(NamedTuple):
     tilt_deg: float
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class FiringCurves:
-    """Of one flight under one reading. Times are seconds of the `FlightLog`, `NEVER` where nothing fires."""
+class Outcome(NamedTuple):
+    """What given thresholds do in one flight."""
 
+    answer: Answer
+    # Why it is not judged.
+    why_not: UserMessage | None
+    # The first firing, in seconds of the log; `NEVER` and nothing where it does not fire.
+    at_s: float
+    sources: Source
+    is_before_impact: bool
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class FlightSummary:
+    """One flight; times are those of its `FlightLog`, which is read again to show it.
+
+    Methods raise LookupError for a free-fall acceleration above 1.5 g.
+    """
+
+    # Path of the file as given.
+    name: str
+    duration_s: float
+    not_judged_s: float
+    # As measured, of the judged rows; NaN without any.
+    tilt_max_deg: float
+    # The log holds an attitude, or an acceleration, while it is judged.
+    has_attitude: bool
+    has_acceleration: bool
+    problems: tuple[UserMessage, ...]
     # First firing of the attitude trigger, by threshold in whole degrees, and the tilt then: shape (181,).
     attitude_s: Floats
     attitude_deg: Floats
@@ -141,13 +91,25 @@ class FiringCurves:
     freefall_s: Floats
     freefall_deg: Floats
     # Longest fall from first to last report, by threshold in tenths of g; -1 where there is none: (16,).
-    longest_fall_s: Floats
+    longest_falls_s: Floats
+    # The longest fall that a pause may hide, with the falls around it: (16,).
+    hidden_falls_s: Floats
+    # Why too little of it is known for a no; None: enough. What is missing is never taken for a calm flight.
+    why_not: UserMessage | None
+    why_no_attitude: UserMessage | None
+    why_no_acceleration: UserMessage | None
+    # Estimated loss of control; None: not lost, or unknown.
+    loss_s: float | None
+    # None: unknown.
+    impact_s: float | None
+
+    @property
+    def end_s(self) -> float:
+        """Time after which firing is too late: the impact, `EVER` where unknown."""
+        return EVER if self.impact_s is None else self.impact_s
 
     def firings(self, limits: TriggerLimits) -> list[Firing]:
-        """The first one of each trigger, in order of time: after it the parachute is open.
-
-        Raises LookupError for a free-fall acceleration above 1.5 g.
-        """
+        """The first one of each trigger, in order of time: after it the parachute is open."""
         found: list[Firing] = []
         tilt = steps_of(limits.attitude_threshold_deg, DEGREE.per_unit)
         if limits.attitude_is_enabled and tilt <= MAX_TILT_STEPS:
@@ -157,11 +119,38 @@ class FiringCurves:
             found.append(Firing(float(self.freefall_s[fall]), Source.FREEFALL, float(self.freefall_deg[fall])))
         return sorted((firing for firing in found if firing.at_s < NEVER), key=lambda firing: firing.at_s)
 
-    def first(self, limits: TriggerLimits) -> tuple[float, Source]:
-        """When it fires first, and why; `NEVER` and nothing where it does not. Raises as `firings`."""
+    def outcome(self, limits: TriggerLimits) -> Outcome:
+        """Would it have fired?"""
         found = self.firings(limits)
-        first_s = found[0].at_s if found else NEVER
-        return first_s, reduce(or_, (firing.source for firing in found if firing.at_s == first_s), Source(0))
+        if found:
+            at_s = found[0].at_s
+            sources = reduce(or_, (firing.source for firing in found if firing.at_s == at_s))
+            return Outcome(Answer.FIRES, None, at_s, sources, at_s <= self.end_s)
+        why_not = self._why_not_judged(limits)
+        return Outcome(
+            Answer.DOES_NOT_FIRE if why_not is None else Answer.NOT_JUDGED,
+            why_not,
+            at_s=NEVER,
+            sources=Source(0),
+            is_before_impact=False,
+        )
+
+    def _why_not_judged(self, limits: TriggerLimits) -> UserMessage | None:
+        if self.why_not is not None:
+            return self.why_not
+        if limits.attitude_is_enabled and self.why_no_attitude is not None:
+            return self.why_no_attitude
+        if not limits.freefall_is_enabled:
+            return None
+        # A pause hides one that fires also where the fall in it is a little shorter.
+        longest_s = limits.freefall_time_s - 0.1 + GAP_TOLERANCE_S
+        if float(self.hidden_falls_s[acceleration_step(limits)]) > longest_s:
+            return message(marked("A pause of the acceleration may hide a fall."))
+        return self.why_no_acceleration
+
+    def longest_fall_s(self, limits: TriggerLimits) -> float:
+        """From first to last report below their acceleration; -1 without any."""
+        return float(self.longest_falls_s[acceleration_step(limits)])
 
 
 def steps_of(value: float, per_unit: int) -> int:
@@ -176,16 +165,80 @@ def acceleration_step(limits: TriggerLimits) -> int:
     return step
 
 
-def firing_curves(log: FlightLog, reading: RuleReading) -> FiringCurves:
+class Samples(NamedTuple):
+    """One quantity at the module's resolution, where it is known.
+
+    Where it is not active, as on the ground, the module does not judge, and forgets what was.
+    """
+
+    time_s: Floats
+    values: Floats
+    is_active: Flags
+
+
+def samples_of(log: FlightLog, values: Floats, per_unit: int) -> Samples:
+    """Rounds `values`, of each row, to the steps that the module reports in a byte."""
+    rows = np.flatnonzero(np.isfinite(values))
+    return Samples(log.time_s[rows], to_steps(values[rows], per_unit), log.is_judged[rows])
+
+
+def to_steps(values: Floats, per_unit: int) -> Floats:
+    steps: Floats = np.clip(np.rint(values * per_unit), 0, 255) / per_unit
+    return steps
+
+
+def summarise(log: FlightLog) -> FlightSummary:
     """Takes about 10 ms for a flight of ten minutes."""
-    tilts = tilts_of(log, reading)
+    # The attitude trigger fires at once, with the first tilt that reaches its threshold.
+    tilts = samples_of(log, log.tilt_deg, DEGREE.per_unit)
     highest_deg = np.maximum.accumulate(tilts.values[tilts.is_active])
     rows = np.searchsorted(highest_deg, np.arange(MAX_TILT_STEPS + 1), "left")
     attitude_s = np.append(tilts.time_s[tilts.is_active], NEVER)[rows]
+    forces = samples_of(log, log.specific_force_g, TENTH_G.per_unit)
+    tilt_gaps, force_gaps = log.gaps
+    freefall_s, longest_falls_s = _falls(log, forces)
+    measured_deg = np.append(to_steps(log.tilt_deg, DEGREE.per_unit), np.nan)
+    attitude_deg, freefall_deg = (measured_deg[np.searchsorted(log.time_s, at_s)] for at_s in (attitude_s, freefall_s))
+    # What is missing. Time on the ground is not.
+    why_not = why_no_attitude = why_no_acceleration = None
+    if not log.has_plausible_length:
+        why_not = message(marked("No flight has the length of this log."))
+    elif log.left_out_share > 0.1:
+        why_not = message(marked("More than a tenth of the samples was left out."))
+    if len(tilt_gaps):
+        why_no_attitude = message(marked("A pause of the attitude of more than 0.2 s may hide a tilt."))
+    if total_s(force_gaps) > 0.1 * total_s(log.flights):
+        why_no_acceleration = message(marked("More than a tenth of the acceleration is missing."))
+    judged_deg = log.tilt_deg[log.is_judged & np.isfinite(log.tilt_deg)]
+    loss_s, impact_s = loss_of_control(log)
+    return FlightSummary(
+        name=log.name,
+        duration_s=log.duration_s,
+        not_judged_s=log.not_judged_s,
+        tilt_max_deg=float(judged_deg.max()) if len(judged_deg) else math.nan,
+        has_attitude=len(judged_deg) > 0,
+        has_acceleration=bool(forces.is_active.any()),
+        problems=log.problems,
+        attitude_s=attitude_s,
+        attitude_deg=attitude_deg,
+        freefall_s=freefall_s,
+        freefall_deg=freefall_deg,
+        longest_falls_s=longest_falls_s,
+        hidden_falls_s=_hidden_falls(log, forces, force_gaps),
+        why_not=why_not,
+        why_no_attitude=why_no_attitude,
+        why_no_acceleration=why_no_acceleration,
+        loss_s=loss_s,
+        impact_s=impact_s,
+    )
+
+
+def _falls(log: FlightLog, forces: Samples) -> tuple[Floats, Floats]:
+    """`freefall_s` and `longest_falls_s` of the summary."""
     freefall_s = np.full((MAX_ACCELERATION_STEPS + 1, MAX_TIME_STEPS + 1), NEVER)
-    longest_fall_s = np.full(MAX_ACCELERATION_STEPS + 1, -1.0)
-    time_s, forces_g, is_active = forces_of(log, reading)
-    steps = np.where(is_active, np.rint(forces_g * TENTH_G.per_unit), np.inf)
+    longest_falls_s = np.full(MAX_ACCELERATION_STEPS + 1, -1.0)
+    time_s = forces.time_s
+    steps = np.where(forces.is_active, np.rint(forces.values * TENTH_G.per_unit), np.inf)
     # A fall begins again after a pause, and where the module lost its state.
     restarts = np.diff(time_s, prepend=-np.inf) > MAX_GAP_S
     lost = np.searchsorted(time_s, [reset.time_s for reset in log.resets])
@@ -195,226 +248,74 @@ def firing_curves(log: FlightLog, reading: RuleReading) -> FiringCurves:
         firsts, lasts = runs(steps < step, restarts)
         if len(firsts):
             lasted_s = time_s[lasts] - time_s[firsts]
-            longest_fall_s[step] = lasted_s.max()
+            longest_falls_s[step] = lasted_s.max()
             # For each free-fall time the first fall that lasts so long, and the first row at which it has done so.
             fall = np.searchsorted(np.maximum.accumulate(lasted_s), times_s, "left")
             is_there = fall < len(firsts)
             rows = np.searchsorted(time_s, time_s[firsts[fall[is_there]]] + times_s[is_there], "left")
             freefall_s[step, is_there] = time_s[rows]
-    measured_deg = np.append(to_steps(log.tilt_deg, DEGREE.per_unit), np.nan)
-    attitude_deg, freefall_deg = (measured_deg[np.searchsorted(log.time_s, at_s)] for at_s in (attitude_s, freefall_s))
-    return FiringCurves(attitude_s, attitude_deg, freefall_s, freefall_deg, longest_fall_s)
+    return freefall_s, longest_falls_s
 
 
-# What is missing
-
-
-class Answer(Enum):
-    """Would it have fired? The value is its word in JSON."""
-
-    FIRES = "fires"
-    DOES_NOT_FIRE = "does_not_fire"
-    NOT_JUDGED = "not_judged"
-    UNREADABLE = "unreadable"
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class Coverage:
-    """Why too little of one flight is known, computed once for all thresholds; None: enough. See `coverage_of`.
-
-    What is missing is never taken for a calm flight.
-    """
-
-    why_not: UserMessage | None
-    why_no_attitude: UserMessage | None
-    why_no_acceleration: UserMessage | None
-    # The longest fall that a pause may hide, with the falls around it, by threshold in tenths of g: shape (16,).
-    hidden_fall_s: Floats
-
-    def why_not_enough(self, limits: TriggerLimits) -> UserMessage | None:
-        """Why a flight in which nothing fires with these thresholds is not judged; None where it is."""
-        if self.why_not is not None:
-            return self.why_not
-        if limits.attitude_is_enabled and self.why_no_attitude is not None:
-            return self.why_no_attitude
-        if not limits.freefall_is_enabled:
-            return None
-        longest_s = limits.freefall_time_s - FALL_MARGIN_S + GAP_TOLERANCE_S
-        if float(self.hidden_fall_s[acceleration_step(limits)]) > longest_s:
-            return message(marked("A pause of the acceleration may hide a fall."))
-        return self.why_no_acceleration
-
-
-def coverage_of(log: FlightLog) -> Coverage:
-    """Time on the ground is not missing."""
-    why_not = why_no_attitude = why_no_acceleration = None
-    if not log.has_plausible_length:
-        why_not = message(marked("No flight has the length of this log."))
-    elif log.left_out_share > MAX_MISSING_SHARE:
-        why_not = message(marked("More than a tenth of the samples was left out."))
-    if len(log.tilt_gaps):
-        why_no_attitude = message(marked("A pause of the attitude of more than 0.2 s may hide a tilt."))
-    if total_s(log.force_gaps) > MAX_MISSING_SHARE * total_s(log.flights):
-        why_no_acceleration = message(marked("More than a tenth of the acceleration is missing."))
-    return Coverage(why_not, why_no_attitude, why_no_acceleration, _hidden_falls(log))
-
-
-def _hidden_falls(log: FlightLog) -> Floats:
+def _hidden_falls(log: FlightLog, forces: Samples, gaps: Spans) -> Floats:
     """Each pause may be a fall, which began with the rows below the threshold before it and ends with those behind."""
     hidden_s = np.zeros(MAX_ACCELERATION_STEPS + 1)
-    begins_s, ends_s = log.force_gaps.T
-    if not len(begins_s):
+    if not len(gaps):
         return hidden_s
-    known = forces_of(log, RuleReading.DIRECT)
-    steps = np.rint(known.values * TENTH_G.per_unit)
+    begins_s, ends_s = gaps.T
+    steps = np.rint(forces.values * TENTH_G.per_unit)
     for step in range(MAX_ACCELERATION_STEPS + 1):
         # No fall goes on over a row that has weight, or over the ground.
-        has_weight = (steps >= step) & known.is_active
-        bounds_s = np.sort(np.concatenate((known.time_s[has_weight], log.flights.ravel())))
+        has_weight = (steps >= step) & forces.is_active
+        bounds_s = np.sort(np.concatenate((forces.time_s[has_weight], log.flights.ravel())))
         before = np.searchsorted(bounds_s, begins_s, "right") - 1
         behind = np.searchsorted(bounds_s, ends_s, "left")
         hidden_s[step] = (bounds_s[behind] - bounds_s[before]).max()
     return hidden_s
 
 
-# The summary of a flight
+# When control was lost
 
-CALM_S: Final = 1.0
-CALM_TILT_DEG: Final = 30.0
-CALM_G: Final = (0.5, 1.5)
-IMPACT_G: Final = 3.0
-MIN_LOSS_S: Final = 0.3
-"""A calm flight until less than this before the impact was a hard landing."""
-BOUNCE_S: Final = 2.0
-"""Peaks within this time are one impact."""
-REST_M: Final = 2.0
-"""Altitudes within this of the last one are those of an aircraft that flew no more."""
-
-
-class FirstFire(NamedTuple):
-    """First firing of one flight with given thresholds, under one reading."""
-
-    # Time of the `FlightLog`; infinite where it does not fire.
-    at_s: float
-    sources: Source
-    # It fires before the impact.
-    is_in_time: bool
-    # After the loss of control, negative before it; NaN where unknown.
-    delay_s: float
-
-    @property
-    def late_text(self) -> str:
-        """How late it is, translated; empty where unknown."""
-        if math.isnan(self.delay_s):
-            return ""
-        if self.delay_s < 0:  # it flew on: nothing tells that control was lost when it fired
-            return tr("then calm again until {time}", time=moment_text(self.at_s - self.delay_s))
-        return tr("{delay:.2f} s after the loss of control", delay=self.delay_s)
+_CALM_S: Final = 1.0
+_CALM_TILT_DEG: Final = 30.0
+_CALM_G: Final = (0.5, 1.5)
+_IMPACT_G: Final = 3.0
+# A calm flight until less than this before the impact was a hard landing.
+_MIN_LOSS_S: Final = 0.3
+# Peaks within this time are one impact.
+_BOUNCE_S: Final = 2.0
+# Altitudes within this of the last one are those of an aircraft that flew no more.
+_REST_M: Final = 2.0
 
 
-def moment_text(at_s: float) -> str:
-    """Time since the beginning of the log: "12.3 s", "3:07.2"."""
-    return f"{at_s:.1f} s" if at_s < 60 else f"{stopwatch(at_s)}.{int(at_s * 10) % 10}"
+def loss_of_control(log: FlightLog) -> tuple[float | None, float | None]:
+    """Estimates when control was lost and when it hit the ground; None where unknown, or calm to its end or landing.
 
-
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class FlightSummary:
-    """One flight; times are those of its `FlightLog`, which is read again to show it."""
-
-    # Path of the file as given.
-    name: str
-    duration_s: float
-    not_judged_s: float
-    # As measured, of the judged rows; NaN without any.
-    tilt_max_deg: float
-    # The log holds an attitude, or an acceleration, while it is judged.
-    has_attitude: bool
-    has_acceleration: bool
-    coverage: Coverage
-    curves: Mapping[RuleReading, FiringCurves]
-    # Estimated loss of control; None: not lost, or unknown.
-    loss_s: float | None
-    # None: unknown.
-    impact_s: float | None
-    problems: tuple[UserMessage, ...]
-
-    @property
-    def end_s(self) -> float:
-        """Time after which firing is too late: the impact, `EVER` where unknown."""
-        return EVER if self.impact_s is None else self.impact_s
-
-    def first_fire(self, limits: TriggerLimits, reading: RuleReading = RuleReading.DIRECT) -> FirstFire:
-        """Raises LookupError for a free-fall acceleration above 1.5 g."""
-        at_s, sources = self.curves[reading].first(limits)
-        delay_s = at_s - self.loss_s if sources and self.loss_s is not None else math.nan
-        return FirstFire(at_s, sources, at_s <= self.end_s, delay_s)
-
-    def answer(self, limits: TriggerLimits) -> Answer:
-        """Would it have fired? Raises LookupError for a free-fall acceleration above 1.5 g."""
-        _, sources = self.curves[RuleReading.DIRECT].first(limits)
-        if sources:
-            return Answer.FIRES
-        return Answer.DOES_NOT_FIRE if self.coverage.why_not_enough(limits) is None else Answer.NOT_JUDGED
-
-    def longest_fall_s(self, limits: TriggerLimits) -> float:
-        """From first to last report below their acceleration, unfiltered; -1 without any. Raises LookupError."""
-        return float(self.curves[RuleReading.DIRECT].longest_fall_s[acceleration_step(limits)])
-
-
-def summarise(log: FlightLog) -> FlightSummary:
-    """Takes about 15 ms for a flight of ten minutes."""
-    lost = loss_of_control(log)
-    tilts_deg = log.tilt_deg[log.is_judged & np.isfinite(log.tilt_deg)]
-    return FlightSummary(
-        name=log.name,
-        duration_s=log.duration_s,
-        not_judged_s=log.not_judged_s,
-        tilt_max_deg=float(tilts_deg.max()) if len(tilts_deg) else math.nan,
-        has_attitude=len(tilts_deg) > 0,
-        has_acceleration=bool((log.is_judged & np.isfinite(log.specific_force_g)).any()),
-        coverage=coverage_of(log),
-        curves={reading: firing_curves(log, reading) for reading in RuleReading},
-        loss_s=lost.loss_s,
-        impact_s=lost.impact_s,
-        problems=log.problems,
-    )
-
-
-# When it was lost
-
-
-class LossOfControl(NamedTuple):
-    """Times of the `FlightLog`; None where unknown."""
-
-    # End of the last calm second in flight before the impact: tilt up to 30°, 0.5 to 1.5 g. An estimate.
-    loss_s: float | None
-    # First of the last peaks of 3 g or more, else when it came to rest.
-    impact_s: float | None
-
-
-def loss_of_control(log: FlightLog) -> LossOfControl:
-    """`loss_s` is None for a flight that was calm to its end or landing."""
+    It is lost with the end of the last calm second in flight before the impact: tilt up to 30°, 0.5 to 1.5 g. The
+    impact is the first of the last peaks of 3 g or more, else when it came to rest.
+    """
     is_known = log.is_judged & np.isfinite(log.tilt_deg) & np.isfinite(log.specific_force_g)
     force_g = log.specific_force_g
-    is_calm = (log.tilt_deg <= CALM_TILT_DEG) & (force_g >= CALM_G[0]) & (force_g <= CALM_G[1])
+    is_calm = (log.tilt_deg <= _CALM_TILT_DEG) & (force_g >= _CALM_G[0]) & (force_g <= _CALM_G[1])
     rest_s = _fell_to_rest(log, is_known, is_calm)
     if rest_s is not None:  # what moves it later is a hand
-        is_known &= log.time_s <= rest_s + BOUNCE_S
+        is_known &= log.time_s <= rest_s + _BOUNCE_S
     time_s, is_calm = log.time_s[is_known], is_calm[is_known]
     if not len(time_s):
-        return LossOfControl(None, None)
+        return None, None
     loss_s, end_s = _last_calm_end(time_s, is_calm), float(time_s[-1])
-    impact_s = _first_of_last(time_s[force_g[is_known] >= IMPACT_G])
-    if impact_s is None:
-        impact_s = rest_s
-    if impact_s is not None and loss_s is not None and loss_s > impact_s and end_s - loss_s >= MIN_LOSS_S:
+    # Of the last peaks, the first.
+    peaks_s = time_s[force_g[is_known] >= _IMPACT_G]
+    firsts = np.flatnonzero(np.diff(peaks_s, prepend=-np.inf) > _BOUNCE_S)
+    impact_s = float(peaks_s[firsts[-1]]) if len(firsts) else rest_s
+    if impact_s is not None and loss_s is not None and loss_s > impact_s and end_s - loss_s >= _MIN_LOSS_S:
         impact_s = None  # it flew on after that peak
     if impact_s is not None:
         is_before = time_s <= impact_s
         loss_s, end_s = _last_calm_end(time_s[is_before], is_calm[is_before]), impact_s
-    if loss_s is not None and end_s - loss_s < MIN_LOSS_S:
+    if loss_s is not None and end_s - loss_s < _MIN_LOSS_S:
         loss_s = None
-    return LossOfControl(loss_s, impact_s)
+    return loss_s, impact_s
 
 
 def _fell_to_rest(log: FlightLog, is_known: Flags, is_calm: Flags) -> float | None:
@@ -422,22 +323,205 @@ def _fell_to_rest(log: FlightLog, is_known: Flags, is_calm: Flags) -> float | No
     if log.altitude_m is None:
         return None
     rows = np.flatnonzero(np.isfinite(log.altitude_m))
-    away = np.flatnonzero(np.abs(log.altitude_m[rows] - log.altitude_m[rows[-1:]]) > REST_M)
+    away = np.flatnonzero(np.abs(log.altitude_m[rows] - log.altitude_m[rows[-1:]]) > _REST_M)
     if not len(away):
         return None
     rest_s = float(log.time_s[rows[away[-1]]])
-    before = is_known & (log.time_s > rest_s - CALM_S) & (log.time_s <= rest_s)
+    before = is_known & (log.time_s > rest_s - _CALM_S) & (log.time_s <= rest_s)
     return rest_s if before.any() and not is_calm[before].any() else None
 
 
-def _first_of_last(peaks_s: Floats) -> float | None:
-    """Of the last peaks, the first."""
-    firsts = np.flatnonzero(np.diff(peaks_s, prepend=-np.inf) > BOUNCE_S)
-    return float(peaks_s[firsts[-1]]) if len(firsts) else None
-
-
 def _last_calm_end(time_s: Floats, is_calm: Flags) -> float | None:
-    """End of the last run of calm rows of at least `CALM_S`."""
+    """End of the last run of calm rows of at least `_CALM_S`."""
     firsts, lasts = runs(is_calm)
-    is_long = time_s[lasts] - time_s[firsts] >= CALM_S
+    is_long = time_s[lasts] - time_s[firsts] >= _CALM_S
     return float(time_s[lasts[is_long][-1]]) if is_long.any() else None
+
+
+# Which thresholds?
+
+
+class FlightGroup(Enum):
+    """What a flight is expected to do; the value is the text that is shown."""
+
+    # Only a person knows whether it crashed, so a flight is on no side until one chooses.
+    UNSORTED = marked("not sorted yet")
+    MUST_NOT = marked("must not fire")
+    MUST = marked("must fire")
+
+
+# The map: its rows, and its columns, in the vendor's steps and in seconds.
+TILTS_DEG: Final = np.arange(30, 121)
+TIME_STEPS: Final = np.arange(20, MAX_TIME_STEPS + 1, 5)
+TIMES_S: Final = TIME_STEPS / CENTISECOND.per_unit
+
+
+class FireMap(NamedTuple):
+    """Number of flights that fire, by attitude threshold (rows) and free-fall time (columns)."""
+
+    must_not_count: int
+    must_count: int
+    # False triggers.
+    must_not_fired: Steps
+    # Fired before the impact.
+    must_fired: Steps
+
+
+def fire_map(must_not: Sequence[FlightSummary], must: Sequence[FlightSummary], limits: TriggerLimits) -> FireMap:
+    """Acceleration threshold and enabled triggers are those of `limits`; its other two values are not used.
+
+    Takes milliseconds for a thousand flights. Raises LookupError for an acceleration above 1.5 g.
+    """
+    step = acceleration_step(limits)
+    must_not_fired, must_fired = (np.zeros((len(TILTS_DEG), len(TIME_STEPS)), np.int64) for _ in range(2))
+    for flight, fired, until_s in (
+        *((flight, must_not_fired, EVER) for flight in must_not),
+        *((flight, must_fired, flight.end_s) for flight in must),
+    ):
+        tilts = limits.attitude_is_enabled & (flight.attitude_s[TILTS_DEG] <= until_s)
+        falls = limits.freefall_is_enabled & (flight.freefall_s[step, TIME_STEPS] <= until_s)
+        np.add(fired, tilts[:, None] | falls, out=fired)
+    return FireMap(len(must_not), len(must), must_not_fired, must_fired)
+
+
+# The proposal
+
+# Margins count up to these; among equal proposals the one nearest to the vendor's defaults is chosen.
+FULL_MARGIN_DEG: Final = 10
+FULL_MARGIN_S: Final = 0.3
+# The bounds of a proposal are this program's. The vendor's table says less: 55° and up, below 0.7 g, and the defaults.
+LEAST_TILT_DEG: Final = 55
+MOST_TILT_DEG: Final = 80
+LEAST_ACCELERATION_G: Final = 0.3
+MOST_ACCELERATION_G: Final = 0.6
+LEAST_FALL_S: Final = SHORT_FALL_S
+MOST_FALL_S: Final = 2.0
+
+
+def _steps_between(low: float, high: float, per_unit: int) -> Steps:
+    return np.arange(steps_of(low, per_unit), steps_of(high, per_unit) + 1)
+
+
+# All thresholds, in the vendor's steps. What is computed for each of them has the shape (tilts, accelerations, times).
+_TILTS: Final = _steps_between(LEAST_TILT_DEG, MOST_TILT_DEG, DEGREE.per_unit)[:, None, None]
+_ACCELERATIONS: Final = _steps_between(LEAST_ACCELERATION_G, MOST_ACCELERATION_G, TENTH_G.per_unit)[:, None]
+_TIMES: Final = _steps_between(LEAST_FALL_S, MOST_FALL_S, CENTISECOND.per_unit)
+_FULL_TILT: Final = FULL_MARGIN_DEG * DEGREE.per_unit
+_FULL_TIME: Final = round(FULL_MARGIN_S * CENTISECOND.per_unit)
+
+
+class FlightMargin(NamedTuple):
+    """Distance of one flight from the thresholds of a proposal."""
+
+    name: str
+    # Must not fire: threshold minus largest tilt. Must fire: tilt reached in time minus threshold, negative where this
+    # trigger alone would not fire. None where the log holds no attitude: then no margin is known.
+    attitude_deg: int | None
+    # The same with the longest fall and the free-fall time; None where the log holds no acceleration.
+    freefall_s: float | None
+
+
+class DefaultsResult(NamedTuple):
+    """What the vendor's defaults do in the flights of one side, while the other side is empty."""
+
+    group: FlightGroup
+    total: int
+    # The flights that fire and must not, or that must and do not fire in time.
+    unexpected: tuple[str, ...]
+    # The flights that do not fire, but hold too little to say so.
+    not_judged: tuple[str, ...]
+
+
+class ThresholdProposal(NamedTuple):
+    """`limits` is None where no thresholds separate the lists; `conflicts` then says why.
+
+    It is None, too, where one side is empty; `defaults` then says what the vendor's defaults do.
+    """
+
+    limits: TriggerLimits | None
+    # The flight with the smallest margin, of each side.
+    nearest: Mapping[FlightGroup, FlightMargin] = MappingProxyType({})
+    # The names of the flights of each side because of which nothing separates them.
+    conflicts: Mapping[FlightGroup, Sequence[str]] = MappingProxyType({})
+    defaults: DefaultsResult | None = None
+
+
+def propose(must_not: Sequence[FlightSummary], must: Sequence[FlightSummary]) -> ThresholdProposal:
+    """Takes about 0.1 s for hundreds of flights."""
+    if not must_not or not must:
+        group = FlightGroup.MUST if must else FlightGroup.MUST_NOT
+        return ThresholdProposal(None, defaults=defaults_result(must or must_not, group))
+    sides = {
+        FlightGroup.MUST_NOT: [_Reached(flight, EVER) for flight in must_not],
+        FlightGroup.MUST: [_Reached(flight, flight.end_s) for flight in must],
+    }
+    # Of each flight and for all thresholds: 1 for a full margin, 0 and less where it is wrong.
+    margins = [one.margins(group) for group, side in sides.items() for one in side]
+    least = reduce(np.minimum, (one.clip(0, 1) for one in margins))
+    usual = TriggerLimits()
+    off_defaults = (
+        np.abs(_TILTS - steps_of(usual.attitude_threshold_deg, DEGREE.per_unit)) / _FULL_TILT
+        + np.abs(_ACCELERATIONS - steps_of(usual.freefall_acceleration_g, TENTH_G.per_unit))
+        + np.abs(_TIMES - steps_of(usual.freefall_time_s, CENTISECOND.per_unit)) / _FULL_TIME
+    )
+    if least.max() <= 0:
+        # Those that are wrong with the thresholds with which the fewest are.
+        wrong = reduce(np.add, ((one <= 0).astype(np.int64) for one in margins))
+        best = np.where(wrong == wrong.min(), off_defaults, np.inf).argmin()
+        conflicts = {
+            group: [one.flight.name for one in side if one.margins(group).flat[best] <= 0]
+            for group, side in sides.items()
+        }
+        return ThresholdProposal(None, conflicts=conflicts)
+    best = np.where(least == least.max(), off_defaults, np.inf).argmin()
+    tilt, acceleration, time = np.unravel_index(best, least.shape)
+    limits = TriggerLimits(
+        attitude_threshold_deg=int(_TILTS.flat[tilt]) / DEGREE.per_unit,
+        freefall_acceleration_g=int(_ACCELERATIONS.flat[acceleration]) / TENTH_G.per_unit,
+        freefall_time_s=int(_TIMES[time]) / CENTISECOND.per_unit,
+    )
+    nearest: dict[FlightGroup, FlightMargin] = {}
+    for group, side in sides.items():
+        one = min(side, key=lambda one: float(one.margins(group).flat[best]))
+        sign = -1 if group is FlightGroup.MUST else 1
+        tilt_deg = sign * (round(limits.attitude_threshold_deg) - one.tilt)
+        fall_s = sign * (limits.freefall_time_s - int(one.fall[acceleration_step(limits)]) / CENTISECOND.per_unit)
+        nearest[group] = FlightMargin(
+            one.flight.name,
+            tilt_deg if one.flight.has_attitude else None,
+            fall_s if one.flight.has_acceleration else None,
+        )
+    return ThresholdProposal(limits, nearest)
+
+
+class _Reached:
+    """The largest thresholds at which a flight fires by a time, in the vendor's steps; -1: none."""
+
+    def __init__(self, flight: FlightSummary, last_s: float) -> None:
+        self.flight = flight
+        self.tilt = int((flight.attitude_s <= last_s).sum()) - 1
+        # The largest free-fall time, by acceleration threshold.
+        self.fall: Steps = (flight.freefall_s <= last_s).sum(axis=1) - 1
+
+    def margins(self, group: FlightGroup) -> Floats:
+        tilts = (_TILTS - self.tilt) / _FULL_TILT
+        times = (_TIMES - self.fall[_ACCELERATIONS]) / _FULL_TIME
+        if group is FlightGroup.MUST_NOT:
+            return np.minimum(tilts, times)
+        # Either trigger is enough. One step more, since a flight that just reaches the threshold fires.
+        return np.maximum(1 / _FULL_TILT - tilts, 1 / _FULL_TIME - times)
+
+
+def defaults_result(flights: Sequence[FlightSummary], group: FlightGroup) -> DefaultsResult:
+    """Judges the flights of one side with the vendor's defaults."""
+    unexpected: list[str] = []
+    not_judged: list[str] = []
+    for flight in flights:
+        outcome = flight.outcome(TriggerLimits())
+        is_must = group is FlightGroup.MUST
+        is_expected = outcome.is_before_impact if is_must else outcome.answer is not Answer.FIRES
+        if not is_expected:
+            unexpected.append(flight.name)
+        if outcome.answer is Answer.NOT_JUDGED:
+            not_judged.append(flight.name)
+    return DefaultsResult(group, len(flights), tuple(unexpected), tuple(not_judged))

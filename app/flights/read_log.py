@@ -1,67 +1,61 @@
-"""Reads any flight log, by its first bytes and not by its name; finds the logs in folders and archives."""
+"""Reads any flight log, by its first bytes and not by its name; finds logs in folders and archives; reads many in
+worker processes."""
 
 import gzip
 import math
+import multiprocessing
 import os
 import re
+import signal
 import tempfile
+import threading
 import zipfile
 import zlib
-from collections import Counter
-from collections.abc import Iterable, Iterator, Sequence
+from collections import Counter, deque
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from concurrent.futures import FIRST_COMPLETED, Future, ProcessPoolExecutor, wait
+from concurrent.futures.process import BrokenProcessPool
+from contextlib import ExitStack
 from pathlib import Path
-from typing import IO, TYPE_CHECKING, Final
+from typing import IO, TYPE_CHECKING, Final, NamedTuple
 
 import numpy as np
 
-from app.flights import dataflash
-from app.flights.assembly import assembled
-from app.flights.dataflash import read_dataflash
-from app.flights.flight_log import FlightLog
-from app.flights.raw_log import Channel, RawLog, kept_apart, unreadable
-from app.flights.table import CsvColumns, encoding_of, read_table
-from app.flights.telemetry import is_telemetry, read_telemetry
-from app.flights.ulog import read_ulog
-from app.text.messages import UserError, error_text, joined, message
+from app.flights.autopilots import MAGIC, TEXT_FORMAT, is_telemetry, read_dataflash, read_telemetry, read_ulog
+from app.flights.flight_log import Channel, FlightLog, RawLog, assembled, kept_apart, unreadable
+from app.flights.judging import FlightSummary, summarise
+from app.flights.table import CsvColumns, UnreadTable, encoding_of, read_table
+from app.text.messages import UserError, UserMessage, error_text, joined, message
 from protocol.translatable import marked
 
 if TYPE_CHECKING:
     from app.recordings.recording import Recording
 
 SUFFIXES: Final = (".ulg", ".bin", ".log", ".tlog", ".csv", ".tsv", ".txt", ".mcap", ".gz", ".zip")
-MAX_BYTES: Final = 1 << 30
-MAX_MEMBERS: Final = 10_000
+_MAX_BYTES: Final = 1 << 30
 _START_BYTES: Final = 1 << 16
-_AT_ONCE: Final = 1 << 20
 # What files begin with.
 _ULOG, _MCAP, _GZIP, _ZIP = b"ULog\x01\x12\x35", b"\x89MCAP0\r\n", b"\x1f\x8b", b"PK\x03\x04"
-# What the libraries raise for an archive that is damaged or encrypted.
-_DAMAGED: Final = (zipfile.BadZipFile, gzip.BadGzipFile, zlib.error, EOFError, RuntimeError, NotImplementedError)
-_NOT_LOGS: Final = frozenset((
-    ".jpg", ".jpeg", ".png", ".gif", ".svg", ".pdf", ".md", ".html", ".toml", ".py", ".mp4", ".mov", ".srt", ".kept",
-))  # fmt: skip
-"""Endings of what lies in folders beside logs, and is not opened there."""
 _READ: Final = marked(
     "Read are PX4 .ulg, ArduPilot .bin and .log, telemetry .tlog, tables .csv and .txt, recordings .mcap, and each of "
     "them in .gz or .zip."
 )
-_WEB_PAGE: Final = marked("This is a web page, not a log: download the file itself.")
 _DJI: Final = marked("This is a DJI log: convert it to CSV, for example with DatCon.")
 _BLACKBOX: Final = marked(
     "This is a Betaflight or INAV blackbox log: convert it to CSV with “blackbox_decode --simulate-imu”."
 )
-_SPREADSHEET: Final = marked("This is a spreadsheet: save it as CSV.")
-_UNKNOWN: Final = marked("Unknown kind of file.")
-_EMPTY: Final = marked("This file is empty.")
-_LFS: Final = marked("This is a Git LFS pointer, not the log: fetch the log with “git lfs pull”.")
-# By what files begin with.
+# By what files begin with; by the ending of the name, where nobody knows the bytes.
 _REFUSED: Final = {
-    re.compile(rb"(\xef\xbb\xbf)?\s*(<!doctype html|<html)", re.IGNORECASE): _WEB_PAGE,
-    re.compile(rb"version https://git-lfs"): _LFS,
+    re.compile(rb"(\xef\xbb\xbf)?\s*(<!doctype html|<html)", re.IGNORECASE): marked(
+        "This is a web page, not a log: download the file itself."
+    ),
+    re.compile(rb"version https://git-lfs"): marked(
+        "This is a Git LFS pointer, not the log: fetch the log with “git lfs pull”."
+    ),
     re.compile(rb"H Product:Blackbox", re.IGNORECASE): _BLACKBOX,
     re.compile(rb"LOGH|.{16}BUILD", re.DOTALL): _DJI,
+    re.compile(rb"\Z"): marked("This file is empty."),
 }
-# By the ending of the name, where nobody knows the bytes.
 _REFUSED_ENDINGS: Final = {".bbl": _BLACKBOX, ".bfl": _BLACKBOX, ".dat": _DJI}
 
 
@@ -95,25 +89,22 @@ def _read(path: Path, columns: CsvColumns | None) -> RawLog:
             return _read_recording(unpacked, name)
     if start.startswith(_ULOG):
         return read_ulog(data, name)
-    if start.startswith(dataflash.MAGIC):
+    if start.startswith(MAGIC):
         return read_dataflash(data, name)
     if is_telemetry(start):
         return read_telemetry(data, name)
     why = next((text for begin, text in _REFUSED.items() if begin.match(start)), None)
-    if why is None and not _is_text(start):
-        why = _REFUSED_ENDINGS.get(path.suffix.lower(), _UNKNOWN) if start else _EMPTY
+    if why is None:
+        # Of a text in any encoding that is read.
+        text = start.decode(encoding_of(start), "replace")[:4096]
+        controls = sum(character < " " and character not in "\t\r\n\f\v" for character in text)
+        if controls > len(text) // 100:
+            why = _REFUSED_ENDINGS.get(path.suffix.lower(), marked("Unknown kind of file."))
     if why is not None:
         raise UserError(joined((message(why), message(_READ)), " "))
-    if dataflash.TEXT_FORMAT.search(start):
+    if TEXT_FORMAT.search(start):
         return read_dataflash(data, name)
     return read_table(data, name, columns)
-
-
-def _is_text(start: bytes) -> bool:
-    """Whether bytes are text, in any encoding that is read."""
-    text = start.decode(encoding_of(start), "replace")[:4096]
-    controls = sum(character < " " and character not in "\t\r\n\f\v" for character in text)
-    return bool(text) and controls <= len(text) // 100
 
 
 def _read_recording(path: Path, name: str) -> RawLog:
@@ -158,6 +149,14 @@ def _recorded(recording: "Recording", name: str) -> RawLog:
 
 # Files, archives and folders
 
+# What the libraries raise for an archive that is damaged or encrypted.
+_DAMAGED: Final = (zipfile.BadZipFile, gzip.BadGzipFile, zlib.error, EOFError, RuntimeError, NotImplementedError)
+_MAX_MEMBERS: Final = 10_000
+# Endings of what lies in folders beside logs, and is not opened there.
+_NOT_LOGS: Final = frozenset((
+    ".jpg", ".jpeg", ".png", ".gif", ".svg", ".pdf", ".md", ".html", ".toml", ".py", ".mp4", ".mov", ".srt", ".kept",
+))  # fmt: skip
+
 
 def _begins(path: Path, first: bytes) -> bool:
     with path.open("rb") as file:
@@ -165,46 +164,44 @@ def _begins(path: Path, first: bytes) -> bool:
 
 
 def _content(path: Path) -> bytes:
-    """Unpacked. Raises `UserError`, OSError."""
+    """Unpacked, and bounded. Raises `UserError`, OSError."""
     if path.exists() and not path.is_file():  # opening a pipe or a device may block
         raise unreadable(marked("unknown kind of file"))
     archive = next((parent for parent in path.parents if parent.is_file()), None)
+    data = bytearray()
     try:
-        if archive is not None:
-            with zipfile.ZipFile(archive) as opened, opened.open(path.relative_to(archive).as_posix()) as packed:
-                return _bounded(packed)
-        if _begins(path, _ZIP):
-            # Else `find_logs` gives its members.
-            _members(path)
-            raise unreadable(marked("no file in the archive"))
-        if _begins(path, _GZIP):
-            with gzip.open(path) as packed:
-                return _bounded(packed)
-        if path.stat().st_size > MAX_BYTES:
-            raise unreadable(marked("too large"))
-        return path.read_bytes()
+        with ExitStack() as files:
+            if archive is not None:
+                opened = files.enter_context(zipfile.ZipFile(archive))
+                file: IO[bytes] | gzip.GzipFile = files.enter_context(opened.open(path.relative_to(archive).as_posix()))
+            elif _begins(path, _ZIP):
+                # Else `find_logs` gives its members.
+                _members(path)
+                raise unreadable(marked("no file in the archive"))
+            elif _begins(path, _GZIP):
+                file = files.enter_context(gzip.open(path))
+            elif path.stat().st_size > _MAX_BYTES:
+                raise unreadable(marked("too large"))
+            else:
+                return path.read_bytes()
+            # In parts, since a few bytes may be packed gigabytes.
+            while part := file.read(1 << 20):
+                data += part
+                if len(data) > _MAX_BYTES:
+                    raise unreadable(marked("too large"))
     except KeyError as error:
         raise unreadable(marked("not in the archive any more")) from error
     except _DAMAGED as error:
         raise unreadable(marked("damaged, or encrypted")) from error
-
-
-def _bounded(file: IO[bytes] | gzip.GzipFile) -> bytes:
-    """Raises `UserError` for more than 1 GiB."""
-    data = bytearray()
-    while part := file.read(_AT_ONCE):
-        data += part
-        if len(data) > MAX_BYTES:
-            raise unreadable(marked("too large"))
     return bytes(data)
 
 
 def _members(path: Path) -> list[str]:
     """The names of the files in a zip archive, sorted. Raises `UserError`, OSError."""
     with zipfile.ZipFile(path) as archive:
-        names = [one.filename for one in archive.infolist()[:MAX_MEMBERS] if not one.is_dir()]
+        names = [one.filename for one in archive.infolist()[:_MAX_MEMBERS] if not one.is_dir()]
     if "[Content_Types].xml" in names or "mimetype" in names:
-        raise UserError(_SPREADSHEET)
+        raise UserError(marked("This is a spreadsheet: save it as CSV."))
     return sorted(name for name in names if not any(part.startswith((".", "__MACOSX")) for part in name.split("/")))
 
 
@@ -214,15 +211,14 @@ def find_logs(paths: Iterable[Path]) -> Iterator[Path]:
     In folders everything is a log but what is known to be none: what cannot be read has to be said.
     """
     for path in paths:
-        if not path.is_dir():
+        if path.is_dir():
+            for folder, names, files in os.walk(path):
+                names[:] = sorted(name for name in names if not name.startswith("."))
+                for name in sorted(files):
+                    if Path(name).suffix.lower() not in _NOT_LOGS and not name.lower().startswith((".", "readme")):
+                        yield from _with_members(Path(folder) / name)
+        else:
             yield from _with_members(path)
-            continue
-        for folder, names, files in os.walk(path):
-            names[:] = sorted(name for name in names if not name.startswith("."))
-            for name in sorted(files):
-                is_beside_logs = Path(name).suffix.lower() in _NOT_LOGS or name.lower().startswith((".", "readme"))
-                if not is_beside_logs:
-                    yield from _with_members(Path(folder) / name)
 
 
 def _with_members(path: Path) -> list[Path]:
@@ -245,3 +241,84 @@ def distinct_names(paths: Sequence[Path]) -> list[str]:
             for name, path in zip(names, paths, strict=True)
         ]
     return names
+
+
+# Many logs
+
+# Fewer logs are read in this process, since starting workers takes longer.
+FEW_LOGS: Final = 4
+# Longest delay of a cancellation.
+_POLLED_S: Final = 0.1
+
+
+class SummarisedLog(NamedTuple):
+    """`flight` is None where the log cannot be read; then `why_not` says why."""
+
+    path: Path
+    flight: FlightSummary | None
+    why_not: UserMessage | None = None
+    # The names of the columns of a table that cannot be read.
+    head: tuple[str, ...] = ()
+
+
+def summarise_log(path: Path, columns: CsvColumns | None = None) -> SummarisedLog:
+    """Reads and summarises one log. `columns`: of a table, None recognises them by name."""
+    try:
+        return SummarisedLog(path, summarise(read_flight_log(path, columns)))
+    except UserError as error:
+        head = error.head if isinstance(error, UnreadTable) else ()
+        return SummarisedLog(path, None, error.message, head)
+
+
+def summarise_logs(
+    paths: Sequence[Path],
+    columns: CsvColumns | None = None,
+    *,
+    is_cancelled: Callable[[], bool] = lambda: False,
+    processes: int | None = None,
+) -> Iterator[SummarisedLog]:
+    """Yields a result per log as they are done; fewer when cancelled.
+
+    Blocks: call it in a thread of its own, which polls `is_cancelled` about ten times a second. `processes`: None uses
+    one per processor.
+    """
+    count = min(processes or os.cpu_count() or 1, len(paths))
+    if len(paths) < FEW_LOGS or count < 2:
+        for path in paths:
+            if is_cancelled():
+                return
+            yield summarise_log(path, columns)
+        return
+    waiting = deque(paths)
+    reading: dict[Future[SummarisedLog], Path] = {}
+    # Spawned, because a fork of a process with threads may hang, and Windows has none.
+    workers = ProcessPoolExecutor(count, multiprocessing.get_context("spawn"), initializer=_begin_worker)
+    try:
+        while (waiting or reading) and not is_cancelled():
+            while waiting and len(reading) < 2 * count:
+                future = workers.submit(summarise_log, waiting[0], columns)
+                reading[future] = waiting.popleft()
+            done, _ = wait(reading, _POLLED_S, FIRST_COMPLETED)
+            for future in done:
+                result = future.result()
+                del reading[future]
+                yield result
+    except BrokenProcessPool:  # a process was killed, such as for want of memory
+        why_not = unreadable(marked("the program that reads it ended")).message
+        for path in (*reading.values(), *waiting):
+            yield SummarisedLog(path, None, why_not)
+    finally:
+        workers.shutdown(cancel_futures=True)
+
+
+def _begin_worker() -> None:
+    """Ignores Ctrl-C, which the parent process handles, and ends with the parent, also with one that is killed."""
+
+    def end_with_program() -> None:
+        program = multiprocessing.parent_process()
+        if program is not None:
+            program.join()
+        os._exit(1)
+
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    threading.Thread(target=end_with_program, name="dps-s program", daemon=True).start()

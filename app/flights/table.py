@@ -12,16 +12,17 @@ import csv
 import math
 import re
 import shlex
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from datetime import UTC, datetime
 from io import BytesIO, TextIOWrapper
-from itertools import chain
+from itertools import chain, islice
 from typing import Final, NamedTuple
 
 import numpy as np
 
-from app.flights.flight_log import LONGEST_LOG_S, SHORTEST_LOG_S
-from app.flights.raw_log import (
+from app.flights.flight_log import (
+    LONGEST_LOG_S,
+    SHORTEST_LOG_S,
     STANDARD_GRAVITY_M_S2,
     Channel,
     Floats,
@@ -37,8 +38,8 @@ from app.recordings.markers import STATE_LOST, Marker
 from app.text.messages import UserError, UserMessage, clean, message
 from protocol.translatable import marked
 
-# Which columns hold what
-
+# What a column can hold, and what makes seconds, degrees, m/s² and metres of its units. "acceleration" is the length
+# of x, y and z.
 _ANGLES: Final = {"deg": 1.0, "rad": 180 / np.pi}
 _FORCES: Final = {"g": STANDARD_GRAVITY_M_S2, "m_s2": 1.0}
 QUANTITIES: Final[Mapping[str, Mapping[str, float]]] = {
@@ -49,12 +50,16 @@ QUANTITIES: Final[Mapping[str, Mapping[str, float]]] = {
     "altitude": {"m": 1.0},
     "armed": {"": 1.0},
 }  # fmt: skip
-"""What a column can hold, and what makes seconds, degrees, m/s² and metres of its units. "acceleration" is the length
-of x, y and z."""
-ATTITUDES: Final = (("tilt",), ("qw", "qx", "qy", "qz"), ("roll", "pitch"))
-FORCES: Final = (("acceleration",), ("x", "y", "z"))
-_CHOICES: Final[tuple[tuple[tuple[str, ...], ...], ...]] = (
-    (("time",),), ATTITUDES, FORCES, (("altitude",),), (("armed",),),
+# From which quantities the tilt in degrees and the force in g can be computed, and how.
+_TILTS: Final[Mapping[tuple[str, ...], Callable[..., Floats]]] = {
+    ("tilt",): np.abs, ("qw", "qx", "qy", "qz"): tilt_of_quaternion, ("roll", "pitch"): tilt_of_roll_and_pitch,
+}  # fmt: skip
+_LENGTHS: Final[Mapping[tuple[str, ...], Callable[..., Floats]]] = {
+    ("acceleration",): lambda length_m_s2: np.abs(length_m_s2) / STANDARD_GRAVITY_M_S2, ("x", "y", "z"): force_of_axes,
+}  # fmt: skip
+# Of each line the first choice whose columns are all there is used.
+_CHOICES: Final[tuple[Iterable[tuple[str, ...]], ...]] = (
+    (("time",),), _TILTS, _LENGTHS, (("altitude",),), (("armed",),),
 )  # fmt: skip
 # The word of a role on the command line, such as "time_ms".
 _ROLES: Final = {
@@ -66,26 +71,14 @@ _NAMES: Final = {quantity: quantity for quantity in QUANTITIES} | {
     "acc_x": "x", "acc_y": "y", "acc_z": "z", "accx": "x", "accy": "y", "accz": "z", "ax": "x", "ay": "y", "az": "z",
     "accelerometer_m_s2[0]": "x", "accelerometer_m_s2[1]": "y", "accelerometer_m_s2[2]": "z",
 }  # fmt: skip
-UNITS: Final = {
+# Units as they are written, and as roles end.
+_UNITS: Final = {
     "s": "s", "sec": "s", "secs": "s", "second": "s", "seconds": "s", "ms": "ms", "msec": "ms", "milliseconds": "ms",
     "us": "us", "µs": "us", "μs": "us", "usec": "us", "microseconds": "us", "ns": "ns", "nanoseconds": "ns",
     "deg": "deg", "degree": "deg", "degrees": "deg", "°": "deg", "rad": "rad", "radian": "rad", "radians": "rad",
     "g": "g", "m/s²": "m_s2", "m/s^2": "m_s2", "m/s2": "m_s2", "m/s/s": "m_s2", "m_s2": "m_s2", "m/s**2": "m_s2",
     "m": "m", "meter": "m", "meters": "m", "metres": "m",
 }  # fmt: skip
-"""Units as they are written, and as roles end."""
-# The quantities of which those without a unit have the same one.
-_MEASURED_TOGETHER: Final = (("time",), ("tilt", "roll", "pitch"), ("acceleration", "x", "y", "z"))
-# Steps that a log may have. Where more than one unit fits, only one may make a flight of up to `_USUAL_LENGTH_S`.
-_STEPS_S: Final = (0.0005, 60.0)
-_USUAL_LENGTH_S: Final = 4 * 3600.0
-_LARGEST_DEG: Final = 180.5
-_TURN_DEG: Final = 360.0
-_REST_M_S2: Final = (8.0, 12.0)
-_MIN_REST: Final = 0.05
-_SHOCK_M_S2: Final = 60.0
-_MAX_SHOCKS: Final = 0.1
-_MAX_SHOWN: Final = 30
 
 
 class CsvColumn(NamedTuple):
@@ -94,8 +87,14 @@ class CsvColumn(NamedTuple):
     unit: str | None
 
 
+# By quantity.
 CsvColumns = Mapping[str, CsvColumn]
-"""By quantity."""
+
+
+class UnreadTable(UserError):
+    """A table that cannot be read as it is; with other columns perhaps it can. `head`: the names of its columns."""
+
+    head: tuple[str, ...] = ()
 
 
 def role_words(columns: CsvColumns) -> list[str]:
@@ -127,158 +126,31 @@ def parse_line(line: str) -> CsvColumns:
     return parse_choice(word for word in words if word != "--column")
 
 
-def recognise(head: Sequence[str], units: Sequence[str], chosen: CsvColumns | None) -> CsvColumns:
-    """The columns that are used, some of them still without a unit. `units`: from a line of units; empty where unknown.
+# How a table is written
 
-    Raises `UserError` where a column that is used is not there, or twice, or has another unit than is said.
-    """
-    by_person = chosen or {}
-    by_name: dict[str, CsvColumn] = {}
-    # Where a quantity has several columns, the first one with a unit counts.
-    for quantity, column in sorted(map(_meaning, head, units), key=lambda one: one[1].unit is None):
-        by_name.setdefault(quantity, column)
-    used: dict[str, CsvColumn] = {}
-    for choices in _CHOICES:
-        is_chosen = any(quantity in by_person for choice in choices for quantity in choice)
-        known = by_person if is_chosen else by_name
-        whole = [choice for choice in choices if all(quantity in known for quantity in choice)]
-        whole.sort(key=lambda choice: any(known[quantity].unit is None for quantity in choice))
-        # What is not needed must not make the table unreadable, such as a second attitude with bad cells.
-        used.update((quantity, known[quantity]) for choice in whole[:1] for quantity in choice)
-    for name, unit in (*by_person.values(), *used.values()):
-        if name not in head:
-            text = marked("“{name}” is unknown; the columns are {columns}.")
-            raise UserError(text, name=clean(name, longest=60), columns=_shown(head))
-        if head.count(name) > 1:
-            raise UserError(marked("“{name}” is there twice."), name=clean(name, longest=60))
-        said = units[head.index(name)]
-        if unit and said and said != unit:
-            raise UserError(marked("“{name}” is in {unit}."), name=clean(name, longest=60), unit=said)
-    if "time" not in used:
-        raise _refusal(head, message(marked("No column is known to hold the time.")), {"time": head[0]})
-    if not any(choice[0] in used for choice in (*ATTITUDES, *FORCES)):
-        why = message(marked("No column is known to hold attitude or acceleration."))
-        raise _refusal(head, why, {"tilt": head[-1]})
-    return used
-
-
-def _meaning(name: str, unit: str) -> tuple[str, CsvColumn]:
-    """The quantity of a column, and its unit; no quantity for a name that is unknown, or that contradicts its unit."""
-    word = name.strip().lower()
-    for begin, quantity in _NAMES.items():
-        rest = word.removeprefix(begin).strip(" _[]()")
-        if word.startswith(begin) and (not rest or rest in UNITS):
-            named_unit = UNITS.get(rest, "") or unit
-            if unit in ("", named_unit) and named_unit in QUANTITIES[quantity]:
-                return quantity, CsvColumn(name, named_unit)
-            if not named_unit and quantity != "altitude":  # metres or feet: nothing in it tells
-                return quantity, CsvColumn(name, None)
-    return "", CsvColumn(name, None)
-
-
-def resolve(head: Sequence[str], columns: CsvColumns, values: Mapping[str, Floats]) -> dict[str, Floats]:
-    """The values by quantity, in the units of `QUANTITIES`; a bare column gets its unit by its values.
-
-    Raises `UserError` where one is not certain.
-    """
-    units = {quantity: unit for quantity, (_, unit) in columns.items()}
-    for together in _MEASURED_TOGETHER:
-        bare = [quantity for quantity in together if quantity in columns and units[quantity] is None]
-        if bare:
-            possible = _possible_units(bare[0], [values[quantity] for quantity in bare])
-            if len(possible) != 1:
-                text = marked("The unit of “{name}” is not certain.")
-                unknown = {quantity: columns[quantity].name for quantity in bare}
-                raise _refusal(head, message(text, name=clean(unknown[bare[0]], longest=60)), unknown)
-            units.update(dict.fromkeys(bare, possible[0]))
-    scaled = {quantity: values[quantity] * QUANTITIES[quantity][unit or ""] for quantity, unit in units.items()}
-    for quantity in ("tilt", "roll", "pitch"):
-        largest_deg = np.abs(scaled.get(quantity, np.zeros(1)))
-        if (largest_deg > _TURN_DEG).any():
-            text = marked("“{name}” reaches {value:.0f}°: its unit is another.")
-            name = clean(columns[quantity].name, longest=60)
-            raise UserError(text, name=name, value=float(np.nanmax(largest_deg)))
-    return scaled
-
-
-def _refusal(head: Sequence[str], why: UserMessage, unknown: Mapping[str, str]) -> UserError:
-    """Why, the columns that are there, and what to say of the unknown ones, as it has to be typed."""
-    likely = {quantity: CsvColumn(name, next(iter(QUANTITIES[quantity]))) for quantity, name in unknown.items()}
-    cure = " ".join(f"--column {shlex.quote(word)}" for word in role_words(likely))
-    text = marked("{why} Say which column holds what, in which unit: {cure} (columns: {columns}).")
-    return UserError(text, why=why, columns=_shown(head), cure=cure)
-
-
-def _shown(head: Sequence[str]) -> str:
-    return ", ".join(clean(name, longest=40) for name in head[:_MAX_SHOWN])
-
-
-def _possible_units(quantity: str, columns: Sequence[Floats]) -> list[str]:
-    """The units in which these columns, all of one kind of quantity, can be of a flight."""
-    scales = QUANTITIES[quantity]
-    known = np.isfinite(sum(columns))
-    columns = [column[known] for column in columns]
-    if not known.any():
-        return []
-    possible = [unit for unit in scales if _is_plausible(quantity, unit, [one * scales[unit] for one in columns])]
-    if quantity == "time" and len(possible) > 1:
-        return [unit for unit in possible if np.ptp(columns[0]) * scales[unit] <= _USUAL_LENGTH_S]
-    return possible
-
-
-def _is_plausible(quantity: str, unit: str, columns: Sequence[Floats]) -> bool:
-    """`columns`: known values, in seconds, degrees or m/s² if their unit is this one."""
-    if quantity == "time":
-        steps_s = np.diff(columns[0])
-        steps_s = steps_s[steps_s > 0]
-        if not len(steps_s) or not SHORTEST_LOG_S <= np.ptp(columns[0]) <= LONGEST_LOG_S:
-            return False
-        return bool(_STEPS_S[0] <= np.median(steps_s) <= _STEPS_S[1])
-    if quantity in ("tilt", "roll", "pitch"):
-        # Degrees may be few; only an angle that is none in a unit tells, such as hundredths of degrees.
-        return float(np.abs(columns).max()) <= (_TURN_DEG if unit == "deg" else _LARGEST_DEG)
-    # An aircraft is at rest for a part of the time, and survives few shocks.
-    force_m_s2 = np.sqrt(sum(column * column for column in columns))
-    is_rest = (force_m_s2 >= _REST_M_S2[0]) & (force_m_s2 <= _REST_M_S2[1])
-    return bool(is_rest.mean() >= _MIN_REST and (force_m_s2 > _SHOCK_M_S2).mean() <= _MAX_SHOCKS)
-
-
-# The rows
-
-MAX_COLUMNS: Final = 2000
-MAX_BYTES: Final = 1 << 28
-MAX_LINE_LENGTH: Final = 1 << 18
-ROWS_AT_ONCE: Final = 5000
-MAX_BAD_SHARE: Final = 0.01
-LARGEST_STEP_BACK_S: Final = 1.0
+_MAX_COLUMNS: Final = 2000
+_MAX_BYTES: Final = 1 << 28
+_MAX_LINE_LENGTH: Final = 1 << 18
 _PARTERS: Final = "\t;,"
 _FLAGS: Final = {
     "true": 1.0, "yes": 1.0, "on": 1.0, "armed": 1.0, "false": 0.0, "no": 0.0, "off": 0.0, "disarmed": 0.0,
 }  # fmt: skip
-_EMPTY: Final = frozenset(("", "null", "none"))
-# How the characters of a number are read. An underscore, which Python takes for nothing, makes a cell no number.
-_PLAIN: Final = str.maketrans({"_": "?"})
-_DECIMAL: Final = str.maketrans({"_": "?", ",": ".", ".": ","})
-_WITH_COMMA: Final = re.compile(r"[+-]?\d*,\d+(?:[eE][+-]?\d+)?")
-# Thousands, or three decimals.
-_EITHER_COMMA: Final = re.compile(r"[+-]?[1-9]\d{0,2},\d{3}")
 # Signs of units in Windows' western encoding.
 _SIGNS: Final = frozenset(b"\xb0\xb2\xb3\xb5\xa0")
-_VALUES: Final[Mapping[tuple[str, ...], Callable[..., Floats]]] = {
-    ATTITUDES[0]: np.abs,
-    ATTITUDES[1]: tilt_of_quaternion,
-    ATTITUDES[2]: tilt_of_roll_and_pitch,
-    FORCES[0]: lambda length_m_s2: np.abs(length_m_s2) / STANDARD_GRAVITY_M_S2,
-    FORCES[1]: force_of_axes,
-}
-"""The tilt in degrees, and the force in g, by the quantities of which they are computed."""
-_RESETS: Final = {kind.value: kind for kind in STATE_LOST}
 
 
-class UnreadTable(UserError):
-    """A table that cannot be read as it is; with other columns perhaps it can. `head`: the names of its columns."""
+class Head(NamedTuple):
+    parter: str
+    names: list[str]
+    # Of each column, from a line of units; empty where unknown.
+    units: list[str]
+    # The index of the line of the first row.
+    first_row: int
 
-    head: tuple[str, ...] = ()
+    @property
+    def is_export(self) -> bool:
+        """This program wrote it; its first column had another name before, and its last is the event."""
+        return self.names[1:] == HEAD.split(",")[1:]
 
 
 def read_table(data: bytes, name: str, chosen: CsvColumns | None = None) -> RawLog:
@@ -286,20 +158,45 @@ def read_table(data: bytes, name: str, chosen: CsvColumns | None = None) -> RawL
 
     The rows of an export of this program are reports of a module.
     """
-    if len(data) > MAX_BYTES:
+    if len(data) > _MAX_BYTES:
         raise unreadable(marked("too large"))
     encoding = encoding_of(data[: 1 << 16])
-    text = TextIOWrapper(BytesIO(data), encoding, errors="replace").read()
-    lines = text.replace("\0", "").split("\n")
-    if max(map(len, lines)) > MAX_LINE_LENGTH:
+    lines = TextIOWrapper(BytesIO(data), encoding, errors="replace").read().replace("\0", "").split("\n")
+    if max(map(len, lines)) > _MAX_LINE_LENGTH:
         raise unreadable(marked("unknown kind of file"))
-    head = read_head(lines)
+    head = _head_of(lines)
+    raw = RawLog(name=name)
     try:
-        return _read_rows(lines, head, RawLog(name=name), chosen)
+        columns = _recognised(head, chosen or {})
+        rows = _Rows(head, columns)
+        scaled = _in_units(head, columns, rows.read(lines, raw))
+        time_s = scaled["time"]
+        known_s = time_s[np.isfinite(time_s)]
+        if (np.diff(known_s) < -1.0).any():
+            # What would be left out of it may be a flight that fires.
+            raise unreadable(marked("its times begin again, as of several flights in one table"))
     except UserError as error:
         unread = UnreadTable(error.message)
         unread.head = tuple(head.names)
         raise unread from error
+    if head.is_export and chosen is None:
+        raw.is_of_module = True
+        resets = {kind.value: kind for kind in STATE_LOST}
+        raw.resets = tuple(Marker(float(time_s[row]), resets[word]) for row, word in rows.events if word in resets)
+        time_s = kept_apart(time_s)
+    elif len(known_s):
+        raw.span_s = float(known_s.min()), float(known_s.max())
+
+    def channels(choices: Mapping[tuple[str, ...], Callable[..., Floats]]) -> Iterator[Channel]:
+        for quantities, value_of in choices.items():
+            if scaled.keys() >= set(quantities):
+                values = value_of(*(scaled[quantity] for quantity in quantities))
+                is_there = ~np.isnan(values)  # a row may be without a cell of this column
+                yield Channel(time_s[is_there], values[is_there])
+
+    raw.tilts_deg, raw.forces_g = list(channels(_TILTS)), list(channels(_LENGTHS))
+    raw.altitudes_m, raw.armed = (list(channels({(one,): np.positive})) for one in ("altitude", "armed"))
+    return raw
 
 
 def encoding_of(start: bytes) -> str:
@@ -314,23 +211,7 @@ def encoding_of(start: bytes) -> str:
     return "utf-8-sig"
 
 
-class Head(NamedTuple):
-    """How a table is written."""
-
-    parter: str
-    names: list[str]
-    # Of each column, from a line of units; empty where unknown.
-    units: list[str]
-    # The index of the line of the first row.
-    first_row: int
-
-    @property
-    def is_export(self) -> bool:
-        """This program wrote it; its first column had another name before, and its last is the event."""
-        return self.names[1:] == HEAD.split(",")[1:]
-
-
-def read_head(lines: Sequence[str]) -> Head:
+def _head_of(lines: Sequence[str]) -> Head:
     """Raises `UserError`."""
     parter = line = ""
     first_row = 0
@@ -341,21 +222,17 @@ def read_head(lines: Sequence[str]) -> Head:
             parter = text[4:] or "\t"
         elif text and not text.startswith("#"):
             break
-    parter = parter or _parter_of(line)
+    # Else what parts the line into the most cells.
+    parter = parter or max(_PARTERS, key=lambda one: len(_cells(line, one)))
     names = _cells(line, parter)
-    if not 2 <= len(names) <= MAX_COLUMNS or any(map(_is_value, names)):
+    if not 2 <= len(names) <= _MAX_COLUMNS or any(map(_is_value, names)):
         raise unreadable(marked("no column names in the first line"))
     units = [""] * len(names)
     words = [cell.strip(" []()").lower() for line in lines[first_row : first_row + 1] for cell in _cells(line, parter)]
-    if any(word in UNITS for word in words) and not any(_is_value(word) or word in _FLAGS for word in words):
-        units = [UNITS.get(word, "") for word in (*words, *units)][: len(names)]
+    if any(word in _UNITS for word in words) and not any(_is_value(word) or word in _FLAGS for word in words):
+        units = [_UNITS.get(word, "") for word in (*words, *units)][: len(names)]
         first_row += 1
     return Head(parter, names, units, first_row)
-
-
-def _parter_of(line: str) -> str:
-    """What parts a line into the most cells."""
-    return max(_PARTERS, key=lambda parter: len(_cells(line, parter)))
 
 
 def _cells(line: str, parter: str) -> list[str]:
@@ -366,34 +243,161 @@ def _cells(line: str, parter: str) -> list[str]:
     return [cell.strip() for cell in cells]
 
 
-def _read_rows(lines: Sequence[str], head: Head, raw: RawLog, chosen: CsvColumns | None) -> RawLog:
-    columns = recognise(head.names, head.units, chosen)
-    rows = _Rows(head, columns)
-    scaled = resolve(head.names, columns, rows.read(lines, raw))
-    time_s = scaled["time"]
-    known_s = time_s[np.isfinite(time_s)]
-    if (np.diff(known_s) < -LARGEST_STEP_BACK_S).any():
-        # What would be left out of it may be a flight that fires.
-        raise unreadable(marked("its times begin again, as of several flights in one table"))
-    if head.is_export and chosen is None:
-        raw.is_of_module = True
-        raw.resets = tuple(Marker(float(time_s[row]), _RESETS[word]) for row, word in rows.events if word in _RESETS)
-        time_s = kept_apart(time_s)
-    elif len(known_s):
-        raw.span_s = float(known_s.min()), float(known_s.max())
+def _is_value(cell: str) -> bool:
+    """A number or a time: no name of a column."""
+    try:
+        return math.isfinite(float(cell))
+    except ValueError:
+        return _seconds_of(cell) is not None
 
-    def channels(*choices: tuple[str, ...]) -> list[Channel]:
-        """Without the rows in which a cell is empty."""
-        found: list[Channel] = []
-        for quantities in choices:
-            if all(quantity in scaled for quantity in quantities):
-                of = _VALUES.get(quantities, np.positive)(*(scaled[quantity] for quantity in quantities))
-                found.append(Channel(time_s[~np.isnan(of)], of[~np.isnan(of)]))
-        return found
 
-    raw.tilts_deg, raw.forces_g = channels(*ATTITUDES), channels(*FORCES)
-    raw.altitudes_m, raw.armed = channels(("altitude",)), channels(("armed",))
-    return raw
+def _seconds_of(cell: str) -> float | None:
+    """Seconds since 1970 of an ISO time ("2026-05-01T12:00:00.5Z"); None for other text."""
+    try:
+        moment = datetime.fromisoformat(cell.strip())
+    except ValueError:
+        return None
+    return (moment if moment.tzinfo is not None else moment.replace(tzinfo=UTC)).timestamp()
+
+
+# Which columns hold what, and in which unit
+
+# The quantities of which those without a unit have the same one.
+_MEASURED_TOGETHER: Final = (("time",), ("tilt", "roll", "pitch"), ("acceleration", "x", "y", "z"))
+# Steps that a log may have. Where more than one unit fits, only one may make a flight of up to `_USUAL_LENGTH_S`.
+_STEPS_S: Final = (0.0005, 60.0)
+_USUAL_LENGTH_S: Final = 4 * 3600.0
+_LARGEST_DEG: Final = 180.5
+_TURN_DEG: Final = 360.0
+_REST_M_S2: Final = (8.0, 12.0)
+_MIN_REST: Final = 0.05
+_SHOCK_M_S2: Final = 60.0
+_MAX_SHOCKS: Final = 0.1
+
+
+def _recognised(head: Head, by_person: CsvColumns) -> CsvColumns:
+    """The columns that are used, some of them still without a unit.
+
+    Raises `UserError` where a column that is used is not there, or twice, or has another unit than is said.
+    """
+    by_name: dict[str, CsvColumn] = {}
+    # Where a quantity has several columns, the first one with a unit counts.
+    for quantity, column in sorted(map(_meaning, head.names, head.units), key=lambda one: one[1].unit is None):
+        by_name.setdefault(quantity, column)
+    used: dict[str, CsvColumn] = {}
+    for choices in _CHOICES:
+        is_chosen = any(quantity in by_person for choice in choices for quantity in choice)
+        known = by_person if is_chosen else by_name
+        whole = [choice for choice in choices if all(quantity in known for quantity in choice)]
+        whole.sort(key=lambda choice: any(known[quantity].unit is None for quantity in choice))
+        # What is not needed must not make the table unreadable, such as a second attitude with bad cells.
+        used.update((quantity, known[quantity]) for choice in whole[:1] for quantity in choice)
+    for name, unit in (*by_person.values(), *used.values()):
+        shown = clean(name, longest=60)
+        if name not in head.names:
+            text = marked("“{name}” is unknown; the columns are {columns}.")
+            raise UserError(text, name=shown, columns=_shown(head))
+        if head.names.count(name) > 1:
+            raise UserError(marked("“{name}” is there twice."), name=shown)
+        said = head.units[head.names.index(name)]
+        if unit and said and said != unit:
+            raise UserError(marked("“{name}” is in {unit}."), name=shown, unit=said)
+    if "time" not in used:
+        raise _refusal(head, message(marked("No column is known to hold the time.")), {"time": head.names[0]})
+    if not any(choice[0] in used for choice in (*_TILTS, *_LENGTHS)):
+        why = message(marked("No column is known to hold attitude or acceleration."))
+        raise _refusal(head, why, {"tilt": head.names[-1]})
+    return used
+
+
+def _meaning(name: str, unit: str) -> tuple[str, CsvColumn]:
+    """The quantity of a column, and its unit; no quantity for a name that is unknown, or that contradicts its unit."""
+    word = name.strip().lower()
+    for begin, quantity in _NAMES.items():
+        rest = word.removeprefix(begin).strip(" _[]()")
+        if word.startswith(begin) and (not rest or rest in _UNITS):
+            named_unit = _UNITS.get(rest, "") or unit
+            if unit in ("", named_unit) and named_unit in QUANTITIES[quantity]:
+                return quantity, CsvColumn(name, named_unit)
+            if not named_unit and quantity != "altitude":  # metres or feet: nothing in it tells
+                return quantity, CsvColumn(name, None)
+    return "", CsvColumn(name, None)
+
+
+def _in_units(head: Head, columns: CsvColumns, values: Mapping[str, Floats]) -> dict[str, Floats]:
+    """The values by quantity, in the units of `QUANTITIES`; a bare column gets its unit by its values.
+
+    Raises `UserError` where one is not certain.
+    """
+    units = {quantity: unit for quantity, (_, unit) in columns.items()}
+    for together in _MEASURED_TOGETHER:
+        bare = {quantity: columns[quantity].name for quantity in together if units.get(quantity, "") is None}
+        if bare:
+            quantity, name = next(iter(bare.items()))
+            possible = _possible_units(quantity, [values[one] for one in bare])
+            if len(possible) != 1:
+                text = marked("The unit of “{name}” is not certain.")
+                raise _refusal(head, message(text, name=clean(name, longest=60)), bare)
+            units.update(dict.fromkeys(bare, possible[0]))
+    scaled = {quantity: values[quantity] * QUANTITIES[quantity][unit or ""] for quantity, unit in units.items()}
+    for quantity in scaled.keys() & {"tilt", "roll", "pitch"}:
+        largest_deg = np.abs(scaled[quantity])
+        if (largest_deg > _TURN_DEG).any():
+            text = marked("“{name}” reaches {value:.0f}°: its unit is another.")
+            name = clean(columns[quantity].name, longest=60)
+            raise UserError(text, name=name, value=float(np.nanmax(largest_deg)))
+    return scaled
+
+
+def _refusal(head: Head, why: UserMessage, unknown: Mapping[str, str]) -> UserError:
+    """Why, the columns that are there, and what to say of the unknown ones, as it has to be typed."""
+    likely = {quantity: CsvColumn(name, next(iter(QUANTITIES[quantity]))) for quantity, name in unknown.items()}
+    cure = " ".join(f"--column {shlex.quote(word)}" for word in role_words(likely))
+    text = marked("{why} Say which column holds what, in which unit: {cure} (columns: {columns}).")
+    return UserError(text, why=why, columns=_shown(head), cure=cure)
+
+
+def _shown(head: Head) -> str:
+    return ", ".join(clean(name, longest=40) for name in head.names[:30])
+
+
+def _possible_units(quantity: str, columns: Sequence[Floats]) -> list[str]:
+    """The units in which these columns, all of one kind of quantity, can be of a flight."""
+    possible: list[str] = []
+    known = np.isfinite(sum(columns))
+    # In seconds, degrees or m/s², if their unit is this one.
+    for unit, scale in QUANTITIES[quantity].items() if known.any() else ():
+        values = np.array([column[known] for column in columns]) * scale
+        if quantity == "time":
+            steps_s = np.diff(values[0])
+            is_length = SHORTEST_LOG_S <= np.ptp(values) <= LONGEST_LOG_S and (steps_s > 0).any()
+            is_possible = is_length and _STEPS_S[0] <= np.median(steps_s[steps_s > 0]) <= _STEPS_S[1]
+        elif quantity in ("tilt", "roll", "pitch"):
+            # Degrees may be few; only an angle that is none in a unit tells, such as hundredths of degrees.
+            is_possible = np.abs(values).max() <= (_TURN_DEG if unit == "deg" else _LARGEST_DEG)
+        else:
+            # An aircraft is at rest for a part of the time, and survives few shocks.
+            force_m_s2 = np.sqrt((values * values).sum(axis=0))
+            is_rest = (force_m_s2 >= _REST_M_S2[0]) & (force_m_s2 <= _REST_M_S2[1])
+            is_possible = is_rest.mean() >= _MIN_REST and (force_m_s2 > _SHOCK_M_S2).mean() <= _MAX_SHOCKS
+        if is_possible:
+            possible.append(unit)
+    if quantity == "time" and len(possible) > 1:
+        scales = QUANTITIES[quantity]
+        return [unit for unit in possible if np.ptp(columns[0][known]) * scales[unit] <= _USUAL_LENGTH_S]
+    return possible
+
+
+# The rows
+
+_ROWS_AT_ONCE: Final = 5000
+_MAX_BAD_SHARE: Final = 0.01
+# How the characters of a number are read. An underscore, which Python takes for nothing, makes a cell no number.
+_PLAIN: Final = str.maketrans({"_": "?"})
+_DECIMAL: Final = str.maketrans({"_": "?", ",": ".", ".": ","})
+_WITH_COMMA: Final = re.compile(r"[+-]?\d*,\d+(?:[eE][+-]?\d+)?")
+# Thousands, or three decimals.
+_EITHER_COMMA: Final = re.compile(r"[+-]?[1-9]\d{0,2},\d{3}")
 
 
 class _Rows:
@@ -403,7 +407,7 @@ class _Rows:
         self._head = head
         self._places = {quantity: head.names.index(name) for quantity, (name, _) in columns.items()}
         self._parts: dict[str, list[Floats]] = {quantity: [] for quantity in columns}
-        self._has_decimal_commas = False
+        self._characters = _PLAIN
         # Of an export: the row of each event, and its word.
         self.events: list[tuple[int, str]] = []
         self._count = 0
@@ -421,34 +425,26 @@ class _Rows:
         if any(line.startswith("#") for line in whole):
             whole = ["" if line.startswith("#") else line for line in whole]
         reader = csv.reader(whole, delimiter=self._head.parter, skipinitialspace=True)
-        rows: list[list[str]] = []
-        numbers: list[int] = []
+        numbered = ((self._head.first_row + reader.line_num, row) for row in reader if row)
         try:
-            for row in reader:
-                if row:
-                    rows.append(row)
-                    numbers.append(self._head.first_row + reader.line_num)
-                if len(rows) == ROWS_AT_ONCE:
-                    self._take(rows, numbers)
-                    rows, numbers = [], []
+            while part := list(islice(numbered, _ROWS_AT_ONCE)):
+                self._take(part)
         except csv.Error as error:
             raise unreadable(marked("unknown kind of file")) from error
-        if rows:
-            self._take(rows, numbers)
         if not self._count:
             raise unreadable(marked("no rows"))
         if self._bad_count:
             line, cell = self._first_bad
             text = marked("Cells that are no numbers: {count}, the first in line {line}: “{cell}”.")
             raw.note(text, count=self._bad_count, line=line, cell=clean(cell, longest=40))
-            if self._bad_count > MAX_BAD_SHARE * self._count:
+            if self._bad_count > _MAX_BAD_SHARE * self._count:
                 raise UserError(raw.problems[-1])
         return {quantity: np.concatenate(parts) for quantity, parts in self._parts.items()}
 
-    def _take(self, rows: list[list[str]], numbers: Sequence[int]) -> None:
-        """`numbers`: of the line of each row."""
+    def _take(self, numbered: Sequence[tuple[int, list[str]]]) -> None:
+        """Each row with the number of its line."""
         width, needed = len(self._head.names), max(self._places.values()) + 1
-        for number, row in zip(numbers, rows, strict=True):
+        for number, row in numbered:
             if len(row) > width and any(map(str.strip, row[width:])):
                 text = marked(
                     "Line {line} has {cells} cells, the head {names}: perhaps there are commas in its numbers."
@@ -457,22 +453,19 @@ class _Rows:
             if len(row) < needed:
                 self._note_bad(number, "")
                 row.extend([""] * (needed - len(row)))
+        numbers, rows = zip(*numbered, strict=True)
         if self._head.is_export:
             words = [row[-1].partition(":")[0].strip().lower() for row in rows]
             self.events += enumerate(words, self._count)
         cells_of = {quantity: [row[place] for row in rows] for quantity, place in self._places.items()}
-        if not self._count:
-            self._has_decimal_commas = are_decimal(chain(*cells_of.values()))
+        if not self._count and _are_decimal(chain(*cells_of.values())):
+            self._characters = _DECIMAL
         self._count += len(rows)
         for quantity, cells in cells_of.items():
-            self._parts[quantity].append(self._read_cells(quantity, self._as_written_in_python(cells), cells, numbers))
-
-    def _as_written_in_python(self, cells: Sequence[str]) -> Sequence[str]:
-        if "" in cells:
-            cells = [cell or "nan" for cell in cells]
-        if self._has_decimal_commas:
-            return "\n".join(cells).translate(_DECIMAL).split("\n")
-        return "\n".join(cells).translate(_PLAIN).split("\n") if "_" in "".join(cells) else cells
+            plain = [cell or "nan" for cell in cells] if "" in cells else cells
+            if self._characters is _DECIMAL or "_" in "".join(cells):
+                plain = "\n".join(plain).translate(self._characters).split("\n")
+            self._parts[quantity].append(self._read_cells(quantity, plain, cells, numbers))
 
     def _read_cells(self, quantity: str, plain: Sequence[str], cells: Sequence[str], numbers: Sequence[int]) -> Floats:
         """All at once, where all are numbers; else in halves, to find those that are none.
@@ -487,14 +480,14 @@ class _Rows:
                 first = self._read_cells(quantity, plain[:half], cells[:half], numbers[:half])
                 return np.concatenate((first, self._read_cells(quantity, plain[half:], cells[half:], numbers[half:])))
         word = cells[0].strip().lower()
-        if word in _EMPTY:
-            return np.array([np.nan])
-        if quantity == "armed" and word in _FLAGS:
-            return np.array([_FLAGS[word]])
-        if quantity == "time" and seconds_of(cells[0]) is not None:
-            return np.array([seconds_of(cells[0])])
-        self._note_bad(numbers[0], cells[0])
-        return np.array([np.nan])
+        value = math.nan if word in ("", "null", "none") else None
+        if quantity == "armed":
+            value = _FLAGS.get(word, value)
+        if quantity == "time" and value is None:
+            value = _seconds_of(cells[0])
+        if value is None:
+            self._note_bad(numbers[0], cells[0])
+        return np.array([math.nan if value is None else value])
 
     def _note_bad(self, line: int, cell: str) -> None:
         if not self._bad_count:
@@ -502,15 +495,7 @@ class _Rows:
         self._bad_count += 1
 
 
-def _is_value(cell: str) -> bool:
-    """A number or a time: no name of a column."""
-    try:
-        return math.isfinite(float(cell))
-    except ValueError:
-        return seconds_of(cell) is not None
-
-
-def are_decimal(cells: Iterable[str]) -> bool:
+def _are_decimal(cells: Iterable[str]) -> bool:
     """Whether commas in these cells are decimal ones. Raises `UserError` where they may be thousands."""
     with_comma = [cell for cell in cells if "," in cell and _WITH_COMMA.fullmatch(cell.strip())]
     if with_comma and all(_EITHER_COMMA.fullmatch(cell.strip()) for cell in with_comma):
@@ -518,12 +503,3 @@ def are_decimal(cells: Iterable[str]) -> bool:
         text = marked("“{cell}” can be {one} or {other}.")
         raise UserError(text, cell=cell, one=cell.replace(",", "."), other=cell.replace(",", ""))
     return bool(with_comma)
-
-
-def seconds_of(cell: str) -> float | None:
-    """Seconds since 1970 of an ISO time ("2026-05-01T12:00:00.5Z"); None for other text."""
-    try:
-        moment = datetime.fromisoformat(cell.strip())
-    except ValueError:
-        return None
-    return (moment if moment.tzinfo is not None else moment.replace(tzinfo=UTC)).timestamp()

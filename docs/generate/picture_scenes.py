@@ -20,7 +20,7 @@ from PySide6.QtWidgets import QAbstractButton, QApplication, QLabel, QLineEdit, 
 
 from app.diagnosis.link_state import Phase
 from app.engine.ports import PortInfo
-from app.flights.thresholds import FlightGroup
+from app.flights.judging import FlightGroup
 from app.preflight.checks import Person
 from app.simulator import bench
 from app.text.i18n import CHINESE, ENGLISH, tr
@@ -214,7 +214,7 @@ def logs(studio: Studio) -> None:
         studio.until(lambda: not page.work.is_loading, "the logs were not read")
         page.work.move([str(one) for one in surveys], FlightGroup.MUST_NOT)
         page.work.move([str(one) for one in crashes], FlightGroup.MUST)
-        studio.until(lambda: not page.work.is_proposing, "nothing was proposed")
+        studio.until(lambda: not page.work.proposing.is_running, "nothing was proposed")
         studio.run(2.0)
         studio.take("logs", page)
         crash = next(row for row in page.work.rows() if row.name == str(crashes[0]))

@@ -10,8 +10,7 @@ from typing import Final
 import numpy as np
 
 from app.flights.flight_log import FlightLog
-from app.flights.many_logs import summarise_logs
-from app.flights.read_log import find_logs
+from app.flights.read_log import find_logs, summarise_logs
 from tests.bench.kit import Figure
 from tests.support.flights import log_bytes as made
 from tests.support.flights.made_flights import crash, ordinary_flight

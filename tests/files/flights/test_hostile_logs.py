@@ -13,8 +13,7 @@ from hypothesis import strategies as st
 
 from app.flights.flight_log import FlightLog
 from app.flights.judging import FlightSummary
-from app.flights.many_logs import summarise_log
-from app.flights.read_log import read_flight_log
+from app.flights.read_log import read_flight_log, summarise_log
 from app.text.messages import UserError
 from tests.support.flights import log_bytes as made
 

@@ -8,11 +8,9 @@ import numpy as np
 import pytest
 
 from app.captures.traffic import CaptureEntry, Way
-from app.flights.assembly import assembled
-from app.flights.flight_log import FlightLog
+from app.flights.flight_log import Channel, FlightLog, RawLog, assembled, tilt_of_quaternion
 from app.flights.judge import TriggerLimits
-from app.flights.judging import RuleReading, coverage_of, summarise
-from app.flights.raw_log import Channel, RawLog, tilt_of_quaternion
+from app.flights.judging import Answer, summarise
 from app.flights.read_log import find_logs, read_flight_log
 from app.flights.table import parse_choice
 from app.recordings.excerpt import HEAD
@@ -153,7 +151,7 @@ REST = np.ones(len(TIMES))
 
 def is_enough_of(log: FlightLog, limits: TriggerLimits | None = None) -> bool:
     """Whether it may be said of this log that nothing fires."""
-    return coverage_of(log).why_not_enough(limits or TriggerLimits()) is None
+    return summarise(log).outcome(limits or TriggerLimits()).answer is not Answer.NOT_JUDGED
 
 
 def raw_log(*forces: Channel, tilt: Channel | None = None) -> RawLog:
@@ -168,7 +166,7 @@ def problems(log: FlightLog) -> list[str]:
 
 
 def first_fires(log: FlightLog) -> list[float]:
-    return [at_s for reading in RuleReading for at_s, _ in plainly_judged(log, TriggerLimits(), reading)]
+    return [at_s for at_s, _ in plainly_judged(log, TriggerLimits())]
 
 
 @pytest.mark.promise("g")
@@ -274,7 +272,7 @@ def test_values_that_are_not_numbers_are_left_out() -> None:
 def test_only_the_time_from_arming_to_landing_is_judged() -> None:
     carried = np.where((TIMES < 20) | (TIMES > 180), 90.0, 5.0)
     raw = raw_log(tilt=Channel(TIMES, carried))
-    assert len(first_fires(assembled(raw))) == 4
+    assert len(first_fires(assembled(raw))) == 2
     raw.armed = [Channel(np.array([-np.inf, 25.0, 170.0]), np.array([0.0, 1.0, 0.0]))]
     log = assembled(raw)
     assert first_fires(log) == []
@@ -383,5 +381,5 @@ def test_samples_that_were_left_out_are_missing_although_there_is_no_pause() -> 
     """Every seventh sample is invalid."""
     tilt = np.where(np.arange(len(TIMES)) % 7 == 0, np.nan, LEVEL)
     log = assembled(raw_log(tilt=Channel(TIMES, tilt)))
-    assert not len(log.tilt_gaps)
+    assert not len(log.gaps[0])
     assert not is_enough_of(log)

@@ -10,12 +10,11 @@ import numpy as np
 import pytest
 from hypothesis import settings
 
-from app.flights.dataflash import DataflashFile
+from app.flights.autopilots import DataflashFile, UlogFile
 from app.flights.flight_log import FlightLog
 from app.flights.judge import TriggerLimits
 from app.flights.judging import Answer, summarise
 from app.flights.read_log import distinct_names, find_logs, read_flight_log
-from app.flights.ulog import UlogFile
 from app.text.messages import UserError
 from tests.support.flights import log_bytes as made
 from tests.support.flights.made_flights import recorded_reports
@@ -66,7 +65,7 @@ def read(path: Path, data: bytes) -> FlightLog:
 
 
 def answer(log: FlightLog) -> Answer:
-    return summarise(log).answer(TriggerLimits())
+    return summarise(log).outcome(TriggerLimits()).answer
 
 
 def packed(members: dict[str, bytes]) -> bytes:

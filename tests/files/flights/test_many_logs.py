@@ -9,7 +9,7 @@ import pytest
 
 from app.flights.judge import TriggerLimits
 from app.flights.judging import Answer
-from app.flights.many_logs import SummarisedLog, summarise_logs
+from app.flights.read_log import SummarisedLog, summarise_logs
 from tests.support.flights import log_bytes as made
 from tests.support.processes import ran
 
@@ -29,7 +29,7 @@ def logs(tmp_path: Path) -> list[Path]:
 def fired(found: list[SummarisedLog]) -> list[str]:
     limits = TriggerLimits(attitude_threshold_deg=58)
     flights = {one.path.stem: one.flight for one in found if one.flight is not None}
-    return sorted(name for name, flight in flights.items() if flight.answer(limits) is Answer.FIRES)
+    return sorted(name for name, flight in flights.items() if flight.outcome(limits).answer is Answer.FIRES)
 
 
 def test_every_log_comes_back_once(logs: list[Path]) -> None:
@@ -69,7 +69,7 @@ class EndsProcess:
 PROGRAM = """
 import os, sys
 from pathlib import Path
-from app.flights.many_logs import summarise_logs
+from app.flights.read_log import summarise_logs
 
 if __name__ == "__main__":
     folder = Path(sys.argv[1])

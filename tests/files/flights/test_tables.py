@@ -28,7 +28,7 @@ TILT: Rows = [(at_s, 61.5 if at_s >= 3 else tilt, force) for at_s, tilt, force i
 
 def answer(path: Path, *columns: str) -> Answer:
     log = read_flight_log(path, parse_choice(columns) if columns else None)
-    return summarise(log).answer(TriggerLimits())
+    return summarise(log).outcome(TriggerLimits()).answer
 
 
 def refusal(path: Path) -> str:
@@ -122,7 +122,7 @@ def test_a_unit_that_is_not_certain_is_asked_for_and_the_cure_works_when_typed(t
     assert "The unit of “roll” is not certain." in why
     cure = why.partition("in which unit: ")[2].partition(" (columns:")[0]
     log = read_flight_log(path, parse_line(cure))
-    assert summarise(log).answer(TriggerLimits()) is Answer.FIRES
+    assert summarise(log).outcome(TriggerLimits()).answer is Answer.FIRES
 
 
 def test_a_bare_acceleration_has_the_unit_in_which_an_aircraft_rests(tmp_path: Path) -> None:
@@ -280,7 +280,7 @@ def test_any_table_that_says_the_same_is_judged_the_same_or_refused(tmp_path: Pa
         log: FlightLog = read_flight_log(path)
     except UserError:
         return
-    assert summarise(log).answer(TriggerLimits()) is expected
+    assert summarise(log).outcome(TriggerLimits()).answer is expected
 
 
 def test_bare_columns_with_empty_cells_have_their_unit_all_the_same(tmp_path: Path) -> None:

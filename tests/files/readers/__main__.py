@@ -12,9 +12,7 @@ from pathlib import Path
 
 import numpy as np
 
-from app.flights.dataflash import DataflashFile
-from app.flights.telemetry import read_telemetry
-from app.flights.ulog import UlogFile
+from app.flights.autopilots import DataflashFile, UlogFile, read_telemetry
 from tests.support.flights import log_bytes as made
 
 NEEDED = ("pyulog", "pymavlink")

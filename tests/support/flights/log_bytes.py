@@ -6,7 +6,7 @@ from collections.abc import Iterable, Sequence
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from app.flights.raw_log import STANDARD_GRAVITY_M_S2
+from app.flights.flight_log import STANDARD_GRAVITY_M_S2
 
 Row = tuple[float, bytes]
 """Time in seconds, and the record."""

@@ -9,7 +9,7 @@ from numpy.typing import ArrayLike
 from app.engine.conversation import StatusSample
 from app.flights.flight_log import REPORT_HZ, FlightLog
 from app.flights.judge import Judge, SensorSample, TriggerLimits
-from app.flights.judging import FlightSummary, RuleReading, forces_of, summarise, tilts_of
+from app.flights.judging import FlightSummary, samples_of, summarise
 from app.recordings.markers import Marker, MarkerKind
 from protocol.messages import Source
 from tests.support.records.recordings_made import HEADING, asked, batch, recorder_in
@@ -44,12 +44,13 @@ def made_flight(
     )
 
 
-def plainly_judged(
-    log: FlightLog, limits: TriggerLimits, reading: RuleReading = RuleReading.DIRECT
-) -> list[tuple[float, Source]]:
+def plainly_judged(log: FlightLog, limits: TriggerLimits) -> list[tuple[float, Source]]:
     """Ask the judge of the simulated module row by row; return all firings."""
     fired: dict[float, Source] = {}
-    for source, samples in ((Source.ATTITUDE, tilts_of(log, reading)), (Source.FREEFALL, forces_of(log, reading))):
+    for source, samples in (
+        (Source.ATTITUDE, samples_of(log, log.tilt_deg, 1)),
+        (Source.FREEFALL, samples_of(log, log.specific_force_g, 10)),
+    ):
         is_tilt = source is Source.ATTITUDE
         only = limits._replace(**{"freefall_is_enabled" if is_tilt else "attitude_is_enabled": False})
         judge, resets = Judge(), [reset.time_s for reset in log.resets]

@@ -12,7 +12,7 @@ from PySide6.QtCore import QSize
 from PySide6.QtWidgets import QApplication, QMessageBox, QPushButton, QToolButton, QWidget
 from pytestqt.qtbot import QtBot
 
-from app.flights.thresholds import FlightGroup
+from app.flights.judging import FlightGroup
 from app.text.i18n import set_language
 from tests.support.flights.made_flights import write_logs
 from tests.support.window.controls import moved, places
@@ -171,7 +171,7 @@ class Walk(Rig):
         first, second, *_ = map(str, paths)
         page.work.move([first], FlightGroup.MUST)
         page.work.move([second], FlightGroup.MUST_NOT)
-        self.until(lambda: not page.work.is_proposing)
+        self.until(lambda: not page.work.proposing.is_running)
         page.on_escape()
         page.map.setFocus()
         yield self._stop("logs, sorted")

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from app.cli.commands import ENTRIES
-from app.flights.many_logs import FEW_LOGS
+from app.flights.read_log import FEW_LOGS
 from tests.support.flights import log_bytes as made
 from tests.system.packages.programs import ROOT, Program, check_reading, check_window, simulated
 

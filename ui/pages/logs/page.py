@@ -14,9 +14,9 @@ from PySide6.QtGui import QAction, QShowEvent
 from PySide6.QtWidgets import QBoxLayout, QLabel, QStackedWidget, QToolBar, QToolButton, QWhatsThis, QWidget
 
 from app.flights.judge import ASSUMPTIONS, RULES
+from app.flights.judging import FlightGroup, fire_map
 from app.flights.read_log import SUFFIXES
 from app.flights.table import CsvColumns
-from app.flights.thresholds import FlightGroup
 from app.recordings.library import RecordingEntry, entry_text, size_text, when_text
 from app.text.i18n import tr
 from app.text.messages import clean, in_brackets, join_names, join_sentences, labelled
@@ -33,16 +33,16 @@ from ui.services.job_notice import JobNotice
 from ui.services.page import Page, WaysBack
 from ui.style.icons import Icon, icon
 from ui.style.theme import Meaning, RowHeight, Space, is_text_large, scaled
-from ui.widgets.controls import Shortcut, in_column, in_row, named, stacked
+from ui.widgets.controls import Shortcut, in_column, in_row, named, set_role, stacked
 from ui.widgets.notice_bar import Choice, Notice
 from ui.widgets.visibility_timer import VisibilityTimer
 
+# For progress of reading, while the page is visible; each tenth time the recordings are listed again.
 _POLL_MS: Final = 200
-"""For progress of reading, while the page is visible; each tenth time the recordings are listed again."""
 _MAP_PX: Final = 280
 _LEAST_LIST_PX: Final = 160
+# Of files that cannot be read; the reason of each is in its row, too.
 _REASONS_SHOWN: Final = 20
-"""Of files that cannot be read; the reason of each is in its row, too."""
 
 
 class LogsPage(Page):
@@ -70,6 +70,7 @@ class LogsPage(Page):
         self.table.setAlternatingRowColors(True)
         self.table.setMinimumHeight(scaled(_LEAST_LIST_PX))
         self.table.setTextElideMode(Qt.TextElideMode.ElideMiddle)  # file names mostly differ at the end
+        self.table.setContextMenuPolicy(Qt.ContextMenuPolicy.ActionsContextMenu)
         words = tr("No logs yet"), tr("Every session is recorded. Open or drop logs of PX4, ArduPilot, or CSV.")
         self.list = SearchedRows("logs", self.table, Icon.MAP, *words)
         self.counts = named(QLabel(), "logs_counts", "small")
@@ -86,9 +87,78 @@ class LogsPage(Page):
         self._to_delete: tuple[RecordingEntry, ...] = ()
         self._make_actions()
         self._lay_out()
-        self._wire()
+        work = self.work
+        work.changed.connect(self.refresh_list)
+        work.changed.connect(self._keep_lists)
+        work.loading_ended.connect(self._end_loading)
+        self.jobs.changed.connect(VisibilityTimer(self, self.refresh_list).refresh_seen)
+        self.thresholds.chosen.connect(work.choose)
+        self.thresholds.judged.connect(self._refresh_proposal)
+        self.map.chosen.connect(
+            lambda tilt, time_s: work.choose(work.limits._replace(attitude_threshold_deg=tilt, freefall_time_s=time_s))
+        )
+        self.table.opened.connect(self._open_chosen)
+        self.table.selectionModel().selectionChanged.connect(self._on_selection_changed)
+        self.view.closed.connect(self._show_list)
+        self.view.columns_chosen.connect(self._read_with)
+        self.result.changed.connect(self._refresh_notice)
+        self.proposal.settings_wanted.connect(lambda: self.page_wanted.emit("settings"))
         VisibilityTimer(self, self._tick, every_ms=_POLL_MS)
         self.refresh_list()
+
+    def _make_actions(self) -> None:
+        """For the chosen logs, in a bar above the list and in its menu."""
+        self.bar = named(QToolBar(), "logs_actions")
+        self.bar.setIconSize(self.table.iconSize())
+        self.opening = self._action("open", tr("Open"), Icon.LIVE, "Return", self._open_chosen)
+        self.moving = []
+        for group, side in SIDES.items():
+            move = partial(self._move, group)
+            action = self._action(f"to_{group.name.lower()}", tr(side.word), side.picture, side.key, move)
+            action.setToolTip(tr(side.tip) + in_brackets(side.key))
+            self._button_of(action).setToolButtonStyle(Qt.ToolButtonStyle.ToolButtonTextOnly)
+            self.moving.append(action)
+        self.exporting_action = self._action("export", tr("Export…"), Icon.SAVE, "Ctrl+E", self._export)
+        self.exporting = self._button_of(self.exporting_action)
+        self.removing = self._action("remove", tr("Remove"), Icon.ERASE, "Del", self._remove)
+
+    def _action(self, name: str, text: str, picture: Icon, key: str, slot: Callable[[], None]) -> QAction:
+        action = named(QAction(icon(picture), text, self), f"logs_{name}")
+        action.setShortcut(key)
+        action.setAutoRepeat(False)
+        action.setToolTip(text + in_brackets(key))
+        action.setShortcutContext(Qt.ShortcutContext.WidgetShortcut)
+        action.triggered.connect(slot)
+        self.table.addAction(action)
+        self.bar.addAction(action)
+        shown = named(self._button_of(action), f"logs_{name}_chosen")
+        shown.setFocusPolicy(Qt.FocusPolicy.TabFocus)  # in a bar Qt gives it none
+        return action
+
+    def _button_of(self, action: QAction) -> QToolButton:
+        shown = self.bar.widgetForAction(action)
+        if not isinstance(shown, QToolButton):
+            raise TypeError(f"{action.objectName()} has no button")
+        return shown
+
+    def _lay_out(self) -> None:
+        opening = button("logs_open", tr("Open…"), Icon.FOLDER, self.choose_files, "primary")
+        Shortcut(opening, "Ctrl+O")
+        header = self.make_header(tr("Logs"), self.list.search, opening)
+        folder = header.add_rare("logs_open_folder", tr("Open folder…"), self.choose_folder)
+        folder.setShortcut("Ctrl+Shift+O")
+        self.addAction(folder)
+        header.add_rare("logs_about", tr("How this is judged"), self._explain)
+        self.map.setMinimumWidth(_MAP_PX)
+        both = in_row(
+            (in_column(self.bar, self.counts, (self.list, 1)), 7), (in_column(self.thresholds, (self.map, 1)), 3)
+        )
+        if is_text_large():
+            both.setDirection(QBoxLayout.Direction.TopToBottom)
+        self._overview = QWidget()
+        in_column(header, (both, 1), self.proposal, of=self._overview, margins=0)
+        self._stack = stacked(named(QStackedWidget(), "logs_stack"), self._overview, self.view)
+        in_column(self._stack, of=self, margins=(Space.M, 0, Space.M, Space.S))
 
     # Opening
 
@@ -99,6 +169,11 @@ class LogsPage(Page):
         if not self._are_kept_read:
             self._are_kept_read = True
             self.work.restore(self._services.preferences.flight_lists)
+
+    def _keep_lists(self) -> None:
+        if self._are_kept_read:
+            kept = tuple(f"{log.group.name} {log.name}" for log in self.work.wanted())
+            self._services.preferences.flight_lists = kept
 
     def choose_files(self) -> None:
         self.ask_files(self, self._folder, self.open_files)
@@ -121,11 +196,16 @@ class LogsPage(Page):
 
     def open_row(self, row: LogRow) -> None:
         """Shows a log, or why it could not be read."""
-        if row.entry is not None and row.entry.trouble is None and (row.log is None or row.log.is_waiting):
+        if row.entry is not None and row.entry.trouble is None and row.log.is_waiting:
             self.work.open([row.entry.path])
         self.view.show_log(row, self.work.limits)
         self._stack.setCurrentWidget(self.view)
         self.view.back.setFocus()
+
+    def _open_chosen(self) -> None:
+        rows = self.table.chosen()
+        if len(rows) == 1:
+            self.open_row(rows[0])
 
     def _show_list(self) -> None:
         self.view.clear()
@@ -153,11 +233,10 @@ class LogsPage(Page):
     def refresh_list(self) -> None:
         work, rows = self.work, self.work.rows()
         self.list.show_rows(rows)
-        text, meaning = sides_text(rows)
+        text, is_bad = sides_text(rows)
         self.counts.setText(text)
-        self.counts.setProperty("role", "danger" if meaning is Meaning.DANGER else "small")
-        self.counts.style().polish(self.counts)
-        self.map.show_maps(*work.maps())
+        set_role(self.counts, "danger" if is_bad else "small")
+        self.map.show_map(fire_map(work.side(FlightGroup.MUST_NOT), work.side(FlightGroup.MUST), work.limits))
         self.map.show_limits(work.limits, labelled(limits_text(work.limits), text))
         self.thresholds.show_limits(work.limits)
         self._refresh_proposal()
@@ -168,29 +247,26 @@ class LogsPage(Page):
         self.proposal.refresh(is_mistyped=self.thresholds.is_wrong)
 
     def _refresh_notice(self) -> None:
-        self.strip.show_notice(self._notice())
-
-    def _notice(self) -> Notice | None:
         loading = self.work.loading
         if self.work.is_loading:
             text = tr("Reading logs…")
             if loading.total is not None:
                 text = tr("{what} ({done} of {total})", what=text, done=loading.read, total=loading.total)
-            return Notice(Meaning.INFORMATION, text, (Choice("cancel_logs", tr("Cancel"), self.work.cancel),))
-        if self._to_delete and not self.jobs.is_busy:
-            return self._question(self._to_delete)
-        return self.jobs.result_notice() or self.result.result_notice()
-
-    def _question(self, entries: tuple[RecordingEntry, ...]) -> Notice:
-        what = entry_text(entries[0])
-        if len(entries) > 1:
-            size = size_text(sum(entry.size_bytes for entry in entries))
-            what = join_names((labelled(tr("Recordings"), len(entries)), size))
-        choices = (
-            Choice("delete_recordings", tr("Delete for good"), self._delete, is_step=True),
-            Choice("keep_recordings", tr("Cancel"), self._cancel_deletion, is_main=True),
-        )
-        return Notice(Meaning.ATTENTION, tr("Delete for good? {what}", what=what), choices)
+            cancel = Choice("cancel_logs", tr("Cancel"), self.work.cancel)
+            self.strip.show_notice(Notice(Meaning.INFORMATION, text, (cancel,)))
+        elif self._to_delete and not self.jobs.is_busy:
+            entries = self._to_delete
+            what = entry_text(entries[0])
+            if len(entries) > 1:
+                size = size_text(sum(entry.size_bytes for entry in entries))
+                what = join_names((labelled(tr("Recordings"), len(entries)), size))
+            choices = (
+                Choice("delete_recordings", tr("Delete for good"), self._delete, is_step=True),
+                Choice("keep_recordings", tr("Cancel"), self._cancel_deletion, is_main=True),
+            )
+            self.strip.show_notice(Notice(Meaning.ATTENTION, tr("Delete for good? {what}", what=what), choices))
+        else:
+            self.strip.show_notice(self.jobs.result_notice() or self.result.result_notice())
 
     def _ended_notice(self, ended: Reading) -> Notice | None:
         """None where everything was read."""
@@ -199,9 +275,9 @@ class LogsPage(Page):
         if ended.was_cancelled:
             read = [] if ended.total is None else [tr("{count} of {total} logs", count=ended.read, total=ended.total)]
             return Notice(Meaning.INFORMATION, join_sentences((tr("Cancelled."), *read)))
-        unread = [log for log in self.work.unread() if log.name in ended.names]
         if not ended.names:
             return Notice(Meaning.INFORMATION, tr("No logs found."))
+        unread = [log for log in self.work.unread() if log.name in ended.names]
         if not unread:
             return None
         reasons = [
@@ -213,9 +289,9 @@ class LogsPage(Page):
         return Notice(Meaning.ATTENTION, "\n".join([text, *reasons]), dismiss=self.result.dismiss)
 
     def _explain(self) -> None:
-        library = self.jobs.library
-        used = size_text(sum(entry.size_bytes for entry in self.jobs.entries if not entry.is_pinned))
-        kept = tr("{used} of {size} used; then the oldest are deleted.", used=used, size=size_text(library.max_bytes))
+        used = size_text(sum(entry.size_bytes for entry in self.jobs.entries))
+        size = size_text(self.jobs.library.max_bytes)
+        kept = tr("{used} of {size} used; then the oldest are deleted.", used=used, size=size)
         rules = (*RULES, *ASSUMPTIONS, marked("After a real trigger the parachute is open."))
         sentences = (*map(tr, rules), *bounds_lines(), labelled(tr("Recordings"), kept))
         text = "".join(f"<p>{sentence}</p>" for sentence in sentences)
@@ -242,15 +318,15 @@ class LogsPage(Page):
             action.setEnabled(bool(rows))
         is_one = len(entries) == 1 == len(rows) and entries[0].trouble is None
         self.exporting_action.setEnabled(is_idle and is_one)
-        self.pinning.setEnabled(is_idle and bool(entries))
-        self.pinning.setText(tr("Unpin" if entries and all(entry.is_pinned for entry in entries) else "Pin"))
         self.removing.setEnabled(is_idle and bool(rows) and not any(entry.is_running for entry in entries))
         self.removing.setText(tr("Delete…") if entries else tr("Remove"))
 
-    def _open_chosen(self) -> None:
-        rows = self.table.chosen()
-        if len(rows) == 1:
-            self.open_row(rows[0])
+    def _on_selection_changed(self) -> None:
+        """Cancels the question when other recordings are selected."""
+        if self._to_delete and self.table.chosen() and self._entries() != self._to_delete:
+            self._to_delete = ()
+        self._refresh_notice()
+        self._refresh_actions()
 
     def _move(self, group: FlightGroup) -> None:
         self.work.move([row.name for row in self.table.chosen()], group)
@@ -266,10 +342,6 @@ class LogsPage(Page):
         self.ask_path(
             self, tr("Recording of {time}", time=when_text(entry)), self._folder / name, "*.csv;;*.mcap", export
         )
-
-    def _toggle_pin(self) -> None:
-        entries = self._entries()
-        self.jobs.set_pinned(entries, is_pinned=not all(entry.is_pinned for entry in entries))
 
     def _remove(self) -> None:
         """Logs leave the list, and recordings are deleted, once that is confirmed."""
@@ -290,91 +362,6 @@ class LogsPage(Page):
         self._to_delete = ()
         self._refresh_notice()
         self.table.setFocus()
-
-    def _on_selection_changed(self) -> None:
-        """Cancels the question when other recordings are selected."""
-        if self._to_delete and self.table.chosen() and self._entries() != self._to_delete:
-            self._to_delete = ()
-        self._refresh_notice()
-        self._refresh_actions()
-
-    def _keep_lists(self) -> None:
-        if self._are_kept_read:
-            self._services.preferences.flight_lists = self.work.kept
-
-    # Making
-
-    def _make_actions(self) -> None:
-        """For the chosen logs, in a bar above the list and in its menu."""
-        self.bar = named(QToolBar(), "logs_actions")
-        self.bar.setIconSize(self.table.iconSize())
-        self.opening = self._action("open", tr("Open"), Icon.LIVE, "Return", self._open_chosen)
-        self.moving = []
-        for group, side in SIDES.items():
-            name = f"to_{group.name.lower()}"
-            action = self._action(name, tr(side.word), side.picture, side.key, partial(self._move, group))
-            action.setToolTip(tr(side.tip) + in_brackets(side.key))
-            moving = self.bar.widgetForAction(action)
-            if isinstance(moving, QToolButton):
-                moving.setToolButtonStyle(Qt.ToolButtonStyle.ToolButtonTextOnly)
-            self.moving.append(action)
-        self.exporting_action = self._action("export", tr("Export…"), Icon.SAVE, "Ctrl+E", self._export)
-        self.pinning = self._action("pin", tr("Pin"), Icon.BOOKMARK, "", self._toggle_pin)
-        self.pinning.setToolTip(tr("Never delete automatically"))
-        self.removing = self._action("remove", tr("Remove"), Icon.ERASE, "Del", self._remove)
-        exporting = self.bar.widgetForAction(self.exporting_action)
-        self.exporting = exporting if isinstance(exporting, QToolButton) else None
-        self.table.setContextMenuPolicy(Qt.ContextMenuPolicy.ActionsContextMenu)
-
-    def _action(self, name: str, text: str, picture: Icon, key: str, slot: Callable[[], None]) -> QAction:
-        action = named(QAction(icon(picture), text, self), f"logs_{name}")
-        action.setShortcut(key)
-        action.setAutoRepeat(False)
-        action.setToolTip(text + (in_brackets(key) if key else ""))
-        action.setShortcutContext(Qt.ShortcutContext.WidgetShortcut)
-        action.triggered.connect(slot)
-        self.table.addAction(action)
-        self.bar.addAction(action)
-        shown = named(self.bar.widgetForAction(action), f"logs_{name}_chosen")
-        shown.setFocusPolicy(Qt.FocusPolicy.TabFocus)  # in a bar Qt gives it none
-        return action
-
-    def _lay_out(self) -> None:
-        opening = button("logs_open", tr("Open…"), Icon.FOLDER, self.choose_files, "primary")
-        Shortcut(opening, "Ctrl+O")
-        self.header = self.make_header(tr("Logs"), self.list.search, opening)
-        folder = self.header.add_rare("logs_open_folder", tr("Open folder…"), self.choose_folder)
-        folder.setShortcut("Ctrl+Shift+O")
-        self.addAction(folder)
-        self.header.add_rare("logs_about", tr("How this is judged"), self._explain)
-        self.map.setMinimumWidth(_MAP_PX)
-        both = in_row(
-            (in_column(self.bar, self.counts, (self.list, 1)), 7), (in_column(self.thresholds, (self.map, 1)), 3)
-        )
-        if is_text_large():
-            both.setDirection(QBoxLayout.Direction.TopToBottom)
-        self._overview = QWidget()
-        in_column(self.header, (both, 1), self.proposal, of=self._overview, margins=0)
-        self._stack = stacked(named(QStackedWidget(), "logs_stack"), self._overview, self.view)
-        in_column(self._stack, of=self, margins=(Space.M, 0, Space.M, Space.S))
-
-    def _wire(self) -> None:
-        work = self.work
-        work.changed.connect(self.refresh_list)
-        work.changed.connect(self._keep_lists)
-        work.loading_ended.connect(self._end_loading)
-        self.jobs.changed.connect(VisibilityTimer(self, self.refresh_list).refresh_seen)
-        self.thresholds.chosen.connect(work.choose)
-        self.thresholds.judged.connect(self._refresh_proposal)
-        self.map.chosen.connect(
-            lambda tilt, time_s: work.choose(work.limits._replace(attitude_threshold_deg=tilt, freefall_time_s=time_s))
-        )
-        self.table.opened.connect(self._open_chosen)
-        self.table.selectionModel().selectionChanged.connect(self._on_selection_changed)
-        self.view.closed.connect(self._show_list)
-        self.view.columns_chosen.connect(self._read_with)
-        self.result.changed.connect(self._refresh_notice)
-        self.proposal.settings_wanted.connect(lambda: self.page_wanted.emit("settings"))
 
     # Qt
 

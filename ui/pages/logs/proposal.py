@@ -1,18 +1,18 @@
 """Says what is proposed; puts thresholds into Settings as edits. Nothing is sent."""
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 
 from PySide6.QtCore import Qt, Signal
 from PySide6.QtWidgets import QFrame, QScrollArea, QStackedWidget, QWidget
 
-from app.flights.judging import Answer
-from app.flights.thresholds import (
+from app.flights.judging import (
     LEAST_ACCELERATION_G,
     LEAST_FALL_S,
     LEAST_TILT_DEG,
     MOST_ACCELERATION_G,
     MOST_FALL_S,
     MOST_TILT_DEG,
+    Answer,
     DefaultsResult,
     FlightGroup,
     FlightMargin,
@@ -49,52 +49,56 @@ class ProposalBar(QFrame):
         summary = QWidget()
         texts = in_column(self.head, self.lines, 1, spacing=0)
         in_row((self.picture, Qt.AlignmentFlag.AlignTop), (texts, 1), of=summary, margins=(Space.S, 0))
-        self._stack = QStackedWidget()
-        self._stack.addWidget(_scrolled(summary))
-        self._stack.addWidget(_scrolled(self.strip))
-        self._stack.setFixedHeight(_LINES * self.fontMetrics().lineSpacing() + Space.S)
-        self.strip.changed.connect(lambda: self._stack.setCurrentIndex(int(self.strip.notice is not None)))
-        in_row((self._stack, 1), in_column(self.take, self.use), of=self, margins=(Space.S, Space.XS))
+        stack = QStackedWidget()
+        for content in (summary, self.strip):
+            area = QScrollArea()
+            area.setFrameShape(QFrame.Shape.NoFrame)
+            area.setWidgetResizable(True)
+            area.setHorizontalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAlwaysOff)
+            area.setFocusPolicy(Qt.FocusPolicy.NoFocus)
+            area.setWidget(content)
+            for ground in (content, area.viewport()):
+                ground.setAutoFillBackground(False)
+            stack.addWidget(area)
+        stack.setFixedHeight(_LINES * self.fontMetrics().lineSpacing() + Space.S)
+        self.strip.changed.connect(lambda: stack.setCurrentIndex(int(self.strip.notice is not None)))
+        in_row((stack, 1), in_column(self.take, self.use), of=self, margins=(Space.S, Space.XS))
 
     def refresh(self, *, is_mistyped: bool = False) -> None:
         """`is_mistyped`: a threshold is typed that cannot be used, so none is handed over."""
-        work, proposal = self._work, self._work.proposal
-        limits = None if proposal is None or work.unread() else proposal.limits
-        if work.is_proposing:
+        work, proposal, unread = self._work, self._work.proposal, self._work.unread()
+        limits = None if proposal is None or unread else proposal.limits
+        if work.proposing.is_running:
             self._say(Icon.CLOCK, tr("Looking for thresholds…"))
         elif proposal is None:
             self._say(Icon.INFORMATION, tr("No proposal yet"), [tr("Choose logs, then press N or M.")])
-        elif unread := work.unread():
-            head = tr("No proposal: {count} of {total} not read", count=len(unread), total=work.wanted_count())
-            names = join_names(short_name(log.name) for log in unread)
-            self._say(Icon.WARNING, head, [tr("Read or remove: {names}", names=names)], Meaning.ATTENTION)
+        elif unread:
+            head = tr("No proposal: {count} of {total} not read", count=len(unread), total=len(work.wanted()))
+            lines = [tr("Read or remove: {names}", names=_names(log.name for log in unread))]
+            self._say(Icon.WARNING, head, lines, Meaning.ATTENTION)
         elif proposal.defaults is not None:
             self._say_defaults(proposal.defaults)
         elif limits is None:
             words = {FlightGroup.MUST_NOT: tr("false trigger"), FlightGroup.MUST: tr("no trigger")}
-            lines = [
-                labelled(capitalised(words[group]), join_names(map(short_name, names)))
-                for group, names in proposal.conflicts.items()
-                if names
-            ]
+            conflicts = proposal.conflicts.items()
+            lines = [labelled(capitalised(words[group]), _names(names)) for group, names in conflicts if names]
             self._say(Icon.WARNING, tr("No thresholds separate the sides"), lines, Meaning.ATTENTION)
         else:
-            lines = [_margin_text(margin) for group in FlightGroup if (margin := proposal.nearest.get(group))]
-            must_not = work.sides()[FlightGroup.MUST_NOT]
-            doubtful = [flight.name for flight in must_not if flight.answer(limits) is Answer.NOT_JUDGED]
+            lines = [_margin_text(group, margin) for group, margin in proposal.nearest.items()]
+            must_not = work.side(FlightGroup.MUST_NOT)
+            doubtful = [one.name for one in must_not if one.outcome(limits).answer is Answer.NOT_JUDGED]
             if doubtful:
-                lines.append(tr("Not judged: {names}", names=join_names(map(short_name, doubtful))))
+                lines.append(tr("Not judged: {names}", names=_names(doubtful)))
             self._say(Icon.CHECK, tr("Proposal: {limits}", limits=limits_text(limits)), [*lines, *bounds_lines()])
         self.take.setEnabled(limits is not None and limits != work.limits)
         self.use.setEnabled(self._exchange.can_use() and not is_mistyped)
 
     def _say_defaults(self, defaults: DefaultsResult) -> None:
         """With logs on one side only nothing is proposed: what the vendor's defaults do is all there is to say."""
-        count, total = len(defaults.unexpected), defaults.total
-        names = join_names(short_name(name) for name in defaults.unexpected)
+        count, total, names = len(defaults.unexpected), defaults.total, _names(defaults.unexpected)
         lines: list[str] = []
         if defaults.not_judged:
-            lines.append(tr("Not judged: {names}", names=join_names(map(short_name, defaults.not_judged))))
+            lines.append(tr("Not judged: {names}", names=_names(defaults.not_judged)))
         if defaults.group is FlightGroup.MUST:
             head = tr("The vendor's defaults fire in all {total}", total=total)
             if count:
@@ -109,8 +113,7 @@ class ProposalBar(QFrame):
             elif defaults.not_judged:
                 head = tr("The vendor's defaults fire in 0 of {total}, as far as judged", total=total)
             lines.append(tr("No proposal: no log is on the side “must fire”."))
-        is_bad = count > 0
-        self._say(Icon.WARNING if is_bad else Icon.CHECK, head, lines, Meaning.ATTENTION if is_bad else None)
+        self._say(Icon.WARNING if count else Icon.CHECK, head, lines, Meaning.ATTENTION if count else None)
 
     def _say(self, picture: Icon, head: str, lines: Sequence[str] = (), meaning: Meaning | None = None) -> None:
         self.picture.show_icon(picture, meaning, is_muted=meaning is None)
@@ -123,31 +126,29 @@ class ProposalBar(QFrame):
             self._work.choose(proposal.limits)
 
     def _use(self) -> None:
-        self._exchange.used.emit(self._work.settings())
+        limits = self._work.limits
+        values = {
+            "attitude_threshold_deg": round(limits.attitude_threshold_deg),
+            "freefall_acceleration_g": round(limits.freefall_acceleration_g, 1),
+            "freefall_time_s": round(limits.freefall_time_s, 2),
+        }
+        self._exchange.used.emit(values)
         self.settings_wanted.emit()
 
 
-def _scrolled(content: QWidget) -> QScrollArea:
-    area = QScrollArea()
-    area.setFrameShape(QFrame.Shape.NoFrame)
-    area.setWidgetResizable(True)
-    area.setHorizontalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAlwaysOff)
-    area.setFocusPolicy(Qt.FocusPolicy.NoFocus)
-    area.setWidget(content)
-    area.viewport().setAutoFillBackground(False)
-    content.setAutoFillBackground(False)
-    return area
+def _names(names: Iterable[str]) -> str:
+    return join_names(map(short_name, names))
 
 
-def _margin_text(margin: FlightMargin) -> str:
+def _margin_text(group: FlightGroup, margin: FlightMargin) -> str:
     """Smallest margin of a side."""
     parts: list[str] = []
     if margin.attitude_deg is not None and margin.attitude_deg >= 0:
         parts.append(f"{margin.attitude_deg}°")
     if margin.freefall_s is not None and margin.freefall_s >= 0:
         parts.append(f"{margin.freefall_s:.2f} s")
-    group, what = capitalised(tr(margin.group.value)), " · ".join(parts)
-    return tr("{group}: {what} to spare ({name})", group=group, what=what, name=short_name(margin.name))
+    side, what = capitalised(tr(group.value)), " · ".join(parts)
+    return tr("{group}: {what} to spare ({name})", group=side, what=what, name=short_name(margin.name))
 
 
 def bounds_lines() -> tuple[str, str]:

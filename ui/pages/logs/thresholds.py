@@ -1,6 +1,6 @@
 """The chosen thresholds: sliders and the map of false and missing triggers."""
 
-from typing import ClassVar, Final, NamedTuple
+from typing import ClassVar, Final
 
 import numpy as np
 import pyqtgraph as pg
@@ -10,7 +10,7 @@ from PySide6.QtGui import QColor, QImage, QKeyEvent, QMouseEvent, QPixmap
 from PySide6.QtWidgets import QGridLayout, QLabel, QSizePolicy, QWidget
 
 from app.flights.judge import TriggerLimits
-from app.flights.thresholds import TILTS_DEG, TIMES_S, FireMap
+from app.flights.judging import TILTS_DEG, TIMES_S, FireMap
 from app.text.i18n import tr
 from protocol.catalogue import BY_NAME
 from protocol.translatable import marked
@@ -21,10 +21,10 @@ from ui.widgets.number_line import Dial, label_for
 
 
 class ThresholdPanel(QWidget):
+    """`chosen` has the `TriggerLimits`; `judged`: a number was typed, which can be used unless it `is_wrong`."""
+
     chosen = Signal(object)
-    """`TriggerLimits`."""
     judged = Signal()
-    """A number was typed; whether it can be used is `is_wrong`."""
 
     def __init__(self) -> None:
         super().__init__()
@@ -39,6 +39,7 @@ class ThresholdPanel(QWidget):
         grid.setContentsMargins(0, 0, 0, 0)
         grid.setHorizontalSpacing(Space.S)
         grid.setVerticalSpacing(Space.XS)
+        grid.setColumnStretch(1, 1)
         rows = (
             ("attitude_threshold", marked("Attitude"), self.tilt),
             ("freefall_acceleration", marked("Free fall below"), self.acceleration),
@@ -49,12 +50,7 @@ class ThresholdPanel(QWidget):
             grid.addWidget(label_for(dial, tr(title)), row, 0)
             grid.addWidget(dial, row, 1)
             dial.judged.connect(self.judged)
-        grid.setColumnStretch(1, 1)
-        self.tilt.turned.connect(lambda value: self._choose(self._limits._replace(attitude_threshold_deg=value)))
-        self.acceleration.turned.connect(
-            lambda value: self._choose(self._limits._replace(freefall_acceleration_g=round(value, 1)))
-        )
-        self.time.turned.connect(lambda value: self._choose(self._limits._replace(freefall_time_s=round(value, 2))))
+            dial.turned.connect(self._choose)
 
     @property
     def is_wrong(self) -> bool:
@@ -66,16 +62,16 @@ class ThresholdPanel(QWidget):
         self.acceleration.set_value(limits.freefall_acceleration_g)
         self.time.set_value(limits.freefall_time_s)
 
-    def _choose(self, limits: TriggerLimits) -> None:
-        self._limits = limits
-        self.chosen.emit(limits)
+    def _choose(self) -> None:
+        values = self.tilt.value, round(self.acceleration.value, 1), round(self.time.value, 2)
+        self._limits = TriggerLimits(*values, *self._limits[3:])
+        self.chosen.emit(self._limits)
 
 
 _TILT_TICKS_DEG: Final = (30, 45, 60, 75, 90, 105, 120)
 _TIME_TICKS_S: Final = (0.5, 1.0, 1.5, 2.0, 2.5)
 _SWATCH_PX: Final = 12
 _HATCH_PX: Final = 8
-_DOT_PX: Final = 6
 _MIN_SHADE: Final = 0.35
 _HANDLE_PX: Final = 11
 # Steps of tilt and of time.
@@ -89,44 +85,29 @@ _KEYS: Final = {
 }
 _TIME_STEP_S: Final = 0.05
 _EDGE_DEG: Final = 0.5
+# Lower and upper edge of the times and of the tilts.
+_TIME_EDGES_S: Final = (float(TIMES_S[0]) - _TIME_STEP_S / 2, float(TIMES_S[-1]) + _TIME_STEP_S / 2)
+_TILT_EDGES_DEG: Final = (float(TILTS_DEG[0]) - _EDGE_DEG, float(TILTS_DEG[-1]) + _EDGE_DEG)
 Cells = NDArray[np.float64]
 Pixels = NDArray[np.uint8]
-
-
-class MapCells(NamedTuple):
-    """By attitude threshold (rows) and free-fall time (columns)."""
-
-    wrong: Cells
-    """Share of the flights that must not fire and do."""
-    missed: Cells
-    """Share of the flights that must fire in time and do not."""
-    differs: NDArray[np.bool_]
-    """The other reading of the vendor's rule gives other numbers."""
-
-
+# The share of false and of missing triggers in the cell that each word explains.
 _LEGEND: Final = {
-    marked("false trigger"): (0.6, 0.0, False),
-    marked("no trigger"): (0.0, 0.6, False),
-    marked("separates"): (0.0, 0.0, False),
-    marked("unclear"): (0.0, 0.0, True),
+    marked("false trigger"): (0.6, 0.0),
+    marked("no trigger"): (0.0, 0.6),
+    marked("separates"): (0.0, 0.0),
 }
-"""The cell that each word explains."""
 
 
-def cells_of(shown: FireMap, other: FireMap) -> MapCells:
-    must_not, must = max(1, shown.must_not_count), max(1, shown.must_count)
-    missed = (shown.must_count - shown.must_fired) / must
-    differs = (shown.must_not_fired != other.must_not_fired) | (shown.must_fired != other.must_fired)
-    return MapCells(shown.must_not_fired / must_not, missed, differs)
+def map_pixels(wrong: Cells, missed: Cells, size: QSize, ratio: float, *, has_must: bool) -> Pixels:
+    """The image, lowest row first: shade for false triggers, hatch for missing ones.
 
-
-def map_pixels(cells: MapCells, theme: Theme, size: QSize, ratio: float, *, has_must: bool) -> Pixels:
-    """The image, lowest row first: shade for false triggers, hatch for missing ones, dots where the readings differ."""
-    height, width = size.height(), size.width()
+    `wrong` and `missed`: the shares of flights that fire and must not, and that do not fire in time and must.
+    """
+    theme, height, width = current(), size.height(), size.width()
     down, across = np.arange(height)[:, None], np.arange(width)[None, :]
-    rows, columns = cells.wrong.shape
-    wrong, missed, differs = (
-        part.take(down[:, 0] * rows // height, 0).take(across[0] * columns // width, 1) for part in cells
+    rows, columns = wrong.shape
+    wrong, missed = (
+        part.take(down[:, 0] * rows // height, 0).take(across[0] * columns // width, 1) for part in (wrong, missed)
     )
     share = (_MIN_SHADE + (1 - _MIN_SHADE) * wrong)[:, :, None]
     wash, fill = np.array(_rgb(theme.danger.wash)), np.array(_rgb(theme.danger.fill))
@@ -135,8 +116,6 @@ def map_pixels(cells: MapCells, theme: Theme, size: QSize, ratio: float, *, has_
     pixels[(wrong == 0) & (missed > 0)] = _rgb(theme.surface)
     stroke = np.where(missed >= 0.5, 3 * ratio, 1.5 * ratio) * (missed > 0)
     pixels[(down + across) % round(_HATCH_PX * ratio) < stroke] = _rgb(theme.muted)
-    step, dot = round(_DOT_PX * ratio), round(2 * ratio)
-    pixels[differs & (down % step < dot) & (across % step < dot)] = _rgb(theme.information.ink)
     return pixels
 
 
@@ -146,8 +125,9 @@ def _rgb(colour: QColor | str) -> tuple[int, int, int]:
 
 
 class FireMapView(StaticPlot):
+    """`chosen` has the attitude threshold in degrees and the free-fall time in seconds."""
+
     chosen = Signal(float, float)
-    """Attitude threshold in degrees, free-fall time in seconds."""
     usual: ClassVar = QSize(240, 200)
     least: ClassVar = usual
 
@@ -156,11 +136,10 @@ class FireMapView(StaticPlot):
         self.setFocusPolicy(Qt.FocusPolicy.StrongFocus)
         self.setCursor(Qt.CursorShape.CrossCursor)
         self._map: FireMap | None = None
-        self._cells: MapCells | None = None
         self._limits = TriggerLimits()
         self.image = pg.ImageItem(axisOrder="row-major")
+        # Outlines and lines, so that they contrast with every cell.
         self.cross = [pg.InfiniteLine(angle=angle) for angle in (0, 90, 0, 90)]
-        """Outlines and lines, so that they contrast with every cell."""
         self.handle = pg.TargetItem(size=_HANDLE_PX, symbol="o", movable=False)
         self._legend = {word: QLabel() for word in _LEGEND}
         keys = QGridLayout()
@@ -173,8 +152,8 @@ class FireMapView(StaticPlot):
             keys.addWidget(named(QLabel(tr(word)), "logs_map_word", "small"), row, 2 * column + 1)
         self.column.addLayout(keys)
 
-    def show_maps(self, shown: FireMap, other: FireMap) -> None:
-        self._map, self._cells = shown, cells_of(shown, other)
+    def show_map(self, shown: FireMap) -> None:
+        self._map = shown
         if self.view is None:  # it was not seen yet
             self.redraw()
         else:
@@ -184,30 +163,20 @@ class FireMapView(StaticPlot):
         """Moves the cross; `text` is the accessible text."""
         self._limits = limits
         self.announce(text)
-        self._move_cross()
-
-    def thresholds_at(self, place: QPointF) -> tuple[float, float]:
-        """Thresholds at a position: whole degrees, steps of 0.05 s."""
-        at = self.view.mapSceneToView(place)
-        return self._bounded(round(at.y()), round(at.x() / _TIME_STEP_S) * _TIME_STEP_S)
+        tilt, time_s = self._bounded(limits.attitude_threshold_deg, limits.freefall_time_s)
+        for line in self.cross:
+            line.setPos(tilt if line.angle == 0 else time_s)
+        self.handle.setPos(time_s, tilt)
 
     def _bounded(self, tilt_deg: float, time_s: float) -> tuple[float, float]:
-        (first, last), (low, high) = self._edges()
-        half = _TIME_STEP_S / 2
+        (first, last), (low, high) = _TIME_EDGES_S, _TILT_EDGES_DEG
         tilt = min(max(tilt_deg, low + _EDGE_DEG), high - _EDGE_DEG)
-        return tilt, round(min(max(time_s, first + half), last - half), 2)
-
-    def _edges(self) -> tuple[tuple[float, float], tuple[float, float]]:
-        """Lower and upper edge of the times and of the tilts."""
-        half = _TIME_STEP_S / 2
-        times = (float(TIMES_S[0]) - half, float(TIMES_S[-1]) + half)
-        return times, (float(TILTS_DEG[0]) - _EDGE_DEG, float(TILTS_DEG[-1]) + _EDGE_DEG)
+        return tilt, round(min(max(time_s, first + _TIME_STEP_S / 2), last - _TIME_STEP_S / 2), 2)
 
     # Drawing
 
     def draw(self, theme: Theme) -> None:
-        (first, last), (low, high) = self._edges()
-        self.set_range((first, last), (low, high))
+        self.set_range(_TIME_EDGES_S, _TILT_EDGES_DEG)
         for number, line in enumerate(self.cross):
             is_outline = number < 2
             colour, width = (theme.surface, theme.line_px + 3) if is_outline else (theme.text, theme.line_px + 0.5)
@@ -219,8 +188,15 @@ class FireMapView(StaticPlot):
         self.show_ticks("bottom", [(time_s, f"{time_s:g} s") for time_s in _TIME_TICKS_S], tr("Free-fall time"))
         self._draw_frame()
         self.fit_to_view()
-        self._draw_legend(theme)
-        self._move_cross()
+        ratio = self.devicePixelRatioF()
+        side = round(scaled(_SWATCH_PX) * ratio)
+        for word, (wrong, missed) in _LEGEND.items():
+            cell = np.ones((1, 1))
+            pixels = map_pixels(cell * wrong, cell * missed, QSize(side, side), ratio, has_must=True)
+            pixels[[0, -1]] = pixels[:, [0, -1]] = _rgb(theme.border)
+            picture = QPixmap(QImage(pixels.tobytes(), side, side, 3 * side, QImage.Format.Format_RGB888))
+            picture.setDevicePixelRatio(ratio)
+            self._legend[word].setPixmap(picture)
 
     def _draw_frame(self) -> None:
         theme = current()
@@ -229,30 +205,14 @@ class FireMapView(StaticPlot):
 
     def fit_to_view(self) -> None:
         ratio = self.devicePixelRatioF()
-        size = (self.view.size() * ratio).toSize()
-        if self._map is not None and self._cells is not None and not size.isEmpty():
-            pixels = map_pixels(self._cells, current(), size, ratio, has_must=self._map.must_count > 0)
+        size, shown = (self.view.size() * ratio).toSize(), self._map
+        if shown is not None and not size.isEmpty():
+            wrong = shown.must_not_fired / max(1, shown.must_not_count)
+            missed = (shown.must_count - shown.must_fired) / max(1, shown.must_count)
+            pixels = map_pixels(wrong, missed, size, ratio, has_must=shown.must_count > 0)
             self.image.setImage(pixels, autoLevels=False)
-            (first, last), (low, high) = self._edges()
+            (first, last), (low, high) = _TIME_EDGES_S, _TILT_EDGES_DEG
             self.image.setRect(QRectF(first, low, last - first, high - low))
-
-    def _draw_legend(self, theme: Theme) -> None:
-        ratio = self.devicePixelRatioF()
-        side = round(scaled(_SWATCH_PX) * ratio)
-        for word, (wrong, missed, differs) in _LEGEND.items():
-            cell = np.ones((1, 1))
-            cells = MapCells(cell * wrong, cell * missed, cell * differs > 0)
-            pixels = map_pixels(cells, theme, QSize(side, side), ratio, has_must=not differs)
-            pixels[[0, -1]] = pixels[:, [0, -1]] = _rgb(theme.border)
-            picture = QPixmap(QImage(pixels.tobytes(), side, side, 3 * side, QImage.Format.Format_RGB888))
-            picture.setDevicePixelRatio(ratio)
-            self._legend[word].setPixmap(picture)
-
-    def _move_cross(self) -> None:
-        tilt, time_s = self._bounded(self._limits.attitude_threshold_deg, self._limits.freefall_time_s)
-        for line in self.cross:
-            line.setPos(tilt if line.angle == 0 else time_s)
-        self.handle.setPos(time_s, tilt)
 
     # Mouse and keyboard
 
@@ -261,14 +221,19 @@ class FireMapView(StaticPlot):
             self._draw_frame()
         return super().event(event)
 
+    def choose_at(self, place: QPointF) -> None:
+        """Chooses the thresholds at a place: whole degrees, steps of 0.05 s."""
+        at = self.view.mapSceneToView(place)
+        self.chosen.emit(*self._bounded(round(at.y()), round(at.x() / _TIME_STEP_S) * _TIME_STEP_S))
+
     def mousePressEvent(self, event: QMouseEvent) -> None:
         if event.button() == Qt.MouseButton.LeftButton:
             self.setFocus(Qt.FocusReason.MouseFocusReason)
-            self.chosen.emit(*self.thresholds_at(event.position()))
+            self.choose_at(event.position())
 
     def mouseMoveEvent(self, event: QMouseEvent) -> None:
         if event.buttons() & Qt.MouseButton.LeftButton:
-            self.chosen.emit(*self.thresholds_at(event.position()))
+            self.choose_at(event.position())
 
     def keyPressEvent(self, event: QKeyEvent) -> None:
         steps = _KEYS.get(Qt.Key(event.key()))

@@ -2,21 +2,18 @@
 
 import shlex
 import time
-from collections.abc import Sequence
 from pathlib import Path
-from typing import Final, NamedTuple
+from typing import Final
 
 import numpy as np
 from PySide6.QtCore import Qt, Signal
 from PySide6.QtWidgets import QFrame, QLineEdit, QWidget
 
-from app.flights.flight_log import FlightLog
+from app.flights.flight_log import FlightLog, Floats
 from app.flights.judge import MAX_GAP_S, TriggerLimits
-from app.flights.judging import summarise
-from app.flights.raw_log import Floats
+from app.flights.judging import FlightGroup, summarise
 from app.flights.read_log import flight_of_recording, read_flight_log
 from app.flights.table import CsvColumns, parse_line, role_words
-from app.flights.thresholds import FlightGroup, FlightOutcome, outcome_of
 from app.limits.limits import LimitsInUse
 from app.recordings.excerpt import LimitSteps
 from app.recordings.library import entry_of, entry_text
@@ -27,7 +24,7 @@ from app.text.i18n import tr
 from app.text.messages import UserError, clean, error_text
 from protocol.translatable import marked
 from ui.core.background_task import BackgroundTask
-from ui.pages.logs.rows import button, outcome_lines, row_text, short_name, verdict_of
+from ui.pages.logs.rows import button, outcome_text, row_text, short_name, verdict_of
 from ui.pages.logs.work import LogFile, LogRow
 from ui.plots.lanes import Lane, Mark, Scale, Span, acceleration_lane, mark_of, measured_lanes, tilt_lane
 from ui.plots.time_plot import TimePlot
@@ -36,28 +33,21 @@ from ui.style.theme import IconSize, Meaning, Space
 from ui.widgets.controls import ElidedLabel, IconLabel, in_column, in_row, named, text_label
 
 _WINDOW_S: Final = 10.0
+# Makes the plots, which show the time of day, show the time since the log began.
 _MIDNIGHT_S: Final = time.mktime((2001, 1, 1, 0, 0, 0, 0, 0, -1))
-"""Makes the plots, which show the time of day, show the time since the log began."""
-_SAME_S: Final = 0.05
-"""Closer marks are shown as one."""
-
-
-class Opened(NamedTuple):
-    """What was read of a log; one of the two may be missing."""
-
-    recording: Recording | None
-    log: FlightLog | None
+# What was read of a log; one of the two may be missing.
+Opened = tuple[Recording | None, FlightLog | None]
 
 
 def read(path: Path, columns: CsvColumns | None) -> Opened:
     """Raises `UserError`."""
     if path.suffix.lower() != ".mcap":
-        return Opened(None, read_flight_log(path, columns))
+        return None, read_flight_log(path, columns)
     recording = open_recording(entry_of(path))
     try:
-        return Opened(recording, flight_of_recording(recording))
+        return recording, flight_of_recording(recording)
     except UserError:  # it holds nothing to judge
-        return Opened(recording, None)
+        return recording, None
 
 
 class LogView(QWidget):
@@ -86,15 +76,11 @@ class LogView(QWidget):
         self.line.returnPressed.connect(self._choose_columns)
         self.read = button("log_read", tr("Read"), Icon.CHECK, self._choose_columns, "primary")
         self.fault = text_label("log_fault", "danger")
-        self._lay_out()
-
-    def _lay_out(self) -> None:
-        head = in_row((self.name, 1), self.back)
         verdict = in_row((self.picture, Qt.AlignmentFlag.AlignTop), (self.verdict, 1))
         in_row((self.line, 1), self.read, of=self.columns, margins=0)
         self._card = named(QFrame(), "log_card", "card")
         self._room = in_column(of=self._card, margins=Space.S)
-        parts = head, verdict, self.details, self.columns, self.fault, (self._card, 1)
+        parts = in_row((self.name, 1), self.back), verdict, self.details, self.columns, self.fault, (self._card, 1)
         in_column(*parts, of=self, margins=(0, Space.S, 0, 0)).addStretch()
 
     def show_log(self, row: LogRow, limits: TriggerLimits) -> None:
@@ -102,16 +88,15 @@ class LogView(QWidget):
         self.clear()
         self._row, self._limits = row, limits
         self.name.setText(short_name(row.name) if row.entry is None else row.label)
-        self.details.setText("" if row.entry is None else clean(entry_text(row.entry), longest=1000))
-        self.details.setVisible(row.entry is not None)
+        self._show_details("" if row.entry is None else clean(entry_text(row.entry), longest=1000))
         log = row.log
-        if log is not None and log.why_not is not None:
+        if log.why_not is not None:
             self._say(Icon.WARNING, clean(log.why_not.translated(), longest=2000), Meaning.ATTENTION)
             if log.head:
                 self._ask_columns(log)
             return
         self._say(Icon.CLOCK, tr("Reading logs…"))
-        path, columns = Path(row.name), None if log is None else log.columns
+        path, columns = Path(row.name), log.columns
         self._reading.run(lambda _running: read(path, columns), self._show, self._fail)
 
     def clear(self) -> None:
@@ -133,57 +118,56 @@ class LogView(QWidget):
         self.picture.show_icon(picture, meaning, is_muted=meaning is None)
         self.verdict.setText(text)
 
+    def _show_details(self, *lines: str) -> None:
+        self.details.setText("\n".join(dict.fromkeys(filter(None, lines))))
+        self.details.setVisible(bool(self.details.text()))
+
     def _fail(self, error: Exception) -> None:
         self._say(Icon.WARNING, clean(error_text(error), longest=2000), Meaning.ATTENTION)
         if not isinstance(error, UserError):
             raise error
 
     def _show(self, opened: Opened) -> None:
-        row = self._row
+        """The verdict is what the list would say now, with the thresholds that are tried."""
+        row, (recording, log) = self._row, opened
         if row is None:
             return
-        recording, log = opened
-        details = [self.details.text()]
-        outcome = None
+        details, marks, moment_s = [self.details.text()], list[Mark](), None
+        start_s = 0.0 if recording is None or log is None else log.start_s
         if recording is not None:
-            details.append(_held_text(recording))
-            details.append("" if recording.damage is None else recording.damage.translated())
-        if log is None:
-            self._say(Icon.UNKNOWN, tr("no status reports"), Meaning.ATTENTION)
-        else:
-            outcome = outcome_of(summarise(log), row.group, self._limits)
-            verdict = verdict_of(outcome)
-            group = "" if row.group is FlightGroup.UNSORTED else f" · {tr(row.group.value)}"
-            self._say(verdict.icon, "\n".join(outcome_lines(outcome)) + group, verdict.meaning)
-            details += [clean(problem.translated()) for problem in log.problems]
-        self.details.setText("\n".join(dict.fromkeys(filter(None, details))))
-        self.details.setVisible(bool(self.details.text()))
-        self.details.setToolTip(row_text(row))
-        self._make_plot(opened, outcome)
-
-    def _make_plot(self, opened: Opened, outcome: FlightOutcome | None) -> None:
-        recording, log = opened
-        start_s = 0.0
-        if recording is not None:
-            start_s = 0.0 if log is None else log.start_s
             bounds, offset_s = Span(recording.start_s, recording.end_s), recording.wall_offset_s
             lanes = _recorded_lanes(recording, self._limits, self._in_use)
+            marks += map(mark_of, recording.markers)
+            details.append(_held_text(recording))
+            details.append("" if recording.damage is None else recording.damage.translated())
         elif log is not None:
             bounds, offset_s = Span(0.0, max(log.duration_s, float(log.time_s[-1]))), _MIDNIGHT_S
             lanes = _flight_lanes(log, self._limits)
+            marks += map(mark_of, log.resets)
+        if log is None:
+            self._say(Icon.UNKNOWN, tr("no status reports"), Meaning.ATTENTION)
+        else:
+            flight = summarise(log)
+            outcome = flight.outcome(self._limits)
+            verdict = verdict_of(outcome, row.log.group)
+            group = "" if row.log.group is FlightGroup.UNSORTED else f" · {tr(row.log.group.value)}"
+            self._say(verdict.icon, outcome_text(flight, outcome) + group, verdict.meaning)
+            details += [clean(problem.translated()) for problem in log.problems]
+            if outcome.sources:
+                moment_s = outcome.at_s
+                marks.append(Mark(outcome.at_s + start_s, marked("fires"), Icon.PARACHUTE, verdict.meaning))
+            if flight.loss_s is not None:
+                moment_s = flight.loss_s if moment_s is None else moment_s
+                word = marked("control lost (estimate)")
+                marks.append(Mark(flight.loss_s + start_s, word, Icon.WARNING, Meaning.ATTENTION))
+            if flight.impact_s is not None:
+                marks.append(Mark(flight.impact_s + start_s, marked("impact"), Icon.DROP, None))
+        self._show_details(*details)
+        self.details.setToolTip(row_text(row))
         plot = self.plot = TimePlot(lanes, wall_offset_s=offset_s, bounds=bounds)
-        if recording is not None:
-            plot.add_marks([mark_of(marker) for marker in recording.markers])
-        elif log is not None:
-            plot.add_marks([mark_of(reset) for reset in log.resets])
-        if outcome is not None:
-            plot.add_marks([mark._replace(time_s=mark.time_s + start_s) for mark in marks_of(outcome)])
+        plot.add_marks(marks)
         self._room.addWidget(plot)
         self._card.show()
-        fires = () if outcome is None else (outcome.direct, outcome.damped)
-        moment_s = min((fire.at_s for fire in fires if fire.sources), default=None)
-        if moment_s is None and outcome is not None:
-            moment_s = outcome.flight.loss_s
         if moment_s is not None:
             plot.time_range.choose_length(_WINDOW_S)
             plot.time_range.show_instant(moment_s + start_s)
@@ -210,42 +194,15 @@ class LogView(QWidget):
             self.columns_chosen.emit(self._row.name, columns)
 
 
-def marks_of(outcome: FlightOutcome) -> list[Mark]:
-    """Where it fires, control was lost, and it hit the ground, in times of the log."""
-    flight = outcome.flight
-    meaning = verdict_of(outcome).meaning
-    marks = []
-    direct_s, damped_s = outcome.direct.at_s, outcome.damped.at_s
-    is_one = bool(outcome.direct.sources and outcome.damped.sources) and abs(direct_s - damped_s) < _SAME_S
-    if outcome.direct.sources:
-        word = marked("fires") if is_one else marked("Triggers at once")
-        marks.append(Mark(direct_s, word, Icon.PARACHUTE, meaning))
-    if outcome.damped.sources and not is_one:
-        marks.append(Mark(damped_s, marked("Triggers after 0.2 s"), Icon.PARACHUTE, meaning))
-    if flight.loss_s is not None:
-        marks.append(Mark(flight.loss_s, marked("control lost (estimate)"), Icon.WARNING, Meaning.ATTENTION))
-    if flight.impact_s is not None:
-        marks.append(Mark(flight.impact_s, marked("impact"), Icon.DROP, None))
-    return marks
-
-
 def _chosen(limits: TriggerLimits, start_s: float) -> LimitSteps:
     """The thresholds that are tried, all the time."""
     steps = LimitSteps()
-    steps.put(
-        start_s,
-        ModuleLimits(
-            limits.attitude_threshold_deg,
-            limits.reset_angle_deg,
-            limits.freefall_acceleration_g,
-            limits.freefall_time_s,
-            None,
-        ),
-    )
+    tilt_deg, force_g, time_s = limits[:3]
+    steps.put(start_s, ModuleLimits(tilt_deg, limits.reset_angle_deg, force_g, time_s, None))
     return steps
 
 
-def _recorded_lanes(recording: Recording, limits: TriggerLimits, in_use: LimitsInUse) -> Sequence[Lane]:
+def _recorded_lanes(recording: Recording, limits: TriggerLimits, in_use: LimitsInUse) -> tuple[Lane, ...]:
     """With the thresholds that are tried; the module's own ones are in the text above."""
     chosen = _chosen(limits, recording.start_s)
     chosen.lights = recording.lights
@@ -264,27 +221,17 @@ def _held_text(recording: Recording) -> str:
     return tr("On the module: {value}", value=known) if known else ""
 
 
-def _flight_lanes(log: FlightLog, limits: TriggerLimits) -> Sequence[Lane]:
+def _flight_lanes(log: FlightLog, limits: TriggerLimits) -> tuple[Lane, ...]:
+    def series(values: Floats) -> Readable:
+        is_known = np.isfinite(values)
+        return Readable(log.time_s[is_known], values[is_known].astype(np.float32))
+
     chosen = _chosen(limits, float(log.time_s[0]))
-    tilt, force = _series(log.time_s, log.tilt_deg), _series(log.time_s, log.specific_force_g)
-    lanes = [
-        tilt_lane(tilt, (chosen.fires, None), (chosen.rearms, None), gap_s=MAX_GAP_S),
-        acceleration_lane(force, (chosen.falls, None), gap_s=MAX_GAP_S),
-    ]
-    if log.altitude_m is not None and np.isfinite(log.altitude_m).any():
-        altitude = _series(log.time_s, log.altitude_m)
-        lanes.append(Lane(marked("Altitude"), "m", altitude, (_scale_of(log.altitude_m),), weight=1.2, gap_s=1.0))
-    return lanes
-
-
-def _series(time_s: Floats, values: Floats) -> Readable:
-    is_known = np.isfinite(values)
-    times, known = time_s[is_known], values[is_known].astype(np.float32)
-    return Readable(times, known)
-
-
-def _scale_of(values: Floats) -> Scale:
-    """With some room around all values."""
-    low, high = float(np.nanmin(values)), float(np.nanmax(values))
+    tilt = tilt_lane(series(log.tilt_deg), (chosen.fires, None), (chosen.rearms, None), gap_s=MAX_GAP_S)
+    force = acceleration_lane(series(log.specific_force_g), (chosen.falls, None), gap_s=MAX_GAP_S)
+    if log.altitude_m is None or not np.isfinite(log.altitude_m).any():
+        return tilt, force
+    low, high = float(np.nanmin(log.altitude_m)), float(np.nanmax(log.altitude_m))
     room = max(0.5, (high - low) * 0.1)
-    return Scale(low - room, high + room, 0.0)
+    scales = (Scale(low - room, high + room, 0.0),)
+    return tilt, force, Lane(marked("Altitude"), "m", series(log.altitude_m), scales, weight=1.2, gap_s=1.0)

@@ -1,10 +1,10 @@
-"""What the Logs page works on: recordings and flight logs, read in the background, thresholds, map and proposal.
+"""What the Logs page works on: recordings and flight logs, read in the background, thresholds and proposal.
 
 It never sends anything to a module.
 """
 
 from collections import deque
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable
 from datetime import UTC, datetime
 from pathlib import Path
 from typing import Final, NamedTuple
@@ -12,23 +12,11 @@ from typing import Final, NamedTuple
 from PySide6.QtCore import QObject, Signal
 
 from app.flights.judge import TriggerLimits
-from app.flights.judging import FlightSummary, RuleReading
-from app.flights.many_logs import summarise_logs
-from app.flights.read_log import distinct_names, find_logs
+from app.flights.judging import FlightGroup, FlightSummary, Outcome, ThresholdProposal, propose
+from app.flights.read_log import distinct_names, find_logs, summarise_logs
 from app.flights.table import CsvColumns
-from app.flights.thresholds import (
-    FireMap,
-    FlightGroup,
-    FlightOutcome,
-    ThresholdProposal,
-    fire_map,
-    outcome_of,
-    propose,
-    settings_of,
-)
 from app.recordings.library import RecordingEntry
 from app.text.messages import UserMessage, error_text
-from protocol.fields import Value
 from ui.core.background_task import BackgroundTask, Running
 from ui.services.recording_jobs import RecordingJobs
 
@@ -37,14 +25,14 @@ MOST_JUDGED: Final = 100
 
 
 class LogFile(NamedTuple):
-    """A file that was opened, or is to be."""
+    """A file that was opened, or is to be: then it has neither a flight nor a reason why not."""
 
     # Its path.
     name: str
     group: FlightGroup = FlightGroup.UNSORTED
     # With which a table was read; None: recognised by name.
     columns: CsvColumns | None = None
-    summary: FlightSummary | None = None
+    flight: FlightSummary | None = None
     # Why it could not be read.
     why_not: UserMessage | None = None
     # Column names of a table that could not be read.
@@ -56,47 +44,35 @@ class LogFile(NamedTuple):
 
     @property
     def is_waiting(self) -> bool:
-        return self.summary is None and self.why_not is None
+        return self.flight is None and self.why_not is None
 
 
 class LogRow(NamedTuple):
-    """A line of the list. `log` is None while a recording was not read."""
+    """A line of the list: a log, a recording in the library, or both."""
 
     name: str
     # By which it can be told from the others.
     label: str
-    log: LogFile | None
-    # Of a recording in the library.
+    # Waits as long as a recording was not read.
+    log: LogFile
     entry: RecordingEntry | None
-    # None where it was not read.
-    outcome: FlightOutcome | None
-
-    @property
-    def group(self) -> FlightGroup:
-        return FlightGroup.UNSORTED if self.log is None else self.log.group
+    # Of its flight with the chosen thresholds.
+    outcome: Outcome | None
 
     @property
     def why_not(self) -> UserMessage | None:
         """Why it could not be read."""
-        if self.log is not None and self.log.why_not is not None:
-            return self.log.why_not
-        return None if self.entry is None else self.entry.trouble
+        return self.log.why_not or (None if self.entry is None else self.entry.trouble)
 
 
 class Reading:
-    """Files and folders to read; `names`, `total` and `done` are written by the reading thread.
-
-    `skipped`: what is already read. `is_asked`: somebody waits for it.
-    """
+    """Files and folders to read. `names`, `total` and `done` are written by the reading thread."""
 
     def __init__(
-        self,
-        paths: Iterable[Path] = (),
-        columns: CsvColumns | None = None,
-        skipped: Iterable[str] = (),
-        *,
+        self, paths: Iterable[Path] = (), columns: CsvColumns | None = None, *, skipped: Iterable[str] = (),
         is_asked: bool = True,
-    ) -> None:
+    ) -> None:  # fmt: skip
+        """`skipped`: what is already read. `is_asked`: somebody waits for it."""
         self._paths, self._columns, self._skipped = tuple(paths), columns, frozenset(skipped)
         self.is_asked = is_asked
         # None until they are counted.
@@ -114,25 +90,21 @@ class Reading:
         self.names = tuple(map(str, found))
         paths = [path for path in found if str(path) not in self._skipped]
         self.total = len(paths)
-        for log in summarise_logs(paths, self._columns, is_cancelled=running.is_cancelled):
-            name, changed_at = str(log.path), _changed_at(log.path)
-            read = LogFile(name, FlightGroup.UNSORTED, self._columns, log.flight, log.why_not, log.head, changed_at)
-            self.done.append(read)
-
-
-def _changed_at(path: Path) -> datetime | None:
-    try:
-        return datetime.fromtimestamp(path.stat().st_mtime, UTC)
-    except (OSError, ValueError):  # it is in an archive, or gone
-        return None
+        for path, flight, why_not, head in summarise_logs(paths, self._columns, is_cancelled=running.is_cancelled):
+            try:
+                changed_at = datetime.fromtimestamp(path.stat().st_mtime, UTC)
+            except (OSError, ValueError):  # it is in an archive, or gone
+                changed_at = None
+            group = FlightGroup.UNSORTED
+            self.done.append(LogFile(str(path), group, self._columns, flight, why_not, head, changed_at))
 
 
 class LogsWork(QObject):
-    """Reads orders one after another, and keeps what was read."""
+    """Reads orders one after another, and keeps what was read. `loading_ended` has the `Reading` of what a person
+    opened."""
 
     changed = Signal()
     loading_ended = Signal(object)
-    """`Reading`, of what a person opened."""
 
     def __init__(self, recordings: RecordingJobs, parent: QObject) -> None:
         super().__init__(parent)
@@ -144,74 +116,48 @@ class LogsWork(QObject):
         self.loading = Reading()
         self._orders: deque[Reading] = deque()
         self.task: BackgroundTask[None] = BackgroundTask("dps-s logs", self)
-        self._proposing: BackgroundTask[ThresholdProposal] = BackgroundTask("dps-s thresholds", self)
-
-    # What there is
-
-    @property
-    def is_proposing(self) -> bool:
-        return self._proposing.is_running
+        self.proposing: BackgroundTask[ThresholdProposal] = BackgroundTask("dps-s thresholds", self)
 
     @property
     def is_loading(self) -> bool:
         """What a person opened."""
         return self.task.is_running and self.loading.is_asked
 
-    def sides(self) -> dict[FlightGroup, list[FlightSummary]]:
+    def side(self, group: FlightGroup) -> list[FlightSummary]:
         """Without what could not be read."""
-        sides: dict[FlightGroup, list[FlightSummary]] = {group: [] for group in FlightGroup}
-        for log in self.logs.values():
-            if log.summary is not None:
-                sides[log.group].append(log.summary)
-        return sides
+        return [log.flight for log in self.logs.values() if log.group is group and log.flight is not None]
+
+    def wanted(self) -> list[LogFile]:
+        """A recording of the library is nobody's choice before it is on a side."""
+        folder = self.recordings.library.folder
+        unsorted = FlightGroup.UNSORTED
+        return [log for log in self.logs.values() if log.group is not unsorted or Path(log.name).parent != folder]
 
     def unread(self) -> list[LogFile]:
         """What a person wanted to have judged, and what could not be read."""
-        return [log for log in self.logs.values() if log.why_not is not None and self._is_wanted(log)]
-
-    def wanted_count(self) -> int:
-        return sum(map(self._is_wanted, self.logs.values()))
-
-    def _is_wanted(self, log: LogFile) -> bool:
-        """A recording of the library is nobody's choice before it is on a side."""
-        return log.group is not FlightGroup.UNSORTED or Path(log.name).parent != self.recordings.library.folder
+        return [log for log in self.wanted() if log.why_not is not None]
 
     def rows(self) -> list[LogRow]:
         entries = {str(entry.path): entry for entry in self.recordings.entries}
         # One of the library that was judged and is gone was deleted.
+        wanted = {log.name for log in self.wanted()}
         logs = (log for log in self.logs.values() if not log.is_waiting)
-        opened = [log.name for log in logs if log.samples < 0 or self._is_wanted(log)]
+        opened = [log.name for log in logs if log.samples < 0 or log.name in wanted]
         names = list(dict.fromkeys((*entries, *opened)))
         rows = []
         for name, label in zip(names, distinct_names([Path(name) for name in names]), strict=True):
-            log, entry = self.logs.get(name), entries.get(name)
-            summary = None if log is None else log.summary
-            outcome = None if log is None or summary is None else outcome_of(summary, log.group, self.limits)
+            log, entry = self.logs.get(name, LogFile(name)), entries.get(name)
+            outcome = None if log.flight is None else log.flight.outcome(self.limits)
             of_module = "" if entry is None else entry.module or entry.port.removeprefix("/dev/")
             rows.append(LogRow(name, of_module or label, log, entry, outcome))
         return rows
-
-    def maps(self) -> list[FireMap]:
-        """One for each reading of the rule."""
-        sides = self.sides()
-        flights = sides[FlightGroup.MUST_NOT], sides[FlightGroup.MUST]
-        return [fire_map(*flights, self.limits, reading) for reading in RuleReading]
-
-    def settings(self) -> Mapping[str, Value]:
-        """The chosen thresholds by key of the setting."""
-        return settings_of(self.limits)
-
-    @property
-    def kept(self) -> tuple[str, ...]:
-        """For the next start: side and path of each log."""
-        return tuple(f"{log.group.name} {log.name}" for log in self.logs.values() if self._is_wanted(log))
 
     # Reading
 
     def open(self, paths: Iterable[Path], columns: CsvColumns | None = None) -> None:
         """Reads files and folders, without logs that are already there."""
-        read = [log.name for log in self.logs.values() if log.summary is not None]
-        self._orders.append(Reading(paths, columns, read))
+        read = [log.name for log in self.logs.values() if log.flight is not None]
+        self._orders.append(Reading(paths, columns, skipped=read))
         if self.task.is_running and not self.loading.is_asked:
             self.poll()
             self.task.cancel()
@@ -219,7 +165,7 @@ class LogsWork(QObject):
             self._begin(self._orders.popleft())
 
     def restore(self, kept: Iterable[str]) -> None:
-        """The logs of the last start, which are read when nothing else is."""
+        """The logs of the last start, side and path each, which are read when nothing else is."""
         for line in kept:
             word, _, name = line.partition(" ")
             self.logs[name] = LogFile(name, FlightGroup.__members__.get(word, FlightGroup.UNSORTED))
@@ -227,16 +173,16 @@ class LogsWork(QObject):
 
     def read_waiting(self) -> None:
         """Reads what waits, and the newest recordings that are not judged yet; whatever a person opens goes first."""
-        if not self.task.is_running:
-            waiting = [Path(log.name) for log in self.logs.values() if log.is_waiting]
-            waiting += [entry.path for entry in self.recordings.entries[:MOST_JUDGED] if self._is_to_judge(entry)]
-            if waiting:
-                self._begin(Reading(waiting, is_asked=False))
-
-    def _is_to_judge(self, entry: RecordingEntry) -> bool:
-        log = self.logs.get(str(entry.path))
-        is_old = log is None or (not log.is_waiting and log.samples != entry.sample_count)
-        return is_old and entry.trouble is None and entry.sample_count > 0 and not entry.is_running
+        if self.task.is_running:
+            return
+        waiting = [Path(log.name) for log in self.logs.values() if log.is_waiting]
+        for entry in self.recordings.entries[:MOST_JUDGED]:
+            log = self.logs.get(str(entry.path))
+            is_old = log is None or (not log.is_waiting and log.samples != entry.sample_count)
+            if is_old and entry.trouble is None and entry.sample_count > 0 and not entry.is_running:
+                waiting.append(entry.path)
+        if waiting:
+            self._begin(Reading(waiting, is_asked=False))
 
     def poll(self) -> None:
         """Takes over the logs that were read since."""
@@ -300,12 +246,11 @@ class LogsWork(QObject):
 
     def _change(self) -> None:
         self.proposal = None
-        sides = self.sides()
-        if sides[FlightGroup.MUST_NOT] or sides[FlightGroup.MUST]:
-            flights = sides[FlightGroup.MUST_NOT], sides[FlightGroup.MUST]
-            self._proposing.run(lambda _running: propose(*flights), self._on_proposal)
+        sides = self.side(FlightGroup.MUST_NOT), self.side(FlightGroup.MUST)
+        if any(sides):
+            self.proposing.run(lambda _running: propose(*sides), self._on_proposal)
         else:
-            self._proposing.cancel()
+            self.proposing.cancel()
         self.changed.emit()
 
     def _on_proposal(self, proposal: ThresholdProposal) -> None:

@@ -3,7 +3,7 @@
 import threading
 from collections.abc import Iterator
 from contextlib import contextmanager
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
@@ -14,9 +14,8 @@ from pytestqt.qtbot import QtBot
 
 from app.flights.flight_log import FlightLog
 from app.flights.judge import TriggerLimits
-from app.flights.judging import summarise
-from app.flights.many_logs import SummarisedLog
-from app.flights.thresholds import FireMap, FlightGroup
+from app.flights.judging import FlightGroup, summarise
+from app.flights.read_log import SummarisedLog
 from app.text.messages import message
 from tests.support.flights.made_flights import crash, made_flight, ordinary_flight, write_csv, write_logs
 from tests.support.window.fakes_ui import page_entries, window
@@ -25,7 +24,6 @@ from ui.main import Assembly
 from ui.pages.logs import work as work_module
 from ui.pages.logs.page import LogsPage
 from ui.pages.logs.rows import LogColumn
-from ui.pages.logs.thresholds import cells_of
 from ui.pages.logs.work import LogFile, LogRow
 
 UNSORTED, MUST_NOT, MUST = FlightGroup
@@ -39,7 +37,7 @@ class Desk:
 
     def add(self, *logs: FlightLog, group: FlightGroup = MUST_NOT) -> None:
         """Adds flights as if they had been read."""
-        self.page.work.logs |= {log.name: LogFile(log.name, summary=summarise(log)) for log in logs}
+        self.page.work.logs |= {log.name: LogFile(log.name, flight=summarise(log)) for log in logs}
         self.page.work.move([one.name for one in logs], group)
         self.wait_proposal()
 
@@ -48,7 +46,7 @@ class Desk:
         self.wait_read()
 
     def wait_proposal(self) -> None:
-        self.qtbot.waitUntil(lambda: not self.page.work.is_proposing)
+        self.qtbot.waitUntil(lambda: not self.page.work.proposing.is_running)
 
     def wait_read(self) -> None:
         self.qtbot.waitUntil(lambda: not self.page.work.task.is_running)
@@ -58,7 +56,7 @@ class Desk:
         return self.page.table.filter.shown()
 
     def on(self, group: FlightGroup) -> list[str]:
-        return sorted(row.name for row in self.rows() if row.group is group)
+        return sorted(row.name for row in self.rows() if row.log.group is group)
 
     def choose(self, *names: str) -> None:
         self.page.table.choose(lambda row: row.name in names)
@@ -313,15 +311,6 @@ def test_map_and_list_follow_a_threshold(desk: Desk) -> None:
     assert (rows[0] != rows[len(rows) // 2]).any()
 
 
-def test_a_place_is_dotted_where_the_readings_differ_on_either_side() -> None:
-    fired = np.array([[1, 0], [1, 1]])
-    shown = FireMap(2, 2, fired, fired)
-    for other in (replace(shown, must_not_fired=fired.T), replace(shown, must_fired=fired.T)):
-        assert cells_of(shown, other).differs.tolist() == [[False, True], [True, False]]
-    assert not cells_of(shown, shown).differs.any()
-    assert cells_of(shown, shown).missed.tolist() == [[0.5, 1.0], [0.5, 0.5]]
-
-
 def test_the_map_is_dragged_and_has_keys(desk: Desk) -> None:
     desk.add(tilted("turn", 50))
     page = desk.page
@@ -336,23 +325,8 @@ def test_the_map_is_dragged_and_has_keys(desk: Desk) -> None:
         desk.qtbot.keyClick(page.map, key)
     assert (page.work.limits.attitude_threshold_deg, page.work.limits.freefall_time_s) == (51, 1.65)
     desk.qtbot.mouseClick(page.map, Qt.MouseButton.LeftButton, pos=QPoint(-500, 5000))
-    page.map.chosen.emit(*page.map.thresholds_at(QPointF(-500, 5000)))
+    page.map.choose_at(QPointF(-500, 5000))
     assert (page.work.limits.attitude_threshold_deg, page.work.limits.freefall_time_s) == (30, 0.2)
-
-
-def test_logs_that_depend_on_the_reading_are_shown(desk: Desk) -> None:
-    """70° for 0.1 s: the readings of the rule differ."""
-    desk.add(tilted("bump", 70, seconds=0.1))
-    page = desk.page
-    assert desk.answers() == {"bump": "unclear"}
-    assert page.counts.text() == "Must not fire: 1 of 1 fire"
-    shown, other = page.work.maps()
-    assert (shown.must_not_fired != other.must_not_fired).any()
-    desk.add(tilted("steep", 80))
-    assert [(maps.must_not_count, maps.must_count) for maps in page.work.maps()] == [(2, 0), (2, 0)]
-    page.work.move(["steep"], MUST)
-    assert [(maps.must_not_count, maps.must_count) for maps in page.work.maps()] == [(1, 1), (1, 1)]
-    desk.wait_proposal()
 
 
 def test_each_answer_has_its_word(desk: Desk) -> None:
@@ -378,8 +352,8 @@ def test_a_single_file_is_shown_at_its_moment(desk: Desk, tmp_path: Path) -> Non
     desk.qtbot.waitUntil(lambda: view.plot is not None)
     plot, outcome = given(view.plot), given(desk.rows()[0].outcome)
     assert "after the loss of control" in view.verdict.text()
-    assert plot.time_range.cursor_s == pytest.approx(outcome.direct.at_s, abs=0.05)
-    assert plot.time_range.span.start_s < outcome.direct.at_s < plot.time_range.span.end_s
+    assert plot.time_range.cursor_s == pytest.approx(outcome.at_s, abs=0.05)
+    assert plot.time_range.span.start_s < outcome.at_s < plot.time_range.span.end_s
     assert {mark.word for mark in plot.canvas.marks} >= {"control lost (estimate)", "impact"}
     assert page.on_escape()
     assert view.plot is None

@@ -1,4 +1,4 @@
-"""Recordings on the Logs page: listed, judged, shown, exported, pinned, deleted; damage is said."""
+"""Recordings on the Logs page: listed, judged, shown, exported, deleted; damage is said."""
 
 from collections.abc import Iterator
 from pathlib import Path
@@ -54,7 +54,7 @@ def test_it_is_listed_searched_and_judged_without_being_asked(one: Desk) -> None
     one.page.work.read_waiting()
     one.until(lambda: sorted(one.texts(LogColumn.ANSWER)) == ["10.0 s", "1:00.0"])
     assert one.said() == ""  # nobody asked for it
-    assert one.page.work.kept == ()
+    assert one.page.work.wanted() == []
     one.page.list.search.setText("left WING")
     assert one.texts(LogColumn.NAME) == ["Left wing"]
     one.page.list.search.setText("nothing like it")
@@ -77,7 +77,7 @@ def test_on_a_side_it_counts_and_is_there_at_the_next_start(one: Desk) -> None:
     one.page.table.setFocus()
     one.qtbot.keyClick(one.page.table, Qt.Key.Key_M)
     one.until(lambda: one.page.counts.text() == "Must fire: 1 of 1 fire in time")
-    assert one.page.work.kept == (f"MUST {one.library.entries()[0].path}",)
+    assert [log.name for log in one.page.work.wanted()] == [str(one.library.entries()[0].path)]
 
 
 # One recording
@@ -95,7 +95,7 @@ def test_it_is_shown_whole_with_what_the_module_had(one: Desk) -> None:
     assert [lane.lane.title for lane in plot.canvas.lanes] == ["Tilt", "Acceleration", "Light", "Cell voltage"]
     marks = {mark.word: mark.time_s for mark in plot.canvas.marks}
     assert marks.keys() >= {"connected", "named", "activated", "triggered", "trigger ended"}
-    assert marks["Triggers at once"] == pytest.approx(1060.0)
+    assert marks["fires"] == pytest.approx(1060.0)
     plot.time_range.show_instant(1060.5)
     for value in ("75°", "0.4 V", "3.90 V", f"{NOON.astimezone():%H}:01:00.5"):
         assert value in plot.reading
@@ -133,7 +133,7 @@ def test_opened_with_the_program_it_is_shown_while_a_module_goes_on(
         qtbot.waitUntil(lambda: assembly.ports.current.recording.state.since is None)
 
 
-# Exported, pinned, deleted
+# Exported, deleted
 
 
 @pytest.mark.parametrize("suffix", [".csv", ".mcap"])
@@ -150,14 +150,9 @@ def test_it_is_exported(one: Desk, tmp_path: Path, suffix: str) -> None:
     one.until(lambda: "cannot be written" in one.said())
 
 
-def test_it_is_pinned_and_deleted_once_that_is_confirmed(one: Desk) -> None:
+def test_it_is_deleted_once_that_is_confirmed(one: Desk) -> None:
     page = one.page
     page.table.selectRow(0)
-    page.pinning.trigger()
-    one.until(lambda: page.pinning.text() == "Unpin" and page.pinning.isEnabled())
-    assert one.library.entries()[0].is_pinned
-    page.pinning.trigger()
-    one.until(lambda: page.pinning.text() == "Pin" and page.pinning.isEnabled())
     let_lay_out(page)
     before = places(page)
     page.table.setFocus()

@@ -1,0 +1,542 @@
+"""Reads the logs of autopilots: attitude, acceleration of every sensor, altitude, arming.
+
+PX4's ULog (`.ulg`), ArduPilot's DataFlash, binary (`.bin`) or text (`.log`), and MAVLink telemetry as ground stations
+keep it (`.tlog`). Damage costs the damaged records and nothing else. Read without pyulog, which a file of 113 bytes
+keeps busy without end, and pymavlink, which is larger than the rest of the program: see docs/flight-logs.md.
+"""
+
+import re
+from array import array
+from binascii import crc_hqx
+from collections.abc import Iterator, Mapping, Sequence
+from itertools import chain
+from struct import Struct
+from typing import Final, NamedTuple
+
+import numpy as np
+
+from app.flights.flight_log import (
+    AT_ONCE,
+    STANDARD_GRAVITY_M_S2,
+    TIME,
+    Channel,
+    ChannelSource,
+    Floats,
+    Layout,
+    Places,
+    RawLog,
+    Table,
+    channels_of,
+    columns_of,
+    force_of_axes,
+    tilt_of_quaternion,
+    tilt_of_roll_and_pitch,
+    unreadable,
+)
+from protocol.translatable import marked
+
+_MAX_SENSORS: Final = 6
+
+# ULog, versions 0 and 1: https://docs.px4.io/main/en/dev_log/ulog_file_format.html
+#
+# A record is the size of its body in two bytes, its kind in one, and its body. Formats (`F`), subscriptions (`A`) and
+# samples (`D`) are known by what is in them, wherever they stand: sync records, which many files have not, are not
+# needed.
+
+_ULOG_HEADER_BYTES: Final = 16
+_ULOG_RECORD_HEAD: Final = 3
+_ULOG_ID_BYTES: Final = 2
+_ULOG_KINDS: Final = frozenset(b"BFIMPQARDLCSO")
+_ULOG_TYPES: Final[Mapping[str, str]] = {
+    "int8_t": "<i1", "uint8_t": "<u1", "bool": "<u1", "char": "S1",
+    "int16_t": "<i2", "uint16_t": "<u2", "int32_t": "<i4", "uint32_t": "<u4",
+    "int64_t": "<i8", "uint64_t": "<u8", "float": "<f4", "double": "<f8",
+}  # fmt: skip
+_FORMAT: Final = re.compile(rb"([A-Za-z]\w*):([\w/\[\] ;]+)")
+_FIELD: Final = re.compile(r"([A-Za-z_][A-Za-z0-9_/]*)(?:\[(\d{1,5})\])? ([A-Za-z_][A-Za-z0-9_]*)")
+_LARGEST: Final = 0xFFFF
+_LONGEST_FORMAT: Final = 5000
+_LONGEST_NAME: Final = 100
+# Longer arrays, such as texts, are one field.
+_MOST_ELEMENTS: Final = 16
+_PADDING: Final = "_padding"
+# The incompatible flag of data that is appended after the flight, the only one that is understood.
+_APPENDED: Final = 0x01
+# vehicle_status.arming_state
+_ULOG_ARMED: Final = 2
+
+
+def _force_of_changes(x_m_s: Floats, y_m_s: Floats, z_m_s: Floats, took_us: Floats) -> Floats:
+    """Of changes of velocity, and how long each took."""
+    took_s = np.where(took_us > 0, took_us * 1e-6, np.nan)
+    return force_of_axes(x_m_s / took_s, y_m_s / took_s, z_m_s / took_s)
+
+
+_ULOG_TILTS: Final = (ChannelSource("vehicle_attitude", ("q[0]", "q[1]", "q[2]", "q[3]"), tilt_of_quaternion),)
+# What the estimator uses, and each sensor; of both the first that is there.
+_ESTIMATOR_FORCES: Final = (
+    ChannelSource("sensor_combined", tuple(f"accelerometer_m_s2[{axis}]" for axis in range(3)), force_of_axes),
+    ChannelSource("vehicle_acceleration", ("xyz[0]", "xyz[1]", "xyz[2]"), force_of_axes),
+)
+_SENSOR_FORCES: Final = (
+    ChannelSource(
+        "vehicle_imu",
+        ("delta_velocity[0]", "delta_velocity[1]", "delta_velocity[2]", "delta_velocity_dt"),
+        _force_of_changes,
+    ),
+    ChannelSource("sensor_accel", ("x", "y", "z"), force_of_axes),
+)
+_ULOG_ALTITUDES: Final = (
+    ChannelSource("vehicle_local_position", ("z",), np.negative),
+    ChannelSource("vehicle_air_data", ("baro_alt_meter",)),
+)
+_ULOG_ARMING: Final = (ChannelSource("vehicle_status", ("arming_state",), lambda state: state == _ULOG_ARMED),)
+_ULOG_SOURCES: Final = (*_ULOG_TILTS, *_ESTIMATOR_FORCES, *_SENSOR_FORCES, *_ULOG_ALTITUDES, *_ULOG_ARMING)
+# The columns of each topic that is asked for.
+_WANTED: Final = {one.table: {TIME: 1e-6} | dict.fromkeys(one.columns, 1.0) for one in _ULOG_SOURCES}
+
+
+class UlogFile:
+    """Raises `UserError`."""
+
+    def __init__(self, data: bytes) -> None:
+        self._data = data
+        self._bytes = np.frombuffer(data, np.uint8)
+        # By name, an instance of a topic each.
+        self.topics: dict[str, list[Table]] = {}
+        # Bytes that are no records: damage.
+        self.skipped_bytes = 0
+        # Where the last record ends.
+        self.read_until = _ULOG_HEADER_BYTES
+        # Version 1 begins with its flags, of which the second eight bytes say what a reader must understand.
+        flags = data[_ULOG_HEADER_BYTES + _ULOG_RECORD_HEAD + 8 : _ULOG_HEADER_BYTES + _ULOG_RECORD_HEAD + 16]
+        has_flags = data[_ULOG_HEADER_BYTES + 2 : _ULOG_HEADER_BYTES + 3] == b"B" and len(flags) > 0
+        if has_flags and (flags[0] & ~_APPENDED or any(flags[1:])):
+            raise unreadable(marked("written by a newer version"))
+        formats: dict[str, str] = {}
+        for begin, end in chain(*self._found("F", _LONGEST_FORMAT)):
+            match = _FORMAT.fullmatch(data, begin + _ULOG_RECORD_HEAD, end)
+            if match is not None:
+                formats.setdefault(match[1].decode(), match[2].decode())
+        # A subscription gives a topic and its instance the number that stands in their samples.
+        subscribed: dict[int, tuple[str, int]] = {}
+        for begin, end in chain(*self._found("A", _LONGEST_NAME)):
+            name = data[begin + 6 : end].decode("latin-1")
+            if name in formats:
+                number = int.from_bytes(data[begin + 4 : begin + 6], "little")
+                subscribed.setdefault(number, (name, data[begin + 3]))
+        layouts = {name: _layout_of(formats[name]) for name, _ in subscribed.values()}
+        samples = self._samples(subscribed, layouts)
+        numbers = self._numbers_at(samples[:, 0] + _ULOG_RECORD_HEAD)
+        for number, (name, _) in sorted(subscribed.items(), key=lambda one: one[1]):
+            layout = layouts[name]
+            if name in _WANTED and layout is not None:
+                places = samples[numbers == number, 0] + _ULOG_RECORD_HEAD + _ULOG_ID_BYTES
+                table = columns_of(data, layout, places, _WANTED[name])
+                if table:
+                    self.topics.setdefault(name, []).append(table)
+        self._read_between(samples)
+
+    def _found(self, kind: str, longest: int) -> Iterator[Places]:
+        """Where records of a kind may begin and end, shape (number, 2), in one part of the file after the other."""
+        for first in range(_ULOG_HEADER_BYTES, len(self._data), AT_ONCE):
+            begins = np.flatnonzero(self._bytes[first + 2 : first + 2 + AT_ONCE] == ord(kind)) + first
+            sizes = self._numbers_at(begins)
+            ends = begins + _ULOG_RECORD_HEAD + sizes
+            fits = (sizes > _ULOG_ID_BYTES) & (sizes <= longest) & (ends <= len(self._data))
+            yield np.column_stack((begins[fits], ends[fits]))
+
+    def _numbers_at(self, places: Places) -> Places:
+        """Numbers of two bytes."""
+        numbers: Places = self._bytes[places] + 256 * self._bytes[places + 1].astype(np.int64)
+        return numbers
+
+    def _samples(self, subscribed: Mapping[int, tuple[str, int]], layouts: Mapping[str, Layout | None]) -> Places:
+        """Where samples of known topics begin and end."""
+        # What a sample may have at least and at most, by its number: padding at its end is not written.
+        least, most = np.ones(_LARGEST + 1, np.int64), np.zeros(_LARGEST + 1, np.int64)
+        for number, (name, _) in subscribed.items():
+            layout = layouts[name]
+            if layout is not None:
+                most[number] = least[number] = _ULOG_RECORD_HEAD + _ULOG_ID_BYTES + layout.itemsize
+                if (layout.names or ("",))[-1].startswith(_PADDING):
+                    least[number] -= layout[-1].itemsize
+        parts = [np.empty((0, 2), np.int64)]
+        for part in self._found("D", _LARGEST):
+            sizes, numbers = part[:, 1] - part[:, 0], self._numbers_at(part[:, 0] + _ULOG_RECORD_HEAD)
+            parts.append(part[(least[numbers] <= sizes) & (sizes <= most[numbers])])
+        return np.concatenate(parts)
+
+    def _read_between(self, samples: Places) -> None:
+        """Between samples there are whole other records, or damage."""
+        bounds = np.concatenate(((0, _ULOG_HEADER_BYTES), samples.ravel(), (len(self._data),) * 2)).reshape(-1, 2)
+        for row in np.flatnonzero(bounds[1:, 0] > bounds[:-1, 1]).tolist():
+            place, stop = int(bounds[row, 1]), int(bounds[row + 1, 0])
+            while place + _ULOG_RECORD_HEAD < stop:
+                size, kind = int.from_bytes(self._data[place : place + 2], "little"), self._data[place + 2]
+                end = place + _ULOG_RECORD_HEAD + size
+                if end > stop or size == 0 or kind not in _ULOG_KINDS:
+                    break
+                place = end
+            self.skipped_bytes += stop - place
+            self.read_until = place
+        if bounds[-1, 0] == bounds[-2, 1]:
+            self.read_until = len(self._data)
+
+
+def _layout_of(fields: str) -> Layout | None:
+    """The layout of a format; None where it is not understood.
+
+    An element of an array is a field like `q[0]`. No topic that is read has formats within its format.
+    """
+    parts: list[tuple[str, object]] = []
+    size = 0
+    for text in fields.rstrip(";").split(";"):
+        match = _FIELD.fullmatch(text)
+        if match is None or match[1] not in _ULOG_TYPES:
+            return None
+        name, count, label = match.groups()
+        kind = np.dtype(_ULOG_TYPES[name])
+        size += kind.itemsize * int(count or 1)
+        if size > _LARGEST:
+            return None
+        if count is None:
+            parts.append((TIME if label == "timestamp" else label, kind))
+        elif int(count) <= _MOST_ELEMENTS and not label.startswith(_PADDING):
+            parts += [(f"{label}[{number}]", kind) for number in range(int(count))]
+        else:
+            parts.append((label, (kind, int(count))))
+    try:
+        return np.dtype(parts)
+    except ValueError:  # two fields of one name
+        return None
+
+
+def read_ulog(data: bytes, name: str) -> RawLog:
+    """Raises `UserError`."""
+    file = UlogFile(data)
+    raw = RawLog(name=name, tilts_deg=channels_of(file.topics, _ULOG_TILTS))
+    for sources in (_ESTIMATOR_FORCES, _SENSOR_FORCES):
+        there = [source for source in sources if source.table in file.topics]
+        raw.forces_g += channels_of(file.topics, there[:1])
+    del raw.forces_g[_MAX_SENSORS:]
+    raw.altitudes_m = channels_of(file.topics, _ULOG_ALTITUDES)
+    raw.armed = channels_of(file.topics, _ULOG_ARMING)
+    raw.note_damage(file.skipped_bytes, file.read_until, len(data))
+    return raw
+
+
+# DataFlash. It defines its own records: a binary `FMT` record, or a line `FMT`, names the columns of a table.
+
+MAGIC: Final = b"\xa3\x95"
+# A line of a log that was saved as text.
+TEXT_FORMAT: Final = re.compile(rb"^FMT,", re.MULTILINE)
+_FORMAT_KIND: Final = 128
+_FORMAT_BYTES: Final = 89
+_DF_HEAD_BYTES: Final = 3
+# A definition up to the name of the table, behind the kind and the length of its records.
+_FORMAT_HEAD: Final = re.compile(rb"\xa3\x95\x80..[A-Za-z0-9]{1,4}", re.DOTALL)
+_DF_TYPES: Final[Mapping[str, str]] = {
+    "a": "S64", "b": "<i1", "B": "<u1", "h": "<i2", "H": "<u2", "i": "<i4", "I": "<u4", "f": "<f4", "d": "<f8",
+    "n": "S4", "N": "S16", "Z": "S64", "c": "<i2", "C": "<u2", "e": "<i4", "E": "<u4", "L": "<i4", "M": "<u1",
+    "q": "<i8", "Q": "<u8", "g": "<f2",
+}  # fmt: skip
+_SCALES: Final = {"c": 0.01, "C": 0.01, "e": 0.01, "E": 0.01, "L": 1e-7}
+# Logs from before 2014 have none.
+_CLOCKS: Final = {"TimeUS": 1e-6, "TimeMS": 1e-3}
+# The number of the sensor; older logs have a table for each.
+_SENSOR: Final = "I"
+_DF_TILTS: Final = tuple(ChannelSource(table, ("Roll", "Pitch"), tilt_of_roll_and_pitch) for table in ("ATT", "AHR2"))
+_DF_FORCES: Final = tuple(
+    ChannelSource(table, ("AccX", "AccY", "AccZ"), force_of_axes)
+    for table in ("IMU", "IMU2", "IMU3", "ACC", "ACC1", "ACC2", "ACC3")
+)
+# The estimator's altitude, else the barometer's.
+_DF_ALTITUDES: Final = tuple(
+    ChannelSource(table, (column,))
+    for table, column in (("POS", "RelHomeAlt"), ("POS", "Alt"), ("CTUN", "Alt"), ("BARO", "Alt"))
+)
+_DF_ARMING: Final = (ChannelSource("ARM", ("ArmState",)),)
+_EVENTS: Final = (ChannelSource("EV", ("Id",)),)
+_DF_SOURCES: Final = (*_DF_TILTS, *_DF_FORCES, *_DF_ALTITUDES, *_DF_ARMING, *_EVENTS)
+_DF_TABLES: Final = frozenset(one.table for one in _DF_SOURCES)
+_DF_COLUMNS: Final = frozenset((*_CLOCKS, _SENSOR, *chain.from_iterable(one.columns for one in _DF_SOURCES)))
+# Numbers of events.
+_EV_ARMED, _EV_DISARMED = 10, 11
+
+
+def read_dataflash(data: bytes, name: str) -> RawLog:
+    """Reads a binary or a text log."""
+    file = DataflashFile(data)
+    raw = RawLog(name=name, tilts_deg=channels_of(file.tables, _DF_TILTS))
+    raw.forces_g = channels_of(file.tables, _DF_FORCES)[:_MAX_SENSORS]
+    raw.altitudes_m = channels_of(file.tables, _DF_ALTITUDES)
+    changes = channels_of(file.tables, _DF_ARMING)
+    for events in channels_of(file.tables, _EVENTS):
+        rows = (events.values == _EV_ARMED) | (events.values == _EV_DISARMED)
+        if rows.any():
+            changes.append(Channel(events.time_s[rows], events.values[rows] == _EV_ARMED))
+    for time_s, values in changes:
+        # Each sample is a change: before the first one the flag had the opposite value.
+        raw.armed.append(Channel(np.append(-np.inf, time_s), np.append(float(values[0] == 0), values)))
+    raw.note_damage(file.skipped_bytes, file.read_until, len(data))
+    return raw
+
+
+class DataflashFile:
+    """A log, binary or text: its tables that are asked for, by name. Damage costs the damaged record."""
+
+    def __init__(self, data: bytes) -> None:
+        # By name, one for each sensor.
+        self.tables: dict[str, list[Table]] = {}
+        # Bytes that are no records: damage.
+        self.skipped_bytes = 0
+        # Where the last record ends.
+        self.read_until = 0
+        if data.startswith(MAGIC):
+            self._read_binary(data)
+        else:
+            self._read_text(data)
+
+    def _read_binary(self, data: bytes) -> None:
+        formats: dict[int, tuple[str, str, list[str]]] = {}
+        # 0 where a kind is not defined.
+        lengths = np.zeros(256, np.int64)
+        lengths[_FORMAT_KIND] = _FORMAT_BYTES
+        for format_head in _FORMAT_HEAD.finditer(data):
+            body = data[format_head.start() + _DF_HEAD_BYTES : format_head.start() + _FORMAT_BYTES]
+            name, letters, columns = (
+                part.split(b"\0")[0].decode("latin-1") for part in (body[2:6], body[6:22], body[22:86])
+            )
+            # The first definition of a kind counts.
+            if len(body) == _FORMAT_BYTES - _DF_HEAD_BYTES and body[1] >= _DF_HEAD_BYTES and not lengths[body[0]]:
+                lengths[body[0]] = body[1]
+                formats[body[0]] = name, letters, [label.strip() for label in columns.split(",")]
+        begins = self._records(data, lengths)
+        kinds = np.frombuffer(data, np.uint8)[begins + 2]
+        for kind, (name, letters, labels) in formats.items():
+            is_understood = set(letters) <= _DF_TYPES.keys() and len(set(labels)) == len(labels)
+            if name in _DF_TABLES and name not in self.tables and is_understood:
+                types = dict(zip(labels, letters, strict=False))
+                layout = np.dtype([(label, _DF_TYPES[letter]) for label, letter in types.items()])
+                wanted = {label: _SCALES.get(letter, 1.0) for label, letter in types.items() if label in _DF_COLUMNS}
+                if layout.itemsize + _DF_HEAD_BYTES <= lengths[kind]:
+                    table = columns_of(data, layout, begins[kinds == kind] + _DF_HEAD_BYTES, wanted)
+                    self.tables[name] = _by_sensor(table)
+
+    def _records(self, data: bytes, lengths: Places) -> Places:
+        """Where records of defined kinds begin. By chance the magic stands within others, too."""
+        read = np.frombuffer(data, np.uint8)
+        records = array("q")
+        place = 0
+        for first in range(0, len(data) - 2, AT_ONCE):
+            part = read[first : first + AT_ONCE + 2]
+            begins = np.flatnonzero((part[:-2] == MAGIC[0]) & (part[1:-1] == MAGIC[1])) + first
+            ends = begins + lengths[read[begins + 2]]
+            fits = (ends > begins) & (ends <= len(data))
+            for begin, end in zip(begins[fits].tolist(), ends[fits].tolist(), strict=True):
+                # Behind damage a record is believed if another one, or nothing, follows it.
+                if begin == place or (begin > place and data[end : end + len(MAGIC)] in (MAGIC, b"")):
+                    records.append(begin)
+                    self.skipped_bytes += begin - place
+                    place = end
+        self.skipped_bytes += len(data) - place
+        self.read_until = place
+        return np.array(records, np.int64)
+
+    def _read_text(self, data: bytes) -> None:
+        """A line that is no whole record is damage."""
+        # Of the tables that are asked for: the names of the columns, and each line.
+        tables: dict[str, tuple[list[str], list[str]]] = {}
+        names = {"FMT"}
+        place = 0
+        *lines, cut_off = data.decode("latin-1").split("\n")
+        for line in lines:
+            place += len(line) + 1
+            name, _, rest = line.partition(",")
+            is_whole = name in names or len(names) == 1  # before the first format there is a heading
+            if name in tables:
+                labels, rows = tables[name]
+                is_whole = rest.count(",") == len(labels) - 1
+                if is_whole:
+                    rows.append(rest)
+            elif name == "FMT":
+                cells = [cell.strip() for cell in rest.split(",")]
+                if len(cells) >= 5:
+                    names.add(cells[2])
+                    if cells[2] in _DF_TABLES:
+                        tables.setdefault(cells[2], (cells[4:], []))
+            if is_whole:
+                self.read_until = place
+            else:
+                self.skipped_bytes += len(line) + 1
+        self.skipped_bytes += len(cut_off)
+        for name, (labels, rows) in tables.items():
+            cells = ",".join(rows).split(",")
+            wanted = [(number, label) for number, label in enumerate(labels) if rows and label in _DF_COLUMNS]
+            table = {label: _numbers(cells[number :: len(labels)]) for number, label in wanted}
+            self.tables[name] = _by_sensor(table)
+
+
+def _numbers(cells: Sequence[str]) -> Floats:
+    """A text, or damage, costs its own cell."""
+    try:
+        return np.array(cells, np.float64)
+    except ValueError:
+        if len(cells) == 1:
+            return np.array([np.nan])
+        half = len(cells) // 2
+        return np.concatenate((_numbers(cells[:half]), _numbers(cells[half:])))
+
+
+def _by_sensor(table: Table) -> list[Table]:
+    """With seconds. Newer logs number the sensors within one table."""
+    for clock, seconds in _CLOCKS.items():
+        if clock in table:
+            table[TIME] = table[clock] * seconds
+    if _SENSOR not in table:
+        return [table]
+    numbers = table[_SENSOR]
+    rows_of = [np.flatnonzero(numbers == number) for number in np.unique(numbers)[:_MAX_SENSORS]]
+    return [{name: column[rows] for name, column in table.items()} for rows in rows_of]
+
+
+# Telemetry: MAVLink 1 and 2, each message behind the time of its arrival. Times are the vehicle's own.
+
+# Microseconds since 1970 before each message, the most significant byte first: the years 2000 to 2100.
+_STAMP_BYTES: Final = 8
+_STAMPS_US: Final = (946_684_800_000_000, 4_102_444_800_000_000)
+_MAVLINK_1, _MAVLINK_2 = 0xFE, 0xFD
+_FIRST_BYTE: Final = re.compile(rb"[\xfe\xfd]")
+# Bytes of a message before its payload, by the first of them.
+_TLOG_HEAD_BYTES: Final = {_MAVLINK_1: 6, _MAVLINK_2: 10}
+_CHECKSUM_BYTES: Final = 2
+_SIGNED: Final = 0x01
+_SIGNATURE_BYTES: Final = 13
+# The component that flies; gimbals and cameras have attitudes, too.
+_AUTOPILOT: Final = 1
+_TLOG_ARMED: Final = 0x80
+# A vehicle's time that is later counts from 1970, and has nothing to do with the others.
+_LATEST_S: Final = 1e8
+_REVERSED: Final = bytes(int(f"{byte:08b}"[::-1], 2) for byte in range(256))
+
+
+class _Kind(NamedTuple):
+    """A message: what its checksum ends with, and the numbers in its payload with their factors."""
+
+    name: str
+    checksum_end: int
+    payload: Struct
+    scales: Mapping[str, float]
+
+
+_DEG: Final = 180 / np.pi
+_MILLI_G: Final = dict.fromkeys("xyz", 1e-3 * STANDARD_GRAVITY_M_S2)
+_ATTITUDE: Final = 30
+_TLOG_KINDS: Final = {
+    0: _Kind("HEARTBEAT", 50, Struct("<6xB2x"), {"mode": 1.0}),
+    _ATTITUDE: _Kind("ATTITUDE", 39, Struct("<Iff16x"), {TIME: 1e-3, "roll": _DEG, "pitch": _DEG}),
+    33: _Kind("GLOBAL_POSITION_INT", 104, Struct("<I12xi8x"), {TIME: 1e-3, "altitude": 1e-3}),
+    105: _Kind("HIGHRES_IMU", 93, Struct("<Q3f42x"), {TIME: 1e-6, "x": 1.0, "y": 1.0, "z": 1.0}),
+    27: _Kind("RAW_IMU", 144, Struct("<Q3h12x"), {TIME: 1e-6, **_MILLI_G}),
+    26: _Kind("SCALED_IMU", 170, Struct("<I3h12x"), {TIME: 1e-3, **_MILLI_G}),
+    116: _Kind("SCALED_IMU2", 76, Struct("<I3h12x"), {TIME: 1e-3, **_MILLI_G}),
+    129: _Kind("SCALED_IMU3", 46, Struct("<I3h12x"), {TIME: 1e-3, **_MILLI_G}),
+}
+_TLOG_TILTS: Final = (ChannelSource("ATTITUDE", ("roll", "pitch"), tilt_of_roll_and_pitch),)
+_TLOG_FORCES: Final = tuple(
+    ChannelSource(table, ("x", "y", "z"), force_of_axes)
+    for table in ("HIGHRES_IMU", "RAW_IMU", "SCALED_IMU", "SCALED_IMU2", "SCALED_IMU3")
+)
+_TLOG_ALTITUDES: Final = (ChannelSource("GLOBAL_POSITION_INT", ("altitude",)),)
+_TLOG_ARMING: Final = (ChannelSource("HEARTBEAT", ("mode",), lambda mode: mode.astype(np.int64) & _TLOG_ARMED),)
+_CLOCK: Final = (ChannelSource("ATTITUDE", ("stamp",)),)
+
+
+def is_telemetry(start: bytes) -> bool:
+    """Whether a file that begins so is telemetry of a ground station."""
+    stamp_us = int.from_bytes(start[:_STAMP_BYTES], "big")
+    return start[_STAMP_BYTES : _STAMP_BYTES + 1] in (b"\xfd", b"\xfe") and _STAMPS_US[0] <= stamp_us <= _STAMPS_US[1]
+
+
+class _Message(NamedTuple):
+    """Where it ends and, of one that is asked for, its vehicle and number, its stamp and the numbers in it."""
+
+    end: int
+    source: tuple[int, int] = (0, 0)
+    values: tuple[float, ...] = ()
+
+
+def _message_at(data: bytes, begin: int) -> _Message | None:
+    """The message whose stamp begins here; None where there cannot be one, or where its checksum is wrong."""
+    head_at = begin + _STAMP_BYTES
+    if not is_telemetry(data[begin : head_at + 1]):
+        return None
+    head = data[head_at : head_at + _TLOG_HEAD_BYTES[data[head_at]]]
+    if len(head) < _TLOG_HEAD_BYTES[head[0]]:
+        return None
+    payload_at = head_at + len(head)
+    payload_end = payload_at + head[1]
+    end = payload_end + _CHECKSUM_BYTES
+    if head[0] == _MAVLINK_1:
+        vehicle, component, number = head[3:6]
+    else:
+        vehicle, component = head[5:7]
+        number = int.from_bytes(head[7:10], "little")
+        if head[2] & _SIGNED:
+            end += _SIGNATURE_BYTES
+    if end > len(data):
+        return None
+    kind = _TLOG_KINDS.get(number)
+    if kind is None:
+        # The checksum of a message that nobody asks for is not known: the next one has to be there.
+        is_followed = end == len(data) or is_telemetry(data[end : end + _STAMP_BYTES + 1])
+        return _Message(end) if is_followed else None
+    # MAVLink's checksum is the one of the standard library, which is fast, with the bits of all bytes reversed.
+    checked = data[head_at + 1 : payload_end] + bytes((kind.checksum_end,))
+    reversed_bits = crc_hqx(checked.translate(_REVERSED), 0xFFFF)
+    if data[payload_end : payload_end + 2] != bytes((_REVERSED[reversed_bits >> 8], _REVERSED[reversed_bits & 0xFF])):
+        return None
+    if component != _AUTOPILOT:
+        return _Message(end)
+    # MAVLink 2 leaves out zeros at the end of a payload.
+    payload = data[payload_at:payload_end].ljust(kind.payload.size, b"\0")
+    stamp_us = int.from_bytes(data[begin:head_at], "big")
+    return _Message(end, (vehicle, number), (stamp_us * 1e-6, *kind.payload.unpack_from(payload)))
+
+
+def read_telemetry(data: bytes, name: str) -> RawLog:
+    """Of the one vehicle with an attitude. Raises `UserError` where there are more."""
+    found: dict[tuple[int, int], list[tuple[float, ...]]] = {}
+    skipped_bytes = read_until = 0
+    for first in _FIRST_BYTE.finditer(data, _STAMP_BYTES):
+        begin = first.start() - _STAMP_BYTES
+        one = _message_at(data, begin) if begin >= read_until else None
+        if one is not None:
+            skipped_bytes += begin - read_until
+            read_until = one.end
+            if one.values:
+                found.setdefault(one.source, []).append(one.values)
+    vehicles = {vehicle for vehicle, number in found if number == _ATTITUDE}
+    if len(vehicles) > 1:
+        raise unreadable(marked("more than one vehicle in one file"))
+    tables: dict[str, list[Table]] = {}
+    for (vehicle, number), rows in found.items():
+        stamp_s, *columns = np.array(rows, np.float64).T
+        kind = _TLOG_KINDS[number]
+        scaled = {one: column * kind.scales[one] for one, column in zip(kind.scales, columns, strict=True)}
+        if vehicle in vehicles or not vehicles:
+            # Arming has no time of the vehicle.
+            tables.setdefault(kind.name, []).append({TIME: stamp_s, "stamp": stamp_s, **scaled})
+    raw = RawLog(
+        name=name, tilts_deg=channels_of(tables, _TLOG_TILTS), altitudes_m=channels_of(tables, _TLOG_ALTITUDES)
+    )
+    raw.forces_g = [force for force in channels_of(tables, _TLOG_FORCES) if np.median(force.time_s) <= _LATEST_S]
+    # It gets that of the attitude that arrived with it.
+    for clock in channels_of(tables, _CLOCK):
+        order = np.argsort(clock.values, kind="stable")
+        for armed in channels_of(tables, _TLOG_ARMING):
+            time_s = np.interp(armed.time_s, clock.values[order], clock.time_s[order])
+            raw.armed.append(Channel(time_s, armed.values))
+    raw.note_damage(skipped_bytes + len(data) - read_until, read_until, len(data))
+    return raw
