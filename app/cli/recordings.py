@@ -17,7 +17,7 @@ from app.recordings.recording import open_recording
 from app.terminal import console
 from app.terminal.results import Count, Result, Time
 from app.text.i18n import tr
-from app.text.messages import ErrorCode, UserError, error_text, join_names, labelled, not_written, saved_text, stopwatch
+from app.text.messages import ErrorCode, UserError, error_text, labelled, not_written, saved_text, stopwatch
 
 LATEST = "latest"
 CSV, MCAP = ".csv", ".mcap"
@@ -33,7 +33,6 @@ class RecordingJson(Result):
     modules: list[str]
     sample_count: Count = field(name="samples")
     size_bytes: Count
-    is_pinned: bool = field(name="kept")
     is_running: bool = field(name="running")
     was_cut_off: bool = field(name="cut_off")
     was_triggered: bool = field(name="triggered")
@@ -86,10 +85,9 @@ def run_list(args: argparse.Namespace, library: RecordingLibrary) -> int:
         started_at, duration_s = entry.started_at.isoformat(), round(entry.duration_s, 3)
         listed = RecordingJson.of(entry, started_at=started_at, duration_s=duration_s, readable=entry.trouble is None)
         answer.recordings.append(listed)
-        remark = join_names(filter(None, (remarks(entry), tr("pinned") if entry.is_pinned else "")))
         duration, size = stopwatch(round(entry.duration_s)), size_text(entry.size_bytes)
         reports, begun = f"{entry.sample_count}", when_text(entry)
-        rows.append((entry.name, begun, duration, reports, size, entry.port, entry.module, remark))
+        rows.append((entry.name, begun, duration, reports, size, entry.port, entry.module, remarks(entry)))
     if not entries:
         console.note(tr("No recordings yet"))
     console.emit(args, answer, console.columns(rows) if entries else [])

@@ -154,7 +154,7 @@ _DAMAGED: Final = (zipfile.BadZipFile, gzip.BadGzipFile, zlib.error, EOFError, R
 _MAX_MEMBERS: Final = 10_000
 # Endings of what lies in folders beside logs, and is not opened there.
 _NOT_LOGS: Final = frozenset((
-    ".jpg", ".jpeg", ".png", ".gif", ".svg", ".pdf", ".md", ".html", ".toml", ".py", ".mp4", ".mov", ".srt", ".kept",
+    ".jpg", ".jpeg", ".png", ".gif", ".svg", ".pdf", ".md", ".html", ".toml", ".py", ".mp4", ".mov", ".srt",
 ))  # fmt: skip
 
 

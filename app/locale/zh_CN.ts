@@ -1672,10 +1672,6 @@
         <translation>永远不会判定为失重：加速度不可能低于 0 g。</translation>
     </message>
     <message>
-        <source>Never delete automatically</source>
-        <translation>不自动删除</translation>
-    </message>
-    <message>
         <source>Never tells an open bay from a closed one.</source>
         <translation>无法区分伞仓打开与关闭。</translation>
     </message>
@@ -2154,10 +2150,6 @@
     <message>
         <source>Pauses: {count}, {total:.1f} s in all, at most {longest:.1f} s.</source>
         <translation>中断：{count} 次，共 {total:.1f} s，最长 {longest:.1f} s。</translation>
-    </message>
-    <message>
-        <source>Pin</source>
-        <translation>固定</translation>
     </message>
     <message>
         <source>Plots</source>
@@ -3000,10 +2992,6 @@
         <translation>多次读取结果不一致，记录可能缺失。请重新读取。</translation>
     </message>
     <message>
-        <source>The readings of the rule differ:</source>
-        <translation>两种解读的结果不同：</translation>
-    </message>
-    <message>
         <source>The readings scatter: measure again in steady light.</source>
         <translation>读数分散：请在稳定光线下重新测量。</translation>
     </message>
@@ -3266,14 +3254,6 @@
         <translation>触发记录</translation>
     </message>
     <message>
-        <source>Triggers after 0.2 s</source>
-        <translation>持续 0.2 s 后触发</translation>
-    </message>
-    <message>
-        <source>Triggers at once</source>
-        <translation>立即触发</translation>
-    </message>
-    <message>
         <source>Triggers, cell</source>
         <translation>触发开关、电芯</translation>
     </message>
@@ -3356,10 +3336,6 @@
     <message>
         <source>Unnamed</source>
         <translation>未命名</translation>
-    </message>
-    <message>
-        <source>Unpin</source>
-        <translation>取消固定</translation>
     </message>
     <message>
         <source>Unplug the adapter and plug it in again.</source>
@@ -3644,14 +3620,6 @@
     <message>
         <source>all records reviewed</source>
         <translation>全部记录已复核</translation>
-    </message>
-    <message>
-        <source>angle at once, acceleration unfiltered</source>
-        <translation>角度立即生效，加速度不滤波</translation>
-    </message>
-    <message>
-        <source>angle lasts 0.2 s, acceleration averaged over 0.2 s</source>
-        <translation>角度持续 0.2 s，加速度取 0.2 s 平均</translation>
     </message>
     <message>
         <source>another module</source>
@@ -4338,10 +4306,6 @@
         <translation>已暂停，落后 {time}</translation>
     </message>
     <message>
-        <source>pinned</source>
-        <translation>已固定</translation>
-    </message>
-    <message>
         <source>polled</source>
         <translation>轮询</translation>
     </message>
@@ -4992,14 +4956,6 @@
     <message>
         <source>{rate} baud</source>
         <translation>波特率 {rate}</translation>
-    </message>
-    <message>
-        <source>{reading}: would first fire at {time:.2f} s.</source>
-        <translation>{reading}：首次触发在 {time:.2f} s。</translation>
-    </message>
-    <message>
-        <source>{reading}: would not fire.</source>
-        <translation>{reading}：不会触发。</translation>
     </message>
     <message>
         <source>{seconds:.2f} s of free fall is {height:.3g} m before it fires, at {speed:.2g} km/h.</source>

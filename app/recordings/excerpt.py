@@ -5,7 +5,7 @@ Times are seconds of the program's clock.
 
 import csv
 from abc import abstractmethod
-from collections.abc import Collection, Iterable, Iterator
+from collections.abc import Collection, Iterator
 from heapq import merge
 from io import StringIO
 from itertools import islice
@@ -18,17 +18,16 @@ from numpy.typing import NDArray
 
 from app.engine.target import is_simulated
 from app.recordings.markers import STATE_LOST, Marker, MarkerKind, ModuleLimits
-from app.samples.samples import MAX_STEPS, Readable, Seconds, StepFunction, Window
+from app.samples.samples import MAX_STEPS, Readable, StepFunction, Window
 
+# Bits of `Excerpt.flags`.
 ACTIVE, TRIGGERED = 0x01, 0x02
-"""Bits of `Excerpt.flags`."""
 HEAD: Final = "time_utc,elapsed_s,tilt_deg,acceleration_g,triggered,active,charging,cell_voltage_v,light_v,event"
+# Rows per part, about 10 ms: how often a cancellation is checked.
 ROWS_AT_ONCE: Final = 5000
-"""Rows per part, about 10 ms: how often a cancellation is checked."""
+# It is asked for once a second.
 CHARGING_HOLDS_S: Final = 5.0
-"""It is asked for once a second."""
 _FLAGS: Final = ("false", "true")
-Cells = tuple[str, ...]
 
 
 class Excerpt(NamedTuple):
@@ -36,31 +35,16 @@ class Excerpt(NamedTuple):
 
     start_s: float
     tilt: Window
+    # Its times, and those of `flags`, are those of `tilt`.
     acceleration: Window
-    """Its times are those of `tilt`."""
     flags: NDArray[np.uint8]
-    """Of the same reports."""
     cell: Window
     light: Window
+    # Whether there was external power, also from `CHARGING_HOLDS_S` before the span.
     charging: Window
-    """Whether there was external power, also from `CHARGING_HOLDS_S` before the span."""
     markers: tuple[Marker, ...]
+    # False where the span includes times that are no longer kept sample by sample.
     is_whole: bool = True
-    """False where the span includes times that are no longer kept sample by sample."""
-
-    @property
-    def is_triggered(self) -> NDArray[np.bool_]:
-        return (self.flags & TRIGGERED).astype(np.bool_)
-
-    @property
-    def is_active(self) -> NDArray[np.bool_]:
-        return (self.flags & ACTIVE).astype(np.bool_)
-
-    @property
-    def first_s(self) -> float:
-        """Time of the first row; the start of the span where it is empty."""
-        firsts = [float(times[0]) for times, _ in (self.tilt, self.cell, self.light) if len(times)]
-        return min((*firsts, *(marker.time_s for marker in self.markers)), default=self.start_s)
 
     @property
     def row_count(self) -> int:
@@ -114,42 +98,56 @@ class Measured(LimitSteps):
 
     def _excerpt(self, start_s: float, end_s: float, flags: NDArray[np.uint8], *, is_whole: bool = True) -> Excerpt:
         """As views of the series. `flags`: one for each sample of tilt in the span."""
+        # Of the marks before it, that the module is simulated, and its name, hold on.
+        held: dict[MarkerKind, Marker] = {}
+        for marker in self.markers:
+            if marker.time_s >= start_s:
+                break
+            if marker.kind in STATE_LOST:
+                held.pop(MarkerKind.NAMED, None)
+            if marker.kind is MarkerKind.CONNECTED:
+                held.clear()
+            if marker.kind is MarkerKind.NAMED or (marker.kind is MarkerKind.CONNECTED and is_simulated(marker.text)):
+                held[marker.kind] = marker._replace(time_s=start_s)
+        within = [marker for marker in self.markers if start_s <= marker.time_s <= end_s]
         tilt, acceleration, cell, light = (
             series.window(start_s, end_s) for series in (self.tilt, self.acceleration, self.cell, self.light)
         )
-        within = [marker for marker in self.markers if start_s <= marker.time_s <= end_s]
-        markers = (*_held_at(start_s, self.markers), *within)
         charging = self.charging.window(start_s - CHARGING_HOLDS_S, end_s)
+        markers = (*held.values(), *within)
         return Excerpt(start_s, tilt, acceleration, flags, cell, light, charging, markers, is_whole)
 
 
-def _held_at(start_s: float, markers: Iterable[Marker]) -> list[Marker]:
-    """What still holds from before: that the module is simulated, and its name."""
-    held: dict[MarkerKind, Marker] = {}
-    for marker in markers:
-        if marker.time_s >= start_s:
-            break
-        if marker.kind in STATE_LOST:
-            held.pop(MarkerKind.NAMED, None)
-        if marker.kind is MarkerKind.CONNECTED:
-            held.clear()
-        if marker.kind is MarkerKind.NAMED or (marker.kind is MarkerKind.CONNECTED and is_simulated(marker.text)):
-            held[marker.kind] = marker._replace(time_s=start_s)
-    return list(held.values())
+# The CSV table
+
+# Time and further cells of a row, but charging.
+_Row = tuple[float, tuple[str, ...]]
 
 
-def csv_parts(excerpt: Excerpt, *, wall_offset_s: float, first_s: float | None = None) -> Iterator[bytes]:
+def part_count(excerpt: Excerpt) -> int:
+    return excerpt.row_count // ROWS_AT_ONCE + 2
+
+
+def csv_parts(excerpt: Excerpt, *, wall_offset_s: float) -> Iterator[bytes]:
     """Yields the table in UTF-8, in parts.
 
     Status reports, cell voltage, light and events have rows of their own, in order of time; other cells are empty.
-    `wall_offset_s` added to the times gives seconds since 1970; `elapsed_s` counts from the first row, or `first_s`.
+    `wall_offset_s` added to the times gives seconds since 1970; `elapsed_s` counts from the first row.
     """
     yield f"{HEAD}\r\n".encode()
-    first_s = excerpt.first_s if first_s is None else first_s
+    others: list[_Row] = [(marker.time_s, ("", "", "", "", "", "", _event_text(marker))) for marker in excerpt.markers]
+    for at, volts in zip(*(column.tolist() for column in excerpt.cell), strict=True):
+        others.append((at, ("", "", "", "", f"{volts:.2f}", "", "")))
+    for at, volts in zip(*(column.tolist() for column in excerpt.light), strict=True):
+        others.append((at, ("", "", "", "", "", f"{volts:.1f}", "")))
+    others.sort()
+    first_s = min([*excerpt.tilt.time_s[:1].tolist(), *(at for at, _ in others[:1])], default=excerpt.start_s)
     charging = Readable(*excerpt.charging)
-    rows = merge(_status_cells(excerpt), sorted(_other_cells(excerpt)), key=itemgetter(0))
+    rows = merge(_status_rows(excerpt), others, key=itemgetter(0))
     while batch := list(islice(rows, ROWS_AT_ONCE)):
-        stamps = time_cells(np.array([at for at, _ in batch]) + wall_offset_s)
+        # As spreadsheets take them: UTC to the millisecond.
+        wall_ms = np.rint((np.array([at for at, _ in batch]) + wall_offset_s) * 1000)
+        stamps = np.char.replace(np.datetime_as_string(wall_ms.astype("M8[ms]")), "T", " ").tolist()
         text = StringIO()
         lines = csv.writer(text)
         for stamp, (at, cells) in zip(stamps, batch, strict=True):
@@ -159,39 +157,18 @@ def csv_parts(excerpt: Excerpt, *, wall_offset_s: float, first_s: float | None =
         yield text.getvalue().encode()
 
 
-def part_count(excerpt: Excerpt) -> int:
-    return excerpt.row_count // ROWS_AT_ONCE + 2
-
-
-def _status_cells(excerpt: Excerpt) -> Iterator[tuple[float, Cells]]:
-    """Time and further cells of the rows with status report."""
-    columns = (*excerpt.tilt, excerpt.acceleration.value, excerpt.is_triggered, excerpt.is_active)
+def _status_rows(excerpt: Excerpt) -> Iterator[_Row]:
+    columns = (*excerpt.tilt, excerpt.acceleration.value, excerpt.flags)
     for first in range(0, len(excerpt.flags), ROWS_AT_ONCE):
         part = (column[first : first + ROWS_AT_ONCE].tolist() for column in columns)
-        for at, tilt, acceleration, is_triggered, is_active in zip(*part, strict=True):
-            yield at, (f"{tilt:g}", f"{acceleration:.1f}", _FLAGS[is_triggered], _FLAGS[is_active], "", "", "")
+        for at, tilt, force, flags in zip(*part, strict=True):
+            is_triggered, is_active = _FLAGS[flags & TRIGGERED != 0], _FLAGS[flags & ACTIVE != 0]
+            yield at, (f"{tilt:g}", f"{force:.1f}", is_triggered, is_active, "", "", "")
 
 
-def _other_cells(excerpt: Excerpt) -> Iterator[tuple[float, Cells]]:
-    """Time and further cells of the rows without."""
-    for at, volts in zip(*(column.tolist() for column in excerpt.cell), strict=True):
-        yield at, ("", "", "", "", f"{volts:.2f}", "", "")
-    for at, volts in zip(*(column.tolist() for column in excerpt.light), strict=True):
-        yield at, ("", "", "", "", "", f"{volts:.1f}", "")
-    for marker in excerpt.markers:
-        yield marker.time_s, ("", "", "", "", "", "", event_text(marker))
-
-
-def event_text(marker: Marker) -> str:
+def _event_text(marker: Marker) -> str:
     """ "connected: /dev/ttyUSB0"; in English, as in all files."""
     if not marker.text:
         return marker.kind.value
     simulated = " (simulated)" if is_simulated(marker.text) else ""
     return f"{marker.kind.value}: {marker.text}{simulated}"
-
-
-def time_cells(wall_s: Seconds) -> list[str]:
-    """Seconds since 1970 as spreadsheets take them: UTC to the millisecond."""
-    stamps = np.datetime_as_string(np.rint(wall_s * 1000).astype("M8[ms]"))
-    cells: list[str] = np.char.replace(stamps, "T", " ").tolist()
-    return cells

@@ -12,7 +12,6 @@ import threading
 import time
 from collections import deque
 from collections.abc import Callable
-from dataclasses import dataclass
 from datetime import UTC, datetime
 from functools import partial
 from pathlib import Path
@@ -23,11 +22,12 @@ from app import version
 from app.captures.traffic import Way, entries_of
 from app.engine.conversation import ConversationView
 from app.engine.worker import Batch
-from app.recordings.library import RecordingLibrary, stopped_message
+from app.recordings.library import RecordingLibrary
 from app.recordings.markers import NO_LIMITS, Marker, MarkerKind, MarkerTracker, limits_of
 from app.recordings.session_file import POLLED, RX, STATUS, TX, Opening, RecordedReport, SessionWriter
 from app.system.clock import Clock, steady_time
-from app.text.messages import UserMessage
+from app.text.messages import UserMessage, error_text, message
+from protocol.translatable import marked
 
 _log = logging.getLogger(__name__)
 
@@ -40,15 +40,7 @@ RESERVE_BYTES = 256 * 1024**2
 MAX_WAITING = 10_000
 # After this, with a fifth of what the library may hold, or where it is full, it goes on in the next file.
 MAX_SESSION_S = 24 * 3600.0
-
-
-@dataclass(eq=False)
-class _Port:
-    """What is recorded, from `begin` to `end`."""
-
-    name: str
-    baud_rate: int
-    begun_at: float
+_DISK_FULL = frozenset({errno.ENOSPC, getattr(errno, "EDQUOT", errno.ENOSPC)})
 
 
 class Recorder:
@@ -67,13 +59,7 @@ class Recorder:
         max_waiting: int = MAX_WAITING,
     ) -> None:
         self.library = library
-        # A recording was begun, although there may be no byte yet.
-        self.is_recording = False
-        # Status reports and events of this recording that were lost because the disk was too slow.
-        self.dropped = 0
-        self._clock = clock
-        self._wall_clock = wall_clock
-        self._find_free_bytes = find_free_bytes
+        self.clock, self.wall_clock, self.find_free_bytes = clock, wall_clock, find_free_bytes
         self._max_waiting = max_waiting
         self._acts: deque[Callable[[], None]] = deque()
         self._is_urgent = threading.Event()
@@ -81,33 +67,17 @@ class Recorder:
         # Under the lock:
         self._thread: threading.Thread | None = None
         self._is_stopped = False
-        self._begun: _Port | None = None
-        self._error: Exception | None = None
-        # Of the thread:
-        self._port: _Port | None = None
-        self._writer: SessionWriter | None = None
-        self._tracker = MarkerTracker()
-        # Before the first byte.
-        self._markers: list[Marker] = []
-        self._named: tuple[str, ConversationView] | None = None
-        self._line_ns = 0
-        # What the file tells of already.
-        self._polled_s: dict[str, float] = {}
-        self._limits = NO_LIMITS
-        self._synced_at = 0.0
-        self._noted = 0  # of `dropped`, those that the recording tells of
-
-    # Any thread
+        # The present recording, or the last one.
+        self._session: _Session | None = None
 
     def begin(self, port: str, baud_rate: int) -> None:
         """Starts recording; ends the current recording."""
         with self._lock:
             if self._is_stopped:
                 return
-            self._begun = _Port(port, baud_rate, self._clock())
-            self.is_recording, self._error = True, None
-            self._put(self._end)
-            self._put(partial(self._begin, self._begun))
+            self._end()
+            self._session = _Session(self, port, baud_rate)
+            self._is_urgent.set()
             if self._thread is None:
                 self._thread = threading.Thread(target=self._work, name="dps-s recorder", daemon=True)
                 self._thread.start()
@@ -115,114 +85,143 @@ class Recorder:
     def on_batch(self, batch: Batch) -> None:
         """Records this batch, if a recording was begun."""
         with self._lock:
-            if not self.is_recording:
+            session = self._session
+            if session is None or not session.is_open:
                 return
             if len(self._acts) < self._max_waiting:
-                self._acts.append(partial(self._record, batch))
+                self._acts.append(partial(session.do, session.record, batch))
             else:
-                self.dropped += len(batch.samples) + len(batch.events)
+                session.dropped += len(batch.samples) + len(batch.events)
 
     def name_module(self, module: str, conversation: ConversationView) -> None:
         """A person said which module it is in this conversation."""
         with self._lock:
-            if self.is_recording:
-                self._put(partial(self._name, module, conversation))
+            if self._session is not None and self._session.is_open:
+                self._put(partial(self._session.do, self._session.name, module, conversation))
 
     def end(self) -> None:
         """Closes the recording. Idempotent."""
         with self._lock:
-            if self.is_recording:
-                self.is_recording = False
-                self._put(self._end)
+            self._end()
+
+    def _end(self) -> None:
+        if self._session is not None and self._session.is_open:
+            self._session.is_open = False
+            self._put(partial(self._session.do, self._session.close))
 
     def settle(self, deadline_s: float) -> bool:
         """Waits until everything before is on disk or given up; False on timeout."""
         done = threading.Event()
         with self._lock:
-            if self._thread is None or self._is_stopped:
+            if self._session is None or self._is_stopped:
                 return True
-            self._put(self._maintain)
+            self._put(partial(self._session.do, self._session.maintain))
             self._put(done.set)
         return done.wait(deadline_s)
 
     def stop(self, deadline_s: float = 0.4) -> bool:
         """Closes the recording and ends the thread; False on timeout. Idempotent."""
         with self._lock:
-            if not self._is_stopped:
-                self.is_recording, self._is_stopped = False, True
-                self._put(self._end)
+            self._end()
+            self._is_stopped = True
+            self._is_urgent.set()
         if self._thread is None:
             return True
         self._thread.join(deadline_s)
         return not self._thread.is_alive()
 
     @property
+    def is_recording(self) -> bool:
+        """A recording was begun, although there may be no byte yet."""
+        return self._session is not None and self._session.is_open
+
+    @property
+    def dropped(self) -> int:
+        """Status reports and events of this recording that were lost because the disk was too slow."""
+        return 0 if self._session is None else self._session.dropped
+
+    @property
     def path(self) -> Path | None:
         """Of the current recording; None before the first byte."""
-        writer = self._writer
+        writer = None if self._session is None else self._session.writer
         return None if writer is None else writer.path
 
     @property
     def opening(self) -> Opening | None:
         """Of the current recording; None before the first byte."""
-        writer = self._writer
+        writer = None if self._session is None else self._session.writer
         return None if writer is None else writer.opening
 
     @property
     def trouble(self) -> UserMessage | None:
         """Why recording failed; the next `begin` tries again."""
-        error = self._error
-        return None if error is None else stopped_message(error, self.library.folder)
+        error = None if self._session is None else self._session.error
+        if error is None:
+            return None
+        if isinstance(error, OSError) and error.errno in _DISK_FULL:
+            return message(marked("Not recording: the disk is full. Free some space, then connect again."))
+        return message(marked("Not recording to {folder}: {why}."), folder=self.library.folder, why=error_text(error))
 
     def _put(self, act: Callable[[], None]) -> None:
         """To be done at once. Always fits."""
         self._acts.append(act)
         self._is_urgent.set()
 
-    # The thread
-
     def _work(self) -> None:
         while self._acts or not self._is_stopped:
-            self._is_urgent.wait(None if self._port is None else FLUSH_EVERY_S)
+            self._is_urgent.wait(FLUSH_EVERY_S if self.is_recording else None)
             self._is_urgent.clear()
             while self._acts:
-                self._do(self._acts.popleft())
-            self._do(self._maintain)
+                self._acts.popleft()()
+            session = self._session
+            if session is not None:
+                session.do(session.maintain)
 
-    def _do(self, act: Callable[[], None]) -> None:
+
+class _Session:
+    """One recording. Its methods belong to the recorder's thread."""
+
+    def __init__(self, recorder: Recorder, port: str, baud_rate: int) -> None:
+        self._recorder, self._port, self._baud_rate = recorder, port, baud_rate
+        self._begun_at = recorder.clock()
+        # Of any thread, under the recorder's lock.
+        self.is_open = True
+        self.dropped = 0
+        self.error: Exception | None = None
+        # None before the first byte.
+        self.writer: SessionWriter | None = None
+        self._tracker = MarkerTracker()
+        # What the file does not tell of yet, and what it does.
+        self._markers: list[Marker] = []
+        self._named: tuple[str, ConversationView] | None = None
+        self._noted = 0  # of `dropped`
+        self._polled_s: dict[str, float] = {}
+        self._limits = NO_LIMITS
+        self._line_ns = 0
+        self._synced_at = 0.0
+
+    def do(self, act: Callable[..., None], *args: object) -> None:
+        if self.error is not None:
+            return
         try:
-            act()
+            act(*args)
         except Exception as error:  # noqa: BLE001  it ends the recording, and nothing else
             if not isinstance(error, OSError):
                 _log.exception("The recorder met an error it did not expect")
             _log.warning("Not recorded any more: %s", error)
-            failed, self._port = self._port, None
             self._release()
-            with self._lock:
-                if failed is self._begun:  # else another recording was begun since
-                    self.is_recording, self._error = False, error
+            self.is_open, self.error = False, error
 
-    def _begin(self, port: _Port) -> None:
-        _log.debug("Recording %s", port.name)
-        self._port = port
-        self._tracker, self._markers, self._named = MarkerTracker(), [], None
-        self.dropped = self._noted = 0
-
-    def _record(self, batch: Batch) -> None:
-        if self._port is None:
-            return
+    def record(self, batch: Batch) -> None:
         self._markers += self._tracker.on_batch(batch)
-        if self._writer is None:
+        writer = self.writer
+        if writer is None:
             firsts = [first.at for first in (*batch.samples[:1], *batch.events[:1])]
             if not firsts:
                 return
-            self._open(self._port, min(self._port.begun_at, *firsts))
+            writer = self.writer = self._open(min(self._begun_at, *firsts))
             if self._named is not None and self._named[1].number == batch.conversation.number:
-                self._name(*self._named)
-        if self._writer is not None:
-            self._write(self._writer, batch)
-
-    def _write(self, writer: SessionWriter, batch: Batch) -> None:
+                self.name(*self._named)
         for entry in entries_of(batch.events, 0.0):
             # Strictly ascending times tell the order of both directions.
             self._line_ns = max(self._line_ns + 1, writer.wall_ns(entry.at_s))
@@ -246,68 +245,67 @@ class Recorder:
             self._limits = limits
             writer.note(batch.at, "limits", **limits._asdict())
 
-    def _name(self, module: str, conversation: ConversationView) -> None:
+    def name(self, module: str, conversation: ConversationView) -> None:
         self._named = (module, conversation)
-        writer = self._writer
+        writer = self.writer
         if writer is not None:
             # A name holds from the beginning of its conversation on.
             writer.note(max(conversation.began_at, writer.opening.start_s), MarkerKind.NAMED.value, module=module)
             writer.advance(modules=tuple(dict.fromkeys((*writer.state.modules, module))))
 
-    def _open(self, port: _Port, start_s: float) -> None:
-        self.library.folder.mkdir(parents=True, exist_ok=True, mode=0o700)
-        self.library.prune()
+    def _open(self, start_s: float) -> SessionWriter:
+        library, clock = self._recorder.library, self._recorder.clock
+        library.folder.mkdir(parents=True, exist_ok=True, mode=0o700)
+        library.prune()
         self._check_disk()
-        self._synced_at = self._clock()
+        self._synced_at = clock()
         # Values polled before the beginning are in the previous recording.
         self._polled_s = dict.fromkeys(POLLED, math.nextafter(start_s, -math.inf))
         self._line_ns, self._limits = 0, NO_LIMITS
         opening = Opening(
-            started_at=datetime.fromtimestamp(start_s + self._wall_clock() - self._clock(), UTC),
+            started_at=datetime.fromtimestamp(start_s + self._recorder.wall_clock() - clock(), UTC),
             start_s=start_s,
-            port=port.name,
-            baud_rate=port.baud_rate,
+            port=self._port,
+            baud_rate=self._baud_rate,
             program=f"DPS-S Configurator {version()}",
         )
-        self._writer = SessionWriter(self.library.new_path(opening.started_at), opening)
+        _log.debug("Recording %s", self._port)
+        return SessionWriter(library.new_path(opening.started_at), opening)
 
-    def _maintain(self) -> None:
+    def maintain(self) -> None:
         """Flushes, syncs, checks the disk, and goes on in the next file where this one is long enough."""
-        writer, now = self._writer, self._clock()
-        if writer is None or self._port is None:
+        writer, now = self.writer, self._recorder.clock()
+        if writer is None:
             return
         self._flush(writer)
         if now - self._synced_at >= SYNC_EVERY_S:
             self._synced_at = now
             writer.sync()
             self._check_disk()
-        is_large = writer.is_full or writer.size_bytes > self.library.max_bytes / 5
+        is_large = writer.is_full or writer.size_bytes > self._recorder.library.max_bytes / 5
         if is_large or now - writer.opening.start_s > MAX_SESSION_S:
-            port = self._port
-            self._end()
-            port.begun_at = now
-            self._port = port
+            self.close()
+            self._begun_at = now
 
     def _check_disk(self) -> None:
-        if self._find_free_bytes(self.library.folder) < RESERVE_BYTES:
+        if self._recorder.find_free_bytes(self._recorder.library.folder) < RESERVE_BYTES:
             raise OSError(errno.ENOSPC, "the disk is nearly full")
 
     def _flush(self, writer: SessionWriter, *, is_last: bool = False) -> None:
         dropped = self.dropped
         if dropped > self._noted:
-            writer.note(self._clock(), MarkerKind.MISSING.value, count=dropped - self._noted)
+            writer.note(self._recorder.clock(), MarkerKind.MISSING.value, count=dropped - self._noted)
             self._noted = dropped
-        writer.flush(self._clock(), is_last=is_last)
+        writer.flush(self._recorder.clock(), is_last=is_last)
 
-    def _end(self) -> None:
-        if self._writer is not None:
-            self._flush(self._writer, is_last=True)
-            self._writer.sync()
+    def close(self) -> None:
+        if self.writer is not None:
+            self._flush(self.writer, is_last=True)
+            self.writer.sync()
         self._release()
-        self._port = None
 
     def _release(self) -> None:
         """Closes the file, also one that failed."""
-        if self._writer is not None:
-            self._writer.close()
-        self._writer = None
+        if self.writer is not None:
+            self.writer.close()
+        self.writer = None

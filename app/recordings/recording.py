@@ -2,7 +2,6 @@
 
 from array import array
 from collections.abc import Callable, Iterable, Iterator
-from datetime import datetime
 from itertools import chain
 from operator import itemgetter
 from pathlib import Path
@@ -15,30 +14,17 @@ from app.captures.traffic import CaptureEntry, Way
 from app.recordings.excerpt import ACTIVE, TRIGGERED, Excerpt, Measured, csv_parts, part_count
 from app.recordings.library import RecordingEntry, unreadable
 from app.recordings.markers import NO_LIMITS, Marker, MarkerKind, ModuleLimits
-from app.recordings.session_file import (
-    EVENTS,
-    NANOSECONDS,
-    POLLED,
-    RX,
-    STATUS,
-    TX,
-    FileMessage,
-    RecordedReport,
-    SessionFile,
-)
+from app.recordings.session_file import NANOSECONDS, POLLED, RX, STATUS, TX, RecordedReport, SessionFile, number_in
 from app.samples.samples import Readable
 from app.system.files import whole_file
 from app.system.gil_yield import GilYield
-from app.text.csv_cells import object_in
-from app.text.messages import UserError, UserMessage, joined, message
-from protocol.translatable import marked
+from app.text.messages import UserError, UserMessage
 
 _MAX_LIMITS = 1_000_000
-_LARGEST = 1e9
 _MARKS = {kind.value: kind for kind in MarkerKind}
 _WAYS = {RX: Way.IN, TX: Way.OUT}
+# Reports between two pauses for the window's thread.
 _PAUSE_EVERY = 500
-"""Reports."""
 
 
 class Recording(Measured):
@@ -53,103 +39,83 @@ class Recording(Measured):
         """Raises OSError, `UserError`."""
         super().__init__(_MAX_LIMITS)
         self.entry = entry
-        self.missing_count = 0
-        """Status reports and events that were lost because the disk was too slow."""
         file = SessionFile(entry.path)
-        self.opening = file.opening
-        self.wall_offset_s = file.opening.wall_offset_ns / NANOSECONDS
+        self.opening = opening = file.opening
+        self.wall_offset_s = opening.wall_offset_ns / NANOSECONDS
         # A day has millions of reports.
         times_ns, tilt, acceleration, flags = array("q"), array("f"), array("f"), array("B")
-        self._polled: dict[str, list[tuple[float, float]]] = {key: [] for key in POLLED}
-        self._limits: list[tuple[float, ModuleLimits]] = []
+        polled: dict[str, list[tuple[float, float]]] = {key: [] for key in POLLED}
+        all_limits: list[tuple[float, ModuleLimits]] = []
         markers: list[Marker] = []
         decoder, pace = msgspec.json.Decoder(RecordedReport), GilYield()
-        last_ns = file.opening.start_ns
-        for one in file.messages():
-            last_ns = max(last_ns, one.log_ns)
-            if one.topic == STATUS:
+        for topic, log_ns, data, event in file.messages():
+            if topic == STATUS:
                 try:
-                    report = decoder.decode(one.data)
+                    report = decoder.decode(data)
                 except msgspec.DecodeError:
                     continue  # of another program
-                times_ns.append(one.log_ns)
+                times_ns.append(log_ns)
                 tilt.append(report.tilt_deg)
                 acceleration.append(report.acceleration_g)
                 flags.append(report.active * ACTIVE | report.triggered * TRIGGERED)
                 if len(flags) % _PAUSE_EVERY == 0:
                     pace.checkpoint()
-            elif one.topic == EVENTS:
-                markers += self._take_event(one)
+            if not event:
+                continue
+            at_s, word = opening.clock_s(log_ns), event.get("event")
+            if word == "reading":
+                for key, series in polled.items():
+                    value = number_in(event, key)
+                    if value is not None:
+                        series.append((at_s, value))
+            elif word == "limits":
+                all_limits.append((at_s, ModuleLimits(*(number_in(event, key) for key in ModuleLimits._fields))))
+            elif isinstance(word, str) and word in _MARKS:
+                markers.append(Marker(at_s, _MARKS[word], str(event.get("module") or event.get("port") or "")))
         # Readers rely on ascending times.
-        self._times = np.maximum.accumulate(
-            (np.frombuffer(times_ns, np.int64) - file.opening.wall_offset_ns) / NANOSECONDS
-        )
+        times_s = (np.frombuffer(times_ns, np.int64) - opening.wall_offset_ns) / NANOSECONDS
+        self._times = np.maximum.accumulate(times_s)
         self._flags = np.frombuffer(flags, np.uint8)
         self.tilt = Readable(self._times, np.frombuffer(tilt, np.float32))
         self.acceleration = Readable(self._times, np.frombuffer(acceleration, np.float32))
-        self.cell = _series(self._polled["cell_voltage_v"])
-        self.light = _series(self._polled["light_v"])
-        self.charging = _series(self._polled["charging"])
-        last_s = file.opening.clock_s(last_ns)
+        columns = (np.array(polled[key], np.float64).reshape(-1, 2).T for key in POLLED)
+        self.cell, self.light, self.charging = (
+            Readable(np.maximum.accumulate(times), values.astype(np.float32)) for times, values in columns
+        )
+        self.missing_count, self.damage = file.missing_count, file.damage
+        last_s = opening.clock_s(file.last_ns)
+        self.end_s = max(last_s, file.state.end_s)
+        # From when to when data is missing: up to the end, as far as that is known.
         self.damaged: tuple[tuple[float, float], ...] = ()
-        """From when to when data is missing: up to the end, as far as that is known."""
         if file.is_damaged:
-            self.damaged = ((last_s, max(last_s, file.state.end_s)),)
+            self.damaged = ((last_s, self.end_s),)
             markers.append(Marker(last_s, MarkerKind.DAMAGED))
         self.markers = tuple(sorted(markers, key=itemgetter(0)))
-        self.start_s = min((file.opening.start_s, *(marker.time_s for marker in self.markers[:1])))
-        self.end_s = max(last_s, file.state.end_s)
-        for time_s, limits in sorted(self._limits, key=itemgetter(0)):
+        self.start_s = min((opening.start_s, *(marker.time_s for marker in self.markers[:1])))
+        for time_s, limits in sorted(all_limits, key=itemgetter(0)):
             self.put(time_s, limits)
-        if self._limits:  # unknown after the end
-            self.put(max(self.end_s, self._limits[-1][0]), NO_LIMITS)
+        if all_limits:  # unknown after the end
+            self.put(max(self.end_s, all_limits[-1][0]), NO_LIMITS)
 
     def excerpt(self, start_s: float, end_s: float) -> Excerpt:
         first, stop = np.searchsorted(self._times, start_s, "left"), np.searchsorted(self._times, end_s, "right")
         return self._excerpt(start_s, end_s, self._flags[first:stop])
 
-    @property
-    def damage(self) -> UserMessage | None:
-        """What is missing in it; None for a whole recording."""
-        damaged_at = self.damaged[0][0] + self.wall_offset_s if self.damaged else None
-        return _damage(damaged_at, self.missing_count)
-
-    def _take_event(self, one: FileMessage) -> Iterator[Marker]:
-        """Takes in an event; one that is a mark is returned."""
-        at_s, event = self.opening.clock_s(one.log_ns), object_in(one.data)
-        word = event.get("event")
-        self.missing_count += _missing_in(event)
-        if word == "reading":
-            for key, polled in self._polled.items():
-                value = _number(event.get(key))
-                if value is not None:
-                    polled.append((at_s, value))
-        elif word == "limits":
-            values = [_number(event.get(key)) for key in ModuleLimits._fields]
-            self._limits.append((at_s, ModuleLimits(*values)))
-        elif isinstance(word, str) and word in _MARKS:
-            yield Marker(at_s, _MARKS[word], str(event.get("module") or event.get("port") or ""))
-
 
 class RecordedTraffic:
-    """The bytes on the line in order; times count from the beginning of the recording. Raises OSError, `UserError`.
-    `damage`: what was missing, known when all were read."""
+    """The bytes on the line in order; times count from the beginning of the recording. Raises OSError, `UserError`."""
 
     def __init__(self, path: Path) -> None:
         self.path = path
+        # What was missing, known when all were read.
         self.damage: UserMessage | None = None
 
     def __iter__(self) -> Iterator[CaptureEntry]:
         file = SessionFile(self.path)
-        start_ns = last_ns = file.opening.start_ns
-        missing_count = 0
-        for one in file.messages():
-            last_ns = max(last_ns, one.log_ns)
-            if one.topic in _WAYS:
-                yield CaptureEntry((one.log_ns - start_ns) / NANOSECONDS, _WAYS[one.topic], one.data)
-            elif one.topic == EVENTS:
-                missing_count += _missing_in(object_in(one.data))
-        self.damage = _damage(last_ns / NANOSECONDS if file.is_damaged else None, missing_count)
+        for topic, log_ns, data, _ in file.messages():
+            if topic in _WAYS:
+                yield CaptureEntry((log_ns - file.opening.start_ns) / NANOSECONDS, _WAYS[topic], data)
+        self.damage = file.damage
 
 
 def open_recording(entry: RecordingEntry) -> Recording:
@@ -159,33 +125,6 @@ def open_recording(entry: RecordingEntry) -> Recording:
         return Recording(entry)
     except (OSError, UserError) as error:
         raise UserError(unreadable(entry.path, error)) from error
-
-
-def _damage(damaged_at: float | None, missing_count: int) -> UserMessage | None:
-    """`damaged_at`: seconds since 1970."""
-    missing = []
-    if damaged_at is not None:
-        at = datetime.fromtimestamp(damaged_at).astimezone()
-        missing.append(message(marked("Damaged or altered; left out from {time} on."), time=f"{at:%H:%M:%S}"))
-    if missing_count:
-        text = marked("The disk was too slow. Not recorded: {count}.")
-        missing.append(message(text, count=f"{missing_count:,}"))
-    return joined(missing, " ") if missing else None
-
-
-def _missing_in(event: dict[str, object]) -> int:
-    return int(_number(event.get("count")) or 0) if event.get("event") == MarkerKind.MISSING.value else 0
-
-
-def _series(polled: list[tuple[float, float]]) -> Readable:
-    times, values = np.array(polled, np.float64).reshape(-1, 2).T
-    return Readable(np.maximum.accumulate(times), values.astype(np.float32))
-
-
-def _number(value: object) -> float | None:
-    """A number that a reading or a limit can be, else None."""
-    is_number = isinstance(value, int | float) and not isinstance(value, bool) and abs(value) <= _LARGEST
-    return float(value) if is_number else None  # type: ignore[arg-type]
 
 
 # Export
@@ -218,7 +157,9 @@ def export(
     `UserError`, ValueError for a file that shrinks meanwhile, and what `on_progress` raises."""
     recording = open_recording(entry)
     if not is_table:
-        write_parts(path, _blocks(entry.path), entry.size_bytes // _BLOCK_BYTES + 1, on_progress)
+        with entry.path.open("rb") as file:
+            blocks = iter(lambda: file.read(_BLOCK_BYTES), b"")
+            write_parts(path, blocks, entry.size_bytes // _BLOCK_BYTES + 1, on_progress)
         return Exported(len(recording.tilt), recording.damage)
     excerpt = recording.excerpt(recording.start_s, recording.end_s)
     rows = csv_parts(excerpt, wall_offset_s=recording.wall_offset_s)
@@ -228,9 +169,3 @@ def export(
         rows = chain((before, b"" if before.endswith(b"\n") else b"\r\n"), rows)
     write_parts(path, rows, part_count(excerpt), on_progress)
     return Exported(excerpt.row_count, recording.damage)
-
-
-def _blocks(path: Path) -> Iterator[bytes]:
-    with path.open("rb") as file:
-        while block := file.read(_BLOCK_BYTES):
-            yield block

@@ -14,7 +14,7 @@ import json
 import os
 import struct
 import zlib
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from datetime import datetime
 from io import BytesIO
 from pathlib import Path
@@ -31,8 +31,10 @@ from mcap.well_known import MessageEncoding, SchemaEncoding
 from mcap.writer import MCAP0_MAGIC
 from msgspec import Meta
 
+from app.recordings.markers import MarkerKind
 from app.system.files import lock, private_opener
-from app.text.messages import UserError
+from app.text.csv_cells import object_in
+from app.text.messages import UserError, UserMessage, joined, message
 from protocol.translatable import marked
 
 SUFFIX: Final = ".mcap"
@@ -113,6 +115,8 @@ class FileMessage(NamedTuple):
     topic: str
     log_ns: int
     data: bytes
+    # Of `EVENTS`, else empty.
+    event: Mapping[str, object]
 
 
 # The records at the head
@@ -122,13 +126,19 @@ Head = TypeVar("Head", Opening, State)
 
 def metadata_record(name: str, head: Opening | State) -> bytes:
     """The MCAP record of an opening or a state."""
-    text = _json_text(head)
+
+    def json_text(head: Opening | State) -> str:
+        # ASCII, so that the length in bytes does not depend on the names, which may have bytes that are no text.
+        return json.dumps(msgspec.to_builtins(head))
+
+    text = json_text(head)
     if isinstance(head, State):
         while len(text) > STATE_LENGTH:
             head = msgspec.structs.replace(head, modules=head.modules[:-1])
-            text = _json_text(head)
+            text = json_text(head)
         text = text.ljust(STATE_LENGTH)
-    return _records(Metadata(name, {"json": text, "crc32": _checksum(text)}))
+    # MCAP has no checksum for metadata.
+    return _records(Metadata(name, {"json": text, "crc32": f"{zlib.crc32(text.encode()):08x}"}))
 
 
 def _records(*records: McapRecord) -> bytes:
@@ -139,21 +149,11 @@ def _records(*records: McapRecord) -> bytes:
     return raw
 
 
-def _json_text(head: Opening | State) -> str:
-    # ASCII, so that the length in bytes does not depend on the names. Names of ports may have bytes that are no text.
-    return json.dumps(msgspec.to_builtins(head))
-
-
-def _checksum(text: str) -> str:
-    """MCAP has none for metadata."""
-    return f"{zlib.crc32(text.encode()):08x}"
-
-
 def _head_of(record: Metadata, kind: type[Head]) -> Head:
     text = record.metadata.get("json", "")
-    if record.metadata.get("crc32") != _checksum(text):
-        raise UserError(marked("damaged"))
     try:
+        if record.metadata.get("crc32") != f"{zlib.crc32(text.encode()):08x}":
+            raise ValueError("the checksum is wrong")
         plain = json.loads(text)
         if kind is Opening and plain["version"] != VERSION:
             raise UserError(marked("written by another version"))
@@ -195,19 +195,16 @@ _RECORD_HEAD: Final = 9
 
 def _channel_records() -> bytes:
     """The description of all topics, for other programs, at the begin of the first chunk."""
-    schemas = {
-        EVENTS: {"type": "object", "properties": {"event": {"type": "string"}}, "required": ["event"]},
-        STATUS: msgspec.json.schema_components([RecordedReport])[1]["RecordedReport"],
-    }
     records: list[McapRecord] = []
     for topic, number in _CHANNELS.items():
-        schema = schemas.get(topic)
-        if schema is None:
+        if topic in (RX, TX):
             records.append(Channel(number, topic, "bytes", {}, 0))
         else:
-            name = f"dps-s{topic.replace('/', '.')}"
-            records.append(Schema(number, msgspec.json.encode(schema), SchemaEncoding.JSONSchema, name))
-            records.append(Channel(number, topic, MessageEncoding.JSON, {}, number))
+            kind = {"type": "object", "properties": {"event": {"type": "string"}}}
+            if topic == STATUS:
+                kind = msgspec.json.schema_components([RecordedReport])[1]["RecordedReport"]
+            schema = Schema(number, msgspec.json.encode(kind), SchemaEncoding.JSONSchema, f"dps-s{topic}")
+            records += schema, Channel(number, topic, MessageEncoding.JSON, {}, number)
     return _records(*records)
 
 
@@ -313,23 +310,43 @@ class SessionFile:
         """Raises OSError, `UserError`."""
         self.path = path
         self.opening, self.state = read_head(path)
+        # Of what was read so far.
+        self.last_ns = self.opening.start_ns
+        # Status reports and events that were lost because the disk was too slow.
+        self.missing_count = 0
+        # There was more than could be read; known when all messages were.
         self.is_damaged = False
-        """There was more than could be read; known when all messages were."""
+
+    @property
+    def damage(self) -> UserMessage | None:
+        """What is missing in it; None for a whole recording."""
+        missing = []
+        if self.is_damaged:
+            at = datetime.fromtimestamp(self.last_ns / NANOSECONDS).astimezone()
+            missing.append(message(marked("Damaged or altered; left out from {time} on."), time=f"{at:%H:%M:%S}"))
+        if self.missing_count:
+            text = marked("The disk was too slow. Not recorded: {count}.")
+            missing.append(message(text, count=f"{self.missing_count:,}"))
+        return joined(missing, " ") if missing else None
 
     def messages(self) -> Iterator[FileMessage]:
         """All up to the first damage. Raises OSError."""
         reports = 0
         try:
-            for message in self._read():
-                reports += message.topic == STATUS
-                yield message
+            for topic, log_ns, data in self._read():
+                self.last_ns = max(self.last_ns, log_ns)
+                reports += topic == STATUS
+                event = object_in(data) if topic == EVENTS else {}
+                if event.get("event") == MarkerKind.MISSING.value:
+                    self.missing_count += int(number_in(event, "count") or 0)
+                yield FileMessage(topic, log_ns, data, event)
         except EndOfFile:
             self.is_damaged = self.state.is_ended  # else it was cut off, or is being written
         except _DAMAGES:
             self.is_damaged = True
         self.is_damaged |= reports < self.state.reports
 
-    def _read(self) -> Iterator[FileMessage]:
+    def _read(self) -> Iterator[tuple[str, int, bytes]]:
         topics: dict[int, str] = {}
         unpacked_bytes = 0
         with self.path.open("rb") as file:
@@ -347,4 +364,11 @@ class SessionFile:
                     elif isinstance(part, Message):
                         if part.log_time > MAX_NS:
                             raise ValueError("a time that no clock shows")
-                        yield FileMessage(topics.get(part.channel_id, ""), part.log_time, part.data)
+                        yield topics.get(part.channel_id, ""), part.log_time, part.data
+
+
+def number_in(event: Mapping[str, object], key: str) -> float | None:
+    """A number that a reading or a limit can be, else None."""
+    value = event.get(key)
+    is_number = isinstance(value, int | float) and not isinstance(value, bool) and abs(value) <= 1e9
+    return float(value) if is_number else None  # type: ignore[arg-type]

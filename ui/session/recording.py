@@ -19,26 +19,26 @@ _log = logging.getLogger(__name__)
 
 
 class RecordingState(NamedTuple):
-    """As the window shows it. `trouble`: why nothing is written."""
+    """As the window shows it."""
 
+    # Aware; None: nothing is being written.
     since: datetime | None = None
-    """Aware; None: nothing is being written."""
     dropped: int = 0
+    # Why nothing is written.
     trouble: UserMessage | None = None
 
 
 class SessionRecording:
-    """See the module's docstring. The worker's batches go to the recorder from the worker's own thread, so that a
-    window that stalls or closes costs the recording nothing."""
+    """The worker's batches go to the recorder from the worker's own thread, so that a window that stalls or closes
+    costs the recording nothing."""
 
     def __init__(self, stream: StreamSwitch, recordings: "RecordingJobs") -> None:
         """`stream`: a recording needs every report, whatever page is shown."""
         self._stream, self._recordings = stream, recordings
         self._lock = threading.Lock()
+        # From the first opening on, and the number of the opening that is recorded.
         self._recorder: Recorder | None = None
-        """From the first opening on."""
         self._opening: int | None = None
-        """The number of the opening that is recorded."""
 
     def recorded(self, deliver: Callable[[Batch], None]) -> Callable[[Batch], None]:
         def both(batch: Batch) -> None:
@@ -55,10 +55,9 @@ class SessionRecording:
         recorder = self._recorder
         if recorder is None:
             return RecordingState()
-        trouble = None if recorder.is_recording else recorder.trouble
         opening = recorder.opening
         since = None if opening is None else opening.started_at
-        return RecordingState(since, recorder.dropped, trouble)
+        return RecordingState(since, recorder.dropped, recorder.trouble)
 
     def name_module(self, name: str, conversation: ConversationView) -> None:
         """A person said which module it is in this conversation."""
@@ -66,7 +65,7 @@ class SessionRecording:
             self._recorder.name_module(name, conversation)
 
     def stop(self, deadline_s: float) -> bool:
-        """End the recording and its thread; whether that was done in time. What was written before is safe in any
+        """Ends the recording and its thread; whether that was done in time. What was written before is safe in any
         case."""
         return self._recorder is None or self._recorder.stop(deadline_s)
 
@@ -76,17 +75,14 @@ class SessionRecording:
         with self._lock:
             if connection.state is PortState.OPEN and connection.opening != self._opening:
                 self._opening = connection.opening
-                self._begin(connection.port, connection.baud_rate)
+                if self._recorder is None:
+                    from app.recordings.recorder import Recorder
+
+                    self._recorder = Recorder(self._recordings.library)
+                self._recorder.begin(connection.port, connection.baud_rate)
             if self._recorder is not None:
                 self._recorder.on_batch(batch)
                 if connection.state is not PortState.OPEN:
                     self._opening = None
                     self._recorder.end()
             self._stream.is_recorded = self._recorder is not None and self._recorder.is_recording
-
-    def _begin(self, port: str, baud_rate: int) -> None:
-        from app.recordings.recorder import Recorder
-
-        if self._recorder is None:
-            self._recorder = Recorder(self._recordings.library)
-        self._recorder.begin(port, baud_rate)

@@ -1,4 +1,4 @@
-"""Recordings are listed, pinned, pruned (oldest first, never pinned or running ones) and deleted."""
+"""Recordings are listed, pruned (oldest first, never running ones) and deleted."""
 
 import json
 from datetime import timedelta
@@ -63,20 +63,6 @@ def test_the_oldest_recordings_beyond_the_size_are_pruned(tmp_path: Path) -> Non
     assert ages(library) == [1, 2]
 
 
-def test_pinned_recordings_stay_and_do_not_count(tmp_path: Path) -> None:
-    library = library_of(tmp_path, 1, 2, 400)
-    oldest = library.entries()[-1]
-    assert library.set_pinned(oldest, is_pinned=True).is_pinned
-    assert library.entries()[-1].is_pinned
-    library.max_bytes = sum(entry.size_bytes for entry in library.entries()[:2])
-    library.prune()
-    assert ages(library) == [1, 2, 400]
-    assert not library.set_pinned(oldest, is_pinned=False).is_pinned
-    library.set_pinned(oldest, is_pinned=False)
-    library.prune()
-    assert ages(library) == [1, 2]
-
-
 def test_what_is_being_written_is_neither_pruned_nor_deleted(tmp_path: Path) -> None:
     with recorder_in(tmp_path) as bench:
         bench.record(batch(1000.0, report(1000.0)))
@@ -85,10 +71,6 @@ def test_what_is_being_written_is_neither_pruned_nor_deleted(tmp_path: Path) -> 
         RecordingLibrary(tmp_path, max_bytes=0).prune()  # the recorder's own limit begins a further part
         with pytest.raises(UserError, match="being written"):
             bench.library.delete(entry)
-        kept = bench.library.set_pinned(entry, is_pinned=True)
-        bench.feed(batch(1001.0, report(1001.0)))
-        assert kept.is_pinned
-        assert bench.library.entries()[0].is_pinned
         bench.finish()
         bench.library.delete(entry)
         assert bench.library.entries() == ()
@@ -102,8 +84,6 @@ def test_nothing_outside_of_the_library_is_deleted(tmp_path: Path) -> None:
     for path in (other, tmp_path / "library", tmp_path, entry.path / ".."):
         with pytest.raises(ValueError):
             library.delete(entry._replace(path=path))
-        with pytest.raises(ValueError):
-            library.set_pinned(entry._replace(path=path), is_pinned=True)
     assert other.is_file()
     assert len(library.entries()) == 1
 
@@ -156,18 +136,16 @@ def kept_at(user_files: Path) -> Path:
 def test_the_list_for_people_and_for_programs(kept_at: Path, dps_s: Program) -> None:
     assert dps_s(["recordings", "list"]).err == "No recordings yet\n"
     folder = recorded(kept_at, 2.0)
-    RecordingLibrary().set_pinned(RecordingLibrary().entries()[0], is_pinned=True)
     page = dps_s(["recordings", "list"]).out
     assert folder.stem in page
     assert "0:02" in page
     assert "2880" in page
     assert NAME in page
-    assert page.rstrip().endswith("pinned")
     (listed,) = json.loads(dps_s(["recordings", "list", "--json"]).out)["recordings"]
     assert listed == {
         "name": folder.stem, "started_at": NOON.isoformat(), "duration_s": pytest.approx(2.0, abs=0.01),
         "port": "/dev/ttyUSB0", "baud_rate": 115200, "modules": [NAME], "samples": 2880,
-        "size_bytes": folder.stat().st_size, "kept": True, "running": False, "cut_off": False,
+        "size_bytes": folder.stat().st_size, "running": False, "cut_off": False,
         "triggered": False, "simulated": False, "readable": True,
     }  # fmt: skip
 

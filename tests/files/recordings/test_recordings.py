@@ -17,6 +17,7 @@ from mcap.writer import MCAP0_MAGIC
 
 from app.captures.traffic import Way
 from app.engine.conversation import ConversationView, StatusSample
+from app.recordings.excerpt import ACTIVE, TRIGGERED
 from app.recordings.markers import Marker, MarkerKind
 from app.recordings.recording import RecordedTraffic
 from app.recordings.session_file import EVENTS, OPENING, RX, STATUS, TX, Opening, State, metadata_record, read_head
@@ -52,8 +53,7 @@ def test_every_sample_and_every_byte_comes_back(tmp_path: Path) -> None:
     assert excerpt.tilt.time_s.tolist() == pytest.approx([sample.at for sample in samples], abs=2e-9)
     assert excerpt.tilt.value.tolist() == [sample.tilt_deg for sample in samples]
     assert excerpt.acceleration.value.tolist() == np.array([sample.acceleration_g for sample in samples], "f4").tolist()
-    assert not excerpt.is_triggered.any()
-    assert not excerpt.is_active.any()
+    assert not excerpt.flags.any()
     assert excerpt.cell.time_s.tolist() == [1000.0, 1001.0, 1002.0]
     assert excerpt.cell.value.tolist() == pytest.approx([3.0, 3.01, 3.02])
     assert excerpt.light.value.tolist() == pytest.approx([1.0, 1.1, 1.2])
@@ -75,8 +75,7 @@ def test_the_entry_of_a_session(tmp_path: Path) -> None:
     assert (entry.sample_count, entry.trouble) == (4320, None)
     assert entry.duration_s == pytest.approx(3.0, abs=0.01)
     assert entry.size_bytes == folder.stat().st_size
-    flags = (entry.is_running, entry.was_cut_off, entry.is_pinned, entry.is_simulated)
-    assert flags == (False, False, False, False)
+    assert (entry.is_running, entry.was_cut_off, entry.is_simulated) == (False, False, False)
     assert recording.start_s == 1000.0
     assert recording.start_s + recording.wall_offset_s == NOON.timestamp()
     assert recording.markers == (
@@ -117,7 +116,7 @@ def test_each_break_is_a_mark_in_the_one_recording(tmp_path: Path) -> None:
         (entry,) = bench.library.entries()
         assert entry.was_triggered
         reports = opened(entry.path).excerpt(1001.0, 1001.5)
-        assert (reports.is_active.tolist(), reports.is_triggered.tolist()) == ([True, True], [False, True])
+        assert reports.flags.tolist() == [ACTIVE, ACTIVE | TRIGGERED]
         assert [(marker.kind.value, marker.time_s) for marker in opened(entry.path).markers] == [
             ("connected", 1000.0),
             ("activated", 1001.0),

@@ -10,7 +10,7 @@ import pytest
 from app.engine.conversation import ConversationView
 from app.engine.worker import Batch
 from app.limits.limits import LimitsInUse
-from app.recordings.excerpt import HEAD, csv_parts
+from app.recordings.excerpt import ACTIVE, HEAD, TRIGGERED, csv_parts
 from app.samples.samples import Series
 from protocol.events import Began, Ended, EndReason
 from tests.support.records.recordings_made import OPEN, batch, report, talk
@@ -42,8 +42,8 @@ def test_every_sample_is_kept_with_its_flags() -> None:
     recording = data.excerpt(0.0, 1.0)
     assert recording.tilt.time_s.tolist() == [sample.at for sample in samples]
     assert recording.tilt.value.tolist() == [sample.tilt_deg for sample in samples]
-    assert recording.is_active.tolist() == [sample.active for sample in samples]
-    assert recording.is_triggered.tolist() == [sample.triggered for sample in samples]
+    assert (recording.flags & ACTIVE != 0).tolist() == [sample.active for sample in samples]
+    assert (recording.flags & TRIGGERED != 0).tolist() == [sample.triggered for sample in samples]
     assert recording.is_whole
 
 
