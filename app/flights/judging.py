@@ -54,7 +54,7 @@ class Firing(NamedTuple):
     tilt_deg: float
 
 
-class Outcome(NamedTuple):
+class FlightOutcome(NamedTuple):
     """What given thresholds do in one flight."""
 
     answer: Answer
@@ -119,15 +119,15 @@ class FlightSummary:
             found.append(Firing(float(self.freefall_s[fall]), Source.FREEFALL, float(self.freefall_deg[fall])))
         return sorted((firing for firing in found if firing.at_s < NEVER), key=lambda firing: firing.at_s)
 
-    def outcome(self, limits: TriggerLimits) -> Outcome:
+    def outcome(self, limits: TriggerLimits) -> FlightOutcome:
         """Would it have fired?"""
         found = self.firings(limits)
         if found:
             at_s = found[0].at_s
             sources = reduce(or_, (firing.source for firing in found if firing.at_s == at_s))
-            return Outcome(Answer.FIRES, None, at_s, sources, at_s <= self.end_s)
+            return FlightOutcome(Answer.FIRES, None, at_s, sources, at_s <= self.end_s)
         why_not = self._why_not_judged(limits)
-        return Outcome(
+        return FlightOutcome(
             Answer.DOES_NOT_FIRE if why_not is None else Answer.NOT_JUDGED,
             why_not,
             at_s=NEVER,

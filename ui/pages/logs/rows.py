@@ -10,7 +10,7 @@ from PySide6.QtGui import QFontMetrics, QIcon
 from PySide6.QtWidgets import QPushButton
 
 from app.flights.judge import TriggerLimits
-from app.flights.judging import Answer, FlightGroup, FlightSummary, Outcome
+from app.flights.judging import Answer, FlightGroup, FlightOutcome, FlightSummary
 from app.recordings.library import entry_text
 from app.text.i18n import tr
 from app.text.messages import capitalised, clean, in_brackets, join_names, labelled, stopwatch
@@ -59,7 +59,7 @@ _FIRES: Final = Verdict(marked("fires"), Icon.PARACHUTE)
 _HOLDS: Final = Verdict(marked("no"), Icon.NOT_TRIGGERED)
 
 
-def verdict_of(outcome: Outcome, group: FlightGroup) -> Verdict:
+def verdict_of(outcome: FlightOutcome, group: FlightGroup) -> Verdict:
     must = group is FlightGroup.MUST
     match outcome.answer:
         case Answer.FIRES if must:
@@ -81,7 +81,7 @@ def moment_text(at_s: float) -> str:
     return f"{at_s:.1f} s" if at_s < 60 else f"{stopwatch(at_s)}.{int(at_s * 10) % 10}"
 
 
-def outcome_text(flight: FlightSummary, outcome: Outcome) -> str:
+def outcome_text(flight: FlightSummary, outcome: FlightOutcome) -> str:
     """When and why it fires, and how late; or why that is not known."""
     if outcome.why_not is not None:
         return labelled(capitalised(tr("not judged")), outcome.why_not.translated())

@@ -12,7 +12,7 @@ from typing import Final, NamedTuple
 from PySide6.QtCore import QObject, Signal
 
 from app.flights.judge import TriggerLimits
-from app.flights.judging import FlightGroup, FlightSummary, Outcome, ThresholdProposal, propose
+from app.flights.judging import FlightGroup, FlightOutcome, FlightSummary, ThresholdProposal, propose
 from app.flights.read_log import distinct_names, find_logs, summarise_logs
 from app.flights.table import CsvColumns
 from app.recordings.library import RecordingEntry
@@ -57,7 +57,7 @@ class LogRow(NamedTuple):
     log: LogFile
     entry: RecordingEntry | None
     # Of its flight with the chosen thresholds.
-    outcome: Outcome | None
+    outcome: FlightOutcome | None
 
     @property
     def why_not(self) -> UserMessage | None:
