@@ -1,21 +1,43 @@
-"""The facts of all stations: those of this one in its store, those of others in a second file beside it.
+"""The facts of all stations: those of this one in its store, those of others in a second file beside it, and how both
+are exchanged with a server or a file.
 
 The second file has the same table. It is neither copied nor checked for an act, and may be thrown away, as everything
 in it comes again. Whatever came from outside is there, also what claims to be of this station: nothing that decides
 here reads it.
+
+This station and a place get the same rows, in both directions. Both sides tell, for each three days, how many facts
+they have and a digest of their ids. Where these differ the ids are compared, and the missing rows are copied in pages,
+each its own commit. Nothing is remembered from one exchange to the next that could be wrong after a crash, a restored
+copy or a moved server: whatever is committed late, by whomever, is in the next comparison. So an exchange may be broken
+off anywhere, repeated, and run beside others.
 """
 
 import logging
 import sqlite3
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import closing, contextmanager
 from datetime import UTC, datetime
+from pathlib import Path
 from typing import NamedTuple, TypeVar
 
-from app.records.verification import StationNames
-from app.store.fact_store import Facts, Store
-from app.store.opening import StoreTrouble, connect, trouble_of
-from app.store.rows import AHEAD, StationNamed, last_id_of
+from msgspec import Struct, field
+
+from app import version
+from app.archive.places import FilePlace, PostgresPlace, digests, is_server, lengths_in, rows_in
+from app.records.verification import StationNames, is_of_row
+from app.store.fact_store import INSERT, Facts, Store, StoreTrouble, connect, trouble_of
+from app.store.rows import (
+    AHEAD,
+    MAX_CONTENT_BYTES,
+    BadRow,
+    PreflightCheck,
+    Row,
+    StationNamed,
+    check_row,
+    content_of,
+    time_in_id,
+)
+from app.text.messages import clean
 
 _log = logging.getLogger(__name__)
 Result = TypeVar("Result")
@@ -30,8 +52,10 @@ _REFUSED = """
         place TEXT NOT NULL, id TEXT NOT NULL, why TEXT NOT NULL, "on" TEXT NOT NULL, PRIMARY KEY (place, id)
     ) STRICT
 """
-
 _OF_BOTH = "CREATE TEMP VIEW facts AS SELECT * FROM main.facts UNION ALL SELECT * FROM own.facts"
+PAGE_ROWS = 1000
+PAGE_BYTES = 8_000_000
+NAMED = 20
 
 
 class ArchiveStatus(NamedTuple):
@@ -61,11 +85,23 @@ class Archive:
 
     @contextmanager
     def opened(self) -> Iterator[sqlite3.Connection]:
-        """The file of the others as `main`, the store as `own`, and `facts` of both. The store is read only: else a
-        transaction of an exchange would hold it, too, and an act's intent would wait for each page."""
+        """The file of the others as `main`, the store as `own`, and `facts` of both."""
         self.store.opened.result()
         try:
-            with closing(self._connect()) as connection:
+            try:
+                connection = connect(self.path, is_checked=False)
+            except sqlite3.OperationalError:
+                raise
+            except sqlite3.DatabaseError as error:
+                _log.warning("%s is begun again: %s", self.path, error)
+                for end in ("", "-wal", "-shm"):
+                    self.path.with_name(self.path.name + end).unlink(missing_ok=True)
+                connection = connect(self.path, is_checked=False)
+            with closing(connection):
+                connection.execute("PRAGMA synchronous = NORMAL")  # what a lost power takes comes again
+                connection.execute(f"PRAGMA wal_autocheckpoint = {CHECKPOINT_PAGES}")
+                connection.execute(_REFUSED)
+                # Only read: else a transaction of an exchange would hold the store, too, and an intent wait for a page.
                 connection.execute("ATTACH ? AS own", (f"{self.store.path.as_uri()}?mode=ro",))
                 connection.execute(_OF_BOTH)
                 yield connection
@@ -82,46 +118,20 @@ class Archive:
             query = "SELECT (SELECT count(*) FROM main.facts), (SELECT count(*) FROM own.facts)"
             others, own = facts.connection.execute(query).fetchone()
             later = "SELECT DISTINCT station FROM facts WHERE id > ? ORDER BY station"
-            ahead = facts.connection.execute(later, (last_id_of(datetime.now(UTC) + AHEAD),))
+            # Only the ids of facts that were made later are greater.
+            ahead = facts.connection.execute(later, (f"{time_in_id(datetime.now(UTC) + AHEAD)}g",))
             return ArchiveStatus(others + own, own, dict(introductions(facts)), [station for (station,) in ahead])
 
         return self.read(read)
 
-    @property
-    def server(self) -> str | None:
-        """The address of the one that is set, without its password."""
-        server: str | None = self.store.state("server")
-        return server
-
     def exchanged(self, place: str) -> Exchanged:
         """Quick; only of this station's store."""
         noted = self.store.state(f"exchanged:{place}") or {}
+        # One thread writes them, so that rows have ascending numbers in the order in which they were committed.
         query = "SELECT count(*) FROM facts WHERE rowid > ?"
         last = noted.get("last", 0)
         count = self.store.read(lambda facts: facts.connection.execute(query, (last,)).fetchone()[0])
         return Exchanged(noted.get("at"), count)
-
-    def note_exchange(self, place: str, last: int) -> None:
-        """A complete one, with the own facts up to the row `last`: one thread writes them, so that rows have ascending
-        numbers in the order in which they were committed."""
-        at = datetime.now(UTC).isoformat(timespec="seconds")
-        self.store.set_state(f"exchanged:{place}", {"at": at, "last": last}).result()
-
-    def _connect(self) -> sqlite3.Connection:
-        """A file that cannot be used is thrown away."""
-        try:
-            connection = connect(self.path, is_checked=False)
-        except sqlite3.OperationalError:
-            raise
-        except sqlite3.DatabaseError as error:
-            _log.warning("%s is begun again: %s", self.path, error)
-            for end in ("", "-wal", "-shm"):
-                self.path.with_name(self.path.name + end).unlink(missing_ok=True)
-            connection = connect(self.path, is_checked=False)
-        connection.execute("PRAGMA synchronous = NORMAL")  # what a lost power takes comes again
-        connection.execute(f"PRAGMA wal_autocheckpoint = {CHECKPOINT_PAGES}")
-        connection.execute(_REFUSED)
-        return connection
 
 
 def introductions(facts: Facts) -> list[tuple[str, str]]:
@@ -142,3 +152,96 @@ def known_names(store: Store | None) -> StationNames:
     except StoreTrouble as error:
         _log.warning("The names of stations cannot be read: %s", error)
         return StationNames()
+
+
+# The exchange
+
+
+class LeftOut(NamedTuple):
+    id: str
+    why: str
+
+
+class Synced(Struct):
+    """What an exchange did. `left_out`: rows that are no facts, named when they are first met; `left_out_count`: all of
+    the place, also those that were named before that day."""
+
+    sent: int = 0
+    received: int = 0
+    left_out: list[LeftOut] = field(default_factory=list)
+    left_out_count: int = 0
+
+
+def sync(archive: Archive, address: str) -> Synced:
+    """`address`: of a server, or a file. Raises `UserError`; what was exchanged before that stays."""
+    with (
+        closing(PostgresPlace(address) if is_server(address) else FilePlace(Path(address))) as place,
+        archive.opened() as here,
+    ):
+        last = here.execute("SELECT coalesce(max(rowid), 0) FROM own.facts").fetchone()[0]
+        today = f"{version()} {datetime.now(UTC):%Y-%m-%d}"
+        # After a day, or with another version of the program, what was left out is looked at again.
+        here.execute('DELETE FROM refused WHERE "on" <> ?', (today,))
+        here.execute("CREATE TEMP TABLE left_out AS SELECT id FROM refused WHERE place = ?", (place.name,))
+        # With what was left out, else the two sides would never be equal.
+        ours = digests(here, "main.facts", "own.facts", "temp.left_out")
+        theirs = place.buckets()
+        done = Synced()
+        for bucket in sorted(ours.keys() | theirs.keys()):
+            if ours.get(bucket) == theirs.get(bucket):
+                continue
+            here_ids, there_ids = lengths_in(here, bucket), place.lengths(bucket)
+            known = here_ids.keys() | {id_ for (id_,) in here.execute("SELECT id FROM left_out")}
+            for ids in _pages(there_ids, there_ids.keys() - known):
+                _receive(here, place, {id_: there_ids[id_] for id_ in ids}, today, done)
+            for ids in _pages(here_ids, here_ids.keys() - there_ids.keys()):
+                done.sent += place.add(sorted(Row(*row) for row in rows_in(here, ids)))
+        count = "SELECT count(*) FROM refused WHERE place = ?"
+        done.left_out_count = here.execute(count, (place.name,)).fetchone()[0]
+        at = datetime.now(UTC).isoformat(timespec="seconds")
+        archive.store.set_state(f"exchanged:{place.name}", {"at": at, "last": last}).result()
+        return done
+
+
+def _receive(
+    here: sqlite3.Connection, place: FilePlace | PostgresPlace, lengths: Mapping[str, int], today: str, done: Synced
+) -> None:
+    """One page: each row is checked, the good ones are kept and the others are remembered."""
+    rows = {row[0]: row for row in place.rows([id_ for id_ in lengths if lengths[id_] <= MAX_CONTENT_BYTES])}
+    good, bad = [], []
+    for id_, length in lengths.items():
+        try:
+            if length > MAX_CONTENT_BYTES:
+                raise BadRow("too large")
+            if id_ not in rows:
+                raise BadRow("cannot be read")
+            row = check_row(rows[id_])
+            # The record of a check is verified once, where its row comes in.
+            check = content_of(row, PreflightCheck)
+            if check is not None and not is_of_row(check, row):
+                raise BadRow("its record says something else")
+            good.append(row)
+        except BadRow as error:
+            bad.append(LeftOut(id_, clean(str(error), longest=200)))
+    before = here.total_changes
+    with here:  # which commits, or rolls back where it fails
+        here.execute("BEGIN IMMEDIATE")
+        here.executemany(INSERT.replace("INTO facts", "INTO main.facts"), good)
+        done.received += here.total_changes - before
+        remember = "INSERT INTO refused VALUES (?, ?, ?, ?) ON CONFLICT DO NOTHING"
+        here.executemany(remember, [(place.name, one.id, one.why, today) for one in bad])
+    done.left_out += bad[: NAMED - len(done.left_out)]
+
+
+def _pages(lengths: Mapping[str, int], wanted: set[str]) -> Iterator[list[str]]:
+    """These ids in their order. `lengths`: bytes of the content, by id."""
+    page: list[str] = []
+    size = 0
+    for id_ in sorted(wanted):
+        if page and (len(page) == PAGE_ROWS or size + lengths[id_] > PAGE_BYTES):
+            yield page
+            page, size = [], 0
+        page.append(id_)
+        size += min(lengths[id_], MAX_CONTENT_BYTES)
+    if page:
+        yield page

@@ -1,4 +1,6 @@
-"""An SQLite file that somebody brings, as a place where facts are exchanged.
+"""The places where facts are exchanged: a PostgreSQL server, and an SQLite file that somebody brings.
+
+On the server is one table, to which rows are only ever added. Its address:
 
 postgresql://USER@HOST:PORT/DATABASE?sslrootcert=system
 
@@ -13,138 +15,22 @@ import sqlite3
 from collections.abc import Iterator, Mapping
 from contextlib import closing, contextmanager
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Final, NamedTuple
+from typing import Any, Final, NamedTuple
 from urllib.parse import parse_qsl, unquote
 
-from app.store.fact_store import INSERT
-from app.store.opening import APPLICATION_ID, BUSY_S, make_tables
+from app.store.fact_store import APPLICATION_ID, BUSY_S, INSERT, make_tables
 from app.store.rows import COLUMNS, Row
 from app.system.files import CANNOT_READ
 from app.text.messages import ErrorCode, UserError, clean
 from protocol.translatable import marked
 
-if TYPE_CHECKING:
-    import psycopg
-
 # Digits of an id: 2**28 ms, about three days.
-BUCKET = 5
-# Bytes. A row that is larger refuses the file.
-LARGEST_ROW = 64_000_000
-_IS_ID = "length(id) = 40 AND id NOT GLOB '*[^0-9a-f]*'"
-
+BUCKET: Final = 5
 # By the first digits of ids: how many there are, and a digest of them.
 Buckets = Mapping[str, tuple[int, str]]
-
-
-def digests(connection: sqlite3.Connection, *tables: str, where: str = "TRUE") -> Buckets:
-    """Of the ids in these tables together; the same that a server makes (md5: to compare, not to protect). SQLite puts
-    the ids of each part together, as a loop over 600,000 of them takes seconds."""
-    parts = [f"SELECT DISTINCT substr(id, 1, {BUCKET}) FROM {table} WHERE {where}" for table in tables]  # noqa: S608
-    ids = " UNION ".join(f"SELECT id FROM {table} WHERE id >= ?1 AND id < ?2 AND {where}" for table in tables)  # noqa: S608
-    query = f"SELECT count(*), group_concat(id, '') FROM ({ids} ORDER BY id)"  # noqa: S608
-    found = {}
-    for (bucket,) in connection.execute(" UNION ".join(parts)).fetchall():
-        count, together = connection.execute(query, (bucket, f"{bucket}g")).fetchone()
-        found[bucket] = (count, hashlib.md5(together.encode(), usedforsecurity=False).hexdigest())
-    return found
-
-
-def lengths_in(connection: sqlite3.Connection, bucket: str) -> dict[str, int]:
-    query = f"SELECT id, length(CAST(content AS BLOB)) FROM facts WHERE id >= ? AND id < ? AND {_IS_ID}"  # noqa: S608
-    return dict(connection.execute(query, (bucket, f"{bucket}g")).fetchall())
-
-
-def rows_in(connection: sqlite3.Connection, ids: list[str]) -> list[tuple[Any, ...]]:
-    places = ", ".join("?" * len(ids))
-    return connection.execute(f"SELECT {COLUMNS} FROM facts WHERE id IN ({places})", ids).fetchall()  # noqa: S608
-
-
-class FileTrouble(UserError):
-    """The file is no archive file, damaged, or cannot be written."""
-
-    code = ErrorCode.UNREADABLE
-
-
-class FilePlace:
-    """Nothing in the file is believed, not even that `facts` is a table. It is made where it is missing. Every method
-    raises `UserError`. `name`: as a person reads it."""
-
-    def __init__(self, path: Path) -> None:
-        self.name = str(path)
-        with self._troubles():
-            self._connection = sqlite3.connect(path, timeout=BUSY_S, isolation_level=None, check_same_thread=False)
-            try:
-                _prepare_file(self._connection)
-            except BaseException:
-                self.close()
-                raise
-
-    def close(self) -> None:
-        self._connection.close()
-
-    def buckets(self) -> Buckets:
-        with self._troubles():
-            return digests(self._connection, "facts", where=_IS_ID)
-
-    def lengths(self, bucket: str) -> dict[str, int]:
-        """Bytes of the content, by id."""
-        with self._troubles():
-            return lengths_in(self._connection, bucket)
-
-    def rows(self, ids: list[str]) -> list[tuple[Any, ...]]:
-        """As they stand there."""
-        with self._troubles():
-            return rows_in(self._connection, ids)
-
-    def add(self, rows: list[Row]) -> int:
-        """How many were new: they are durable."""
-        before = self._connection.total_changes
-        with self._troubles(), self._connection:  # which commits, or rolls back where it fails
-            self._connection.execute("BEGIN IMMEDIATE")
-            self._connection.executemany(INSERT, rows)
-        return self._connection.total_changes - before
-
-    @contextmanager
-    def _troubles(self) -> Iterator[None]:
-        try:
-            yield
-        except sqlite3.Error as error:
-            raise FileTrouble(CANNOT_READ, file=self.name, why=str(error)) from error
-
-
-def _prepare_file(connection: sqlite3.Connection) -> None:
-    """Raises `sqlite3.Error` for what is no archive file."""
-    connection.setlimit(sqlite3.SQLITE_LIMIT_LENGTH, LARGEST_ROW)
-    # A stranger's text may be no UTF-8: it cannot be encoded again, and so is no fact.
-    connection.text_factory = lambda data: data.decode(errors="surrogateescape")
-    connection.execute("PRAGMA trusted_schema = OFF")
-    connection.execute("PRAGMA cell_size_check = ON")
-    # No write-ahead log: a stick that is pulled out has one file, and not two of three.
-    connection.execute("PRAGMA journal_mode = DELETE")
-    connection.execute("PRAGMA synchronous = FULL")
-    if not _schema_of(connection):
-        make_tables(connection)
-    if connection.execute("PRAGMA application_id").fetchone()[0] != APPLICATION_ID:
-        raise sqlite3.DatabaseError("no archive file")
-    # A trigger or a view of somebody else's would run when the file is read or written.
-    with closing(sqlite3.connect(":memory:", isolation_level=None)) as ours:
-        make_tables(ours)
-        if _schema_of(connection) != _schema_of(ours):
-            raise sqlite3.DatabaseError("its tables are not those of an archive file")
-    if connection.execute("PRAGMA quick_check(1)").fetchone()[0] != "ok":
-        raise sqlite3.DatabaseError("damaged")
-
-
-def _schema_of(connection: sqlite3.Connection) -> list[tuple[str, str, str]]:
-    return connection.execute("SELECT type, name, sql FROM sqlite_master ORDER BY type, name").fetchall()
-
-
-INSTALL: Final = 'pip install "dps-s-configurator[archive]"'
-MAX_URL_LENGTH: Final = 2000
 _URL: Final = re.compile(
     r"(?i)postgres(?:ql)?://(?:(?P<user>[^@/?#:]*)(?::(?P<password>[^@/?#]*))?@)?(?P<place>[^@?#]*)(?P<query>\?[^@#]*)?"
 )
-_SECRET: Final = re.compile("password|secret|scram", re.IGNORECASE)
 # A lost server is noticed within 30 s.
 _PATIENCE: Final = {
     "connect_timeout": "10",
@@ -162,6 +48,9 @@ _ADD: Final = f"""
     SELECT * FROM unnest(%b::text[], %b::text[], %b::text[], %b::text[], %b::text[], %b::text[])
     ON CONFLICT DO NOTHING
 """  # noqa: S608
+_IS_ID: Final = "length(id) = 40 AND id NOT GLOB '*[^0-9a-f]*'"
+# Bytes. A row that is larger refuses the file.
+LARGEST_ROW: Final = 64_000_000
 ROOT_FILES: Final = (
     Path("/etc/ssl/certs/ca-certificates.crt"),  # Debian, Ubuntu, Arch
     Path("/etc/pki/tls/certs/ca-bundle.crt"),  # Fedora
@@ -185,10 +74,10 @@ def is_server(address: str) -> bool:
 def server_url(text: str) -> ServerUrl:
     """Raises `UserError`, whose message contains nothing of `text`, because it may contain a password. One that stands
     anywhere but between user and host is refused."""
-    match = _URL.fullmatch(text.strip()) if len(text) <= MAX_URL_LENGTH else None
+    match = _URL.fullmatch(text.strip()) if len(text) <= 2000 else None
     query = "" if match is None else match["query"] or ""
     options = dict(parse_qsl(query.removeprefix("?").replace("+", "%2B")))  # libpq does not decode + as a space
-    if match is None or any(_SECRET.search(name) for name in options):
+    if match is None or any(re.search("(?i)password|secret|scram", name) for name in options):
         sentence = marked("Write {example}; in a password %2F %40 %3F %23 for / @ ? #.")
         raise UserError(sentence, example="postgresql://USER@HOST/DATABASE")
     user = f"{match['user']}@" if match["user"] else ""
@@ -211,7 +100,8 @@ class PostgresPlace:
         try:
             import psycopg
         except ImportError as error:
-            raise ServerTrouble(marked("psycopg is not installed: {command}"), command=INSTALL) from error
+            install = 'pip install "dps-s-configurator[archive]"'
+            raise ServerTrouble(marked("psycopg is not installed: {command}"), command=install) from error
         # For sslrootcert=system: the OpenSSL that psycopg brings looks for the trusted certificates where none are.
         roots = [str(file) for file in ROOT_FILES if file.is_file()]
         if roots:
@@ -222,10 +112,25 @@ class PostgresPlace:
         with self._troubles():
             self._connection = psycopg.connect(self.name, autocommit=True, client_encoding="UTF8", **options)
             try:
-                _prepare_server(self._connection)
+                if self._connection.info.parameter_status("server_encoding") != "UTF8":
+                    raise ServerTrouble(marked("The database of the archive has to be made with the encoding UTF8."))
+                if self._connection.execute("SELECT to_regclass('dps_s_facts')").fetchone() == (None,):
+                    self._make_table()
             except BaseException:
                 self.close()
                 raise
+
+    def _make_table(self) -> None:
+        from psycopg.errors import InsufficientPrivilege
+
+        sql = SQL_FILE.read_text(encoding="utf-8")
+        try:
+            self._connection.execute(sql.partition(";")[0])
+        except InsufficientPrivilege as error:
+            text = marked(
+                "This role may not make the table of the archive. As the server's administrator, once:\n{sql}"
+            )
+            raise ServerTrouble(text, sql=sql) from error
 
     def close(self) -> None:
         self._connection.close()
@@ -268,16 +173,103 @@ class PostgresPlace:
             raise ServerTrouble(text, server=self.name, why=clean(why, longest=300)) from None
 
 
-def _prepare_server(connection: "psycopg.Connection[Any]") -> None:
-    from psycopg.errors import InsufficientPrivilege
+# A file that somebody brings, as a place where facts are exchanged
 
-    if connection.info.parameter_status("server_encoding") != "UTF8":
-        raise ServerTrouble(marked("The database of the archive has to be made with the encoding UTF8."))
-    if connection.execute("SELECT to_regclass('dps_s_facts')").fetchone() != (None,):
-        return
-    sql = SQL_FILE.read_text(encoding="utf-8")
-    try:
-        connection.execute(sql.partition(";")[0])
-    except InsufficientPrivilege as error:
-        text = marked("This role may not make the table of the archive. As the server's administrator, once:\n{sql}")
-        raise ServerTrouble(text, sql=sql) from error
+
+def digests(connection: sqlite3.Connection, *tables: str, where: str = "TRUE") -> Buckets:
+    """Of the ids in these tables together; the same that a server makes (md5: to compare, not to protect). SQLite puts
+    the ids of each part together, as a loop over 600,000 of them takes seconds."""
+    parts = [f"SELECT DISTINCT substr(id, 1, {BUCKET}) FROM {table} WHERE {where}" for table in tables]  # noqa: S608
+    ids = " UNION ".join(f"SELECT id FROM {table} WHERE id >= ?1 AND id < ?2 AND {where}" for table in tables)  # noqa: S608
+    query = f"SELECT count(*), group_concat(id, '') FROM ({ids} ORDER BY id)"  # noqa: S608
+    found = {}
+    for (bucket,) in connection.execute(" UNION ".join(parts)).fetchall():
+        count, together = connection.execute(query, (bucket, f"{bucket}g")).fetchone()
+        found[bucket] = (count, hashlib.md5(together.encode(), usedforsecurity=False).hexdigest())
+    return found
+
+
+def lengths_in(connection: sqlite3.Connection, bucket: str) -> dict[str, int]:
+    """Bytes of the content, by id."""
+    query = f"SELECT id, length(CAST(content AS BLOB)) FROM facts WHERE id >= ? AND id < ? AND {_IS_ID}"  # noqa: S608
+    return dict(connection.execute(query, (bucket, f"{bucket}g")).fetchall())
+
+
+def rows_in(connection: sqlite3.Connection, ids: list[str]) -> list[tuple[Any, ...]]:
+    """As they stand there."""
+    places = ", ".join("?" * len(ids))
+    return connection.execute(f"SELECT {COLUMNS} FROM facts WHERE id IN ({places})", ids).fetchall()  # noqa: S608
+
+
+class FileTrouble(UserError):
+    """The file is no archive file, damaged, or cannot be written."""
+
+    code = ErrorCode.UNREADABLE
+
+
+class FilePlace:
+    """Nothing in the file is believed, not even that `facts` is a table. It is made where it is missing. Every method
+    raises `UserError`. `name`: as a person reads it."""
+
+    def __init__(self, path: Path) -> None:
+        self.name = str(path)
+        with self._troubles():
+            self._file = sqlite3.connect(path, timeout=BUSY_S, isolation_level=None, check_same_thread=False)
+            try:
+                self._prepare()
+            except BaseException:
+                self.close()
+                raise
+
+    def _prepare(self) -> None:
+        file = self._file
+        file.setlimit(sqlite3.SQLITE_LIMIT_LENGTH, LARGEST_ROW)
+        # A stranger's text may be no UTF-8: it cannot be encoded again, and so is no fact.
+        file.text_factory = lambda data: data.decode(errors="surrogateescape")
+        file.execute("PRAGMA trusted_schema = OFF")
+        file.execute("PRAGMA cell_size_check = ON")
+        # No write-ahead log: a stick that is pulled out has one file, and not two of three.
+        file.execute("PRAGMA journal_mode = DELETE")
+        file.execute("PRAGMA synchronous = FULL")
+        schema = "SELECT type, name, sql FROM sqlite_master ORDER BY type, name"
+        if not file.execute(schema).fetchall():
+            make_tables(file)
+        if file.execute("PRAGMA application_id").fetchone()[0] != APPLICATION_ID:
+            raise sqlite3.DatabaseError("no archive file")
+        # A trigger or a view of somebody else's would run when the file is read or written.
+        with closing(sqlite3.connect(":memory:", isolation_level=None)) as ours:
+            make_tables(ours)
+            if file.execute(schema).fetchall() != ours.execute(schema).fetchall():
+                raise sqlite3.DatabaseError("its tables are not those of an archive file")
+        if file.execute("PRAGMA quick_check(1)").fetchone()[0] != "ok":
+            raise sqlite3.DatabaseError("damaged")
+
+    def close(self) -> None:
+        self._file.close()
+
+    def buckets(self) -> Buckets:
+        with self._troubles():
+            return digests(self._file, "facts", where=_IS_ID)
+
+    def lengths(self, bucket: str) -> dict[str, int]:
+        with self._troubles():
+            return lengths_in(self._file, bucket)
+
+    def rows(self, ids: list[str]) -> list[tuple[Any, ...]]:
+        with self._troubles():
+            return rows_in(self._file, ids)
+
+    def add(self, rows: list[Row]) -> int:
+        """How many were new: they are durable."""
+        before = self._file.total_changes
+        with self._troubles(), self._file:  # which commits, or rolls back where it fails
+            self._file.execute("BEGIN IMMEDIATE")
+            self._file.executemany(INSERT, rows)
+        return self._file.total_changes - before
+
+    @contextmanager
+    def _troubles(self) -> Iterator[None]:
+        try:
+            yield
+        except sqlite3.Error as error:
+            raise FileTrouble(CANNOT_READ, file=self.name, why=str(error)) from error

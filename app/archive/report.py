@@ -1,34 +1,48 @@
-"""All modules of all stations today: the last check, trigger records, guided tests, and what is due.
+"""All modules of all stations today: the last check, trigger records, guided tests, and what is due; and the history of
+one as sentences.
 
 For people: it warns and shows. No verdict and no condition of an act rests on it, as others may have written anything.
 """
 
+from collections.abc import Mapping
+from contextlib import suppress
 from datetime import datetime, timedelta
-from enum import StrEnum
 from itertools import pairwise
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
-from msgspec import Struct, field
+from msgspec import Struct, to_builtins
 
 from app.archive.archive import Archive
-from app.guided.guided_store import last_tests
-from app.guided.results import TITLES, VERDICT_WORDS, GuidedVerdict, StoredTest
-from app.modules.service import COUNTS_ANEW, service_due
-from app.records.filing import CheckLine, check_line
+from app.guided import results as guided
+from app.guided.guided_store import last_tests, told_test
+from app.modules.service import COUNTS_ANEW, service_due, service_summary
+from app.records.filing import CheckLine, check_line, noted
+from app.safety.journal import TITLES, Act, Outcome
+from app.settings.values import field_of, fitting, kept_value_message, setting_message
 from app.store.acts import all_fired
-from app.store.fact_store import Facts
+from app.store.fact_store import Facts, Kept
 from app.store.rows import (
     KIND_OF,
+    ActEnded,
+    ActIntended,
+    GuidedTestDone,
+    MayHaveFired,
+    ModuleNamed,
+    ModuleProvisioned,
     ModuleVisited,
     PreflightCheck,
+    Row,
     Serviced,
+    SettingsSeen,
     TriggerRecordJudged,
     TriggerRecordSeen,
     time_text,
 )
 from app.system.clock import age_days
-from app.text.messages import UserMessage, join_sentences, message
-from protocol.catalogue import BOOTS
+from app.text.messages import UserError, UserMessage, clean, join_sentences, joined, message
+from app.trigger_records.history import JUDGEMENT_WORDS, Judgement, record_of, sentence
+from protocol.catalogue import BOOTS, READABLE_SETTINGS
+from protocol.fields import Value
 from protocol.translatable import marked
 
 CHECK_DAYS = 30
@@ -36,28 +50,16 @@ CHECK_DAYS = 30
 CLOCKS = timedelta(minutes=15)
 # A contradiction that is older is history: nobody can answer for it any more.
 DOUBT_DAYS = 180
-
-
-class DueKind(StrEnum):
-    """What a module may need. The value is the word in JSON."""
-
-    NO_CHECK = "no_check"
-    NO_GO = "no_go"
-    OLD_CHECK = "old_check"
-    TRIGGER_RECORDS = "trigger_records"
-    TEST = "test"
-    SERVICE = "service"
-    TWO_MODULES = "two_modules"
-
-
-class Due(NamedTuple):
-    kind: DueKind
-    text: UserMessage
+_OUTCOMES: Mapping[str, str] = {
+    Outcome.CONFIRMED.value: marked("confirmed"),
+    Outcome.REFUSED.value: marked("refused"),
+    Outcome.UNKNOWN.value: marked("may have been carried out"),
+    Outcome.NOT_SENT.value: marked("not sent"),
+}
 
 
 class ModuleToday(Struct, kw_only=True):
-    """`checks`: how many. `unjudged`: trigger records without a judgement. `two_modules`: contradictions, as if two
-    modules had this name."""
+    """`checks`: how many. `unjudged`: trigger records without a judgement."""
 
     name: str
     last_at: str
@@ -65,14 +67,12 @@ class ModuleToday(Struct, kw_only=True):
     last_check: CheckLine | None
     trigger_records: int
     unjudged: int
-    tests: list[StoredTest]
-    two_modules: list[UserMessage]
-    due: list[Due] = field(default_factory=list)
+    due: list[UserMessage]
 
     @property
     def due_words(self) -> str:
         """In the language in use."""
-        return join_sentences(due.text.translated() for due in self.due)
+        return join_sentences(due.translated() for due in self.due)
 
 
 def report(archive: Archive, now: datetime) -> list[ModuleToday]:
@@ -90,61 +90,54 @@ def report(archive: Archive, now: datetime) -> list[ModuleToday]:
 
 
 def _today(facts: Facts, name: str, last_at: str, now: datetime) -> ModuleToday:
-    # None of the checks but the last is read: they are large.
+    # None of the checks but the last is read: they are large. A simulated one counts only if there is no other.
     query = "SELECT count(*) FROM facts WHERE kind = ? AND module = ?"
-    checks = facts.connection.execute(query, (KIND_OF[PreflightCheck], name)).fetchone()[0]
+    count = facts.connection.execute(query, (KIND_OF[PreflightCheck], name)).fetchone()[0]
+    checks = facts.back_from_newest(PreflightCheck, name)
+    last = next((check for check in checks if not check.content.is_simulated), None)
+    last = last or facts.newest(PreflightCheck, name)
+    check = None if last is None else check_line(last, all_fired(facts, name))
     # What two stations read of one module is the same record. The last word about it counts, whose it ever is.
     seen = {kept.content.raw for kept in facts.of_module(TriggerRecordSeen, name)}
-    judgements = facts.of_module(TriggerRecordJudged, name)
-    last_word = {kept.content.raw: kept.content.judgement for kept in judgements}
-    tests = last_tests(facts, name, counts_simulated=False)
-    state = ModuleToday(
+    last_word = {kept.content.raw: kept.content.judgement for kept in facts.of_module(TriggerRecordJudged, name)}
+    unjudged = sum(last_word.get(raw) is None for raw in seen)
+    due = []
+    age = None if check is None else age_days(check.at, now)
+    if check is None or check.is_simulated:
+        due.append(message(marked("No pre-flight check yet.")))
+    elif check.is_fired_since:
+        due.append(message(marked("Since the last check it fired, or was told to.")))
+    elif not check.holds:
+        due.append(message(marked("The last check is not GO.")))
+    elif age is None or age > CHECK_DAYS:
+        due.append(message(marked("No check within the last {days} days."), days=CHECK_DAYS))
+    if unjudged:
+        due.append(message(marked("Unjudged trigger records: {count}."), count=unjudged))
+    tests = sorted(last_tests(facts, name, counts_simulated=False).values(), key=lambda test: test.kind.value)
+    due += [_guided_test(test) for test in tests if test.verdict is not guided.GuidedVerdict.PASSED]
+    due += [service.text for service in service_due(facts, name, now.astimezone())]
+    due += two_modules(facts, name, now)[-1:]
+    return ModuleToday(
         name=name,
         last_at=last_at,
-        checks=checks,
-        last_check=_last_check(facts, name),
+        checks=count,
+        last_check=check,
         trigger_records=len(seen),
-        unjudged=sum(last_word.get(raw) is None for raw in seen),
-        tests=sorted(tests.values(), key=lambda test: test.kind.value),
-        two_modules=_two_modules(facts, name, now),
+        unjudged=unjudged,
+        due=due,
     )
-    state.due += _check_due(state.last_check, now)
-    if state.unjudged:
-        text = marked("Unjudged trigger records: {count}.")
-        state.due.append(Due(DueKind.TRIGGER_RECORDS, message(text, count=state.unjudged)))
-    for test in state.tests:
-        if test.verdict is not GuidedVerdict.PASSED:
-            text, word = marked("Guided test {test}: {verdict}."), message(VERDICT_WORDS[test.verdict])
-            state.due.append(Due(DueKind.TEST, message(text, test=message(TITLES[test.kind]), verdict=word)))
-    state.due += [Due(DueKind.SERVICE, due.text) for due in service_due(facts, name, now.astimezone())]
-    state.due += [Due(DueKind.TWO_MODULES, text) for text in state.two_modules[-1:]]
-    return state
 
 
-def _last_check(facts: Facts, name: str) -> CheckLine | None:
-    """A simulated one only if there is no other."""
-    checks = facts.back_from_newest(PreflightCheck, name)
-    real = next((check for check in checks if not check.content.is_simulated), None)
-    last = real or facts.newest(PreflightCheck, name)
-    return None if last is None else check_line(last).after(all_fired(facts, name))
+def _guided_test(test: guided.StoredTest) -> UserMessage:
+    word = message(guided.VERDICT_WORDS[test.verdict])
+    if test.is_simulated:
+        word = noted(word, marked("simulated"))
+    return message(marked("Guided test {test}: {verdict}."), test=message(guided.TITLES[test.kind]), verdict=word)
 
 
-def _check_due(check: CheckLine | None, now: datetime) -> list[Due]:
-    if check is None or check.is_simulated:
-        return [Due(DueKind.NO_CHECK, message(marked("No pre-flight check yet.")))]
-    if check.is_fired_since:
-        return [Due(DueKind.NO_GO, message(marked("Since the last check it fired, or was told to.")))]
-    if not check.holds:
-        return [Due(DueKind.NO_GO, message(marked("The last check is not GO.")))]
-    age = age_days(check.at, now)
-    if age is None or age > CHECK_DAYS:
-        return [Due(DueKind.OLD_CHECK, message(marked("No check within the last {days} days."), days=CHECK_DAYS))]
-    return []
-
-
-def _two_modules(facts: Facts, name: str, now: datetime) -> list[UserMessage]:
-    """Where the boot count went back within half a year. The time of two stations may differ by minutes, so what they
-    read so close together contradicts nothing. An exchange of parts that a person entered later has explained it."""
+def two_modules(facts: Facts, name: str, now: datetime) -> list[UserMessage]:
+    """Contradictions, as if two modules had this name: where the boot count went back within half a year."""
+    # An exchange of parts that a person entered later has explained it.
     parts = [kept.content.on for kept in facts.of_module(Serviced, name) if kept.content.service in COUNTS_ANEW]
     explained = max(parts).isoformat() if parts else ""
     since = time_text(now - timedelta(days=DOUBT_DAYS))
@@ -154,14 +147,145 @@ def _two_modules(facts: Facts, name: str, now: datetime) -> list[UserMessage]:
             break
         if visit.content.boot_count is not None:
             visits.append((visit.at, visit.row.station, visit.content.boot_count))
-    visits.reverse()
     found = []
-    for (at_before, station_before, before), (at, station, count) in pairwise(visits):
+    for (at, station, count), (at_before, station_before, before) in pairwise(visits):
         has_gone_back = (count - before) % BOOTS >= BOOTS // 2
-        if not has_gone_back or at[:10] <= explained:
-            continue
+        # The time of two stations may differ by minutes: what they read so close together contradicts nothing.
         apart = datetime.fromisoformat(at) - datetime.fromisoformat(at_before)
-        if station == station_before or apart > CLOCKS:
+        if has_gone_back and at[:10] > explained and (station == station_before or apart > CLOCKS):
             text = marked("Two modules? Boot count {before} on {then}, {now} on {day}.")
             found.append(message(text, before=before, then=at_before[:10], now=count, day=at[:10]))
-    return found
+    return found[::-1]
+
+
+# The history of one module
+
+
+class HistoryEvent(NamedTuple):
+    """One fact about a module as a sentence. `content`: as it is kept, of an act with its outcome and of a check
+    without the signed document. `settings`: as they were known then, of a fact that tells of settings."""
+
+    row: Row
+    text: UserMessage
+    content: dict[str, Any]
+    settings: Mapping[str, Value] = {}
+
+
+def module_history(archive: Archive, name: str) -> list[HistoryEvent]:
+    """The oldest first; empty where no station knows a module of this name. Raises `UserError`."""
+    return archive.read(lambda facts: _history(facts, name))
+
+
+def _history(facts: Facts, name: str) -> list[HistoryEvent]:
+    kept: list[Kept[Any]] = [one for type_ in KIND_OF for one in facts.of_module(type_, name)]
+    fired = all_fired(facts, name)
+    outcomes = {one.content.of: one.content.outcome for one in facts.of_module(ActEnded, name)}
+    # As far as the facts tell it, from the oldest on.
+    settings: dict[str, Value] = {}
+    boot_count: int | None = None
+    events = []
+    for one in sorted(kept, key=lambda one: one.at):
+        content, plain = one.content, to_builtins(one.content)
+        text: UserMessage | None = None
+        match content:
+            case ModuleVisited():
+                boot_count = content.boot_count
+            case SettingsSeen():
+                has_restarted = boot_count is not None and (boot_count + 1) % BOOTS == content.boot_count
+                boot_count = content.boot_count
+                if content.settings:
+                    text = _settings_seen(settings, content.settings, has_restarted=has_restarted)
+                    settings = dict(content.settings)
+            case ActIntended():
+                plain["outcome"] = outcomes.get(one.row.id, Outcome.UNKNOWN.value)
+                what = _act(content, plain["outcome"], settings)
+                done = message(_OUTCOMES[plain["outcome"]])
+                text = _with_note(message(marked("{value}: {why}."), value=what, why=done), content.note)
+            case PreflightCheck():
+                del plain["document"]
+                line = check_line(one, fired)
+                who = UserMessage(line.who) if line.who else message(marked("not named"))
+                text = message(marked("Pre-flight check: {verdict}, checked by: {who}."), verdict=line.words, who=who)
+            case GuidedTestDone():
+                test = told_test(one)
+                # One of a newer version is told by its word.
+                text = UserMessage(clean(content.test)) if test is None else _guided_test(test)
+            case ModuleNamed():
+                text = message(marked("Named, or met at another adapter."))
+            case TriggerRecordSeen():
+                what = UserMessage(content.raw)
+                with suppress(ValueError):  # of another station it may be anything
+                    what = sentence(record_of(bytes.fromhex(content.raw)))
+                text = message(marked("Trigger record: {what}"), what=what)
+            case TriggerRecordJudged(judgement=None):
+                text = message(marked("Judgement taken back."))
+            case TriggerRecordJudged():
+                word = message(JUDGEMENT_WORDS[Judgement(content.judgement)])
+                text = _with_note(message(marked("Judged: {judgement}."), judgement=word), content.note)
+            case MayHaveFired():
+                text = message(marked("It reported TRIGGERED, or was told to fire before it had this name."))
+            case Serviced():
+                text = service_summary(content)
+            case ModuleProvisioned():
+                text = message(marked("Made in the batch {batch}."), batch=clean(content.batch))
+        if text is not None:
+            tells = isinstance(content, SettingsSeen | ActIntended | PreflightCheck)
+            events.append(HistoryEvent(one.row, text, plain, dict(settings) if tells else {}))
+    return events
+
+
+def _with_note(text: UserMessage, note: str) -> UserMessage:
+    return joined((text, UserMessage(f"“{clean(note)}”")), " ") if note else text
+
+
+def _settings_seen(before: Mapping[str, Value], now: Mapping[str, Value], *, has_restarted: bool) -> UserMessage:
+    """What a reading tells beside the one before: whether settings outlived a restart; else all of them."""
+    # The flags of the triggers are never read: what is known of them was written, in one conversation.
+    readable = {command.key: before[command.key] for command in READABLE_SETTINGS if command.key in before}
+    changes = settings_changed(readable, now)
+    if before and has_restarted:
+        what = joined(changes) if changes else message(marked("settings kept"))
+        return message(marked("Over the restart: {what}."), what=what)
+    if changes:
+        return message(marked("Read since: {what}."), what=joined(changes))
+    every = joined([setting_message(key, value) for key, value in sorted(now.items())])
+    return message(marked("{value}: {why}."), value=message(marked("Settings")), why=every)
+
+
+def _act(intent: ActIntended, outcome: str, settings: dict[str, Value]) -> UserMessage:
+    """What was done; of a write each value with the one before. `settings`: as they are known, kept up to date."""
+    act = next((act for act in Act if act.value == intent.act), None)
+    if act is None:
+        return UserMessage(clean(intent.act))  # of a newer version
+    if act is Act.CHANGE_BAUD:
+        return UserMessage(f"{message(TITLES[act]).in_english()} {intent.detail.get('new')}")
+    if act is not Act.WRITE:
+        return message(TITLES[act])
+    told = []
+    for key, value in sorted(intent.detail.items()):
+        before = {key: settings.pop(key)} if key in settings else {}
+        told += settings_changed(before, {key: value}) or [setting_message(key, value)]
+        if outcome == Outcome.CONFIRMED.value:
+            settings[key] = value  # type: ignore[assignment]
+        elif outcome != Outcome.UNKNOWN.value:
+            settings |= before
+    return joined(told)
+
+
+def settings_changed(before: Mapping[str, Any], after: Mapping[str, Any]) -> list[UserMessage]:
+    """The settings that are in both with another value: "Attitude threshold 60° → 65°"."""
+    told = []
+    for key, value in sorted(after.items()):
+        if key in before and before[key] != value:
+            new = kept_value_message(key, value)
+            told.append(message("{before} → {after}", before=setting_message(key, before[key]), after=new))
+    return told
+
+
+def as_edits(settings: Mapping[str, Any]) -> dict[str, Value]:
+    """Those that can be written again. Another station may have kept any number."""
+    edits = {}
+    for command in READABLE_SETTINGS:
+        with suppress(KeyError, UserError):
+            edits[command.key] = fitting(field_of(command), settings[command.key])
+    return edits

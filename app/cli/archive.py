@@ -11,14 +11,12 @@ from typing import Any
 import msgspec
 from msgspec import field
 
-from app.archive.archive import Archive
-from app.archive.module_history import module_history
+from app.archive.archive import Archive, sync
 from app.archive.places import is_server, server_url
-from app.archive.report import ModuleToday, report
-from app.archive.sync import sync
+from app.archive.report import ModuleToday, module_history, report
 from app.modules.service import ServiceKind, service_summary, serviced
 from app.records.filing import local_now
-from app.store.station import fingerprint_of
+from app.store.station import shown_key
 from app.system.clock import MINUTE, local_time
 from app.terminal import console
 from app.terminal.records import opened_store
@@ -154,17 +152,17 @@ def run(args: argparse.Namespace) -> int:
 
 
 def run_status(args: argparse.Namespace, archive: Archive) -> int:
-    place, status = archive.server, archive.status()
+    place, status = archive.store.state("server"), archive.status()
     exchanged = archive.exchanged(place or "")
     answer = ArchiveStatusJson(
-        station=_shown(archive.store.station),
+        station=shown_key(archive.store.station),
         facts=status.facts,
         own=status.own,
-        stations=[ArchiveStationJson(_shown(key), named) for key, named in sorted(status.stations.items())],
+        stations=[ArchiveStationJson(shown_key(key), named) for key, named in sorted(status.stations.items())],
         server=place,
         not_shared=exchanged.not_shared,
         last_sync_at=exchanged.last_at,
-        stations_ahead=list(map(_shown, status.ahead)),
+        stations_ahead=list(map(shown_key, status.ahead)),
     )
     rows = [
         (tr("Records"), f"{status.facts}"),
@@ -186,7 +184,7 @@ def run_status(args: argparse.Namespace, archive: Archive) -> int:
 
 def run_sync(args: argparse.Namespace, archive: Archive) -> int:
     """Both directions."""
-    address = args.place or archive.server
+    address = args.place or archive.store.state("server")
     if address is None:
         raise console.Refused(tr("No server is set: give {example}.", example=SERVER))
     done = sync(archive, address)
@@ -226,7 +224,7 @@ def run_module(args: argparse.Namespace, archive: Archive) -> int:
     lines = [(tr("Time"), tr("Station"), "")]
     answer = ModuleHistoryJson(args.module, [])
     for event in events:
-        row, station = event.row, _shown(event.row.station)
+        row, station = event.row, shown_key(event.row.station)
         told = event.text.in_english()
         answer.events.append(ArchiveEventJson(row.made_at, station, row.kind, row.id, told, event.content))
         lines.append((local_time(row.made_at), station[:9], event.text.translated()))
@@ -250,14 +248,10 @@ def _unknown(module: str) -> console.Refused:
     return console.Refused(labelled(module, tr("none")), ErrorCode.REFUSED)
 
 
-def _shown(key: str) -> str:
-    return fingerprint_of(bytes.fromhex(key))
-
-
 def _module_json(state: ModuleToday) -> ArchiveModuleJson:
     check = state.last_check
     last_check = None if check is None else ArchiveCheckJson.of(check, void=check.is_void or check.is_fired_since)
-    due = [due.text.in_english() for due in state.due]
+    due = [due.in_english() for due in state.due]
     return ArchiveModuleJson.of(state, last_at=state.last_at or None, last_check=last_check, due=due)
 
 

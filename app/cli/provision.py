@@ -30,8 +30,7 @@ from app.modules.labels import PAPERS
 from app.preflight.checks import Person
 from app.preflight.evidence import Evidence
 from app.procedures.write import WriteContext
-from app.store.fact_store import Store
-from app.store.opening import StoreTrouble
+from app.store.fact_store import Store, StoreTrouble
 from app.terminal import console
 from app.terminal.connection import LOST, OpenPort, connected, loss_sentence
 from app.terminal.records import opened_store, records_on

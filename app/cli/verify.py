@@ -11,7 +11,8 @@ from typing import Any, Literal
 import msgspec
 
 from app.archive.archive import known_names
-from app.records.verification import RecordState, shown_key, verify_file
+from app.records.verification import RecordState, verify_file
+from app.store.station import shown_key
 from app.terminal import console
 from app.terminal.records import existing_store, say_notice
 from app.terminal.results import Result, Time

@@ -27,7 +27,7 @@ from app.preflight.run import run_preflight
 from app.preflight.verdict import Verdict
 from app.procedures.write import SettingChange, WriteContext, WriteReport, why_not_verified, write_all
 from app.records.filing import judge_check, keep_check, local_now
-from app.records.report import carries, check_target
+from app.records.report import check_target
 from app.settings.profiles import SETTINGS_BY_KEY, Profile, read_profile
 from app.settings.values import fingerprint
 from app.store.fact_store import Facts, Store
@@ -152,7 +152,7 @@ class BatchRun:
         if not self._are_all_new:
             return modules(facts), BOOTS // 2
         # The last one, also of a former run, may still be plugged in.
-        turns = facts.back_from_newest(ModuleProvisioned)
+        turns = reversed(facts.of_kind(ModuleProvisioned))
         last = self._last or next((turn.content.name for turn in turns if turn.content.why is None), "")
         known = remembered(facts, last)
         return () if known is None else (known,), REPLUGGED_STARTS if self._last else 0
@@ -269,7 +269,7 @@ def await_gone() -> Procedure[None]:
 
 def check_labels_target(path: Path) -> None:
     """Raise `UserError` if the labels cannot be written there."""
-    check_target(path, partial(carries, FORMAT))
+    check_target(path, FORMAT)
 
 
 def write_batch_labels(path: Path, rows: Sequence[BatchRow], paper: Paper, printer: Printer) -> None:

@@ -58,7 +58,7 @@ def remember(
 ) -> None:
     """Keep what was read of the module that a person named so; a new name is made. What is not given stays. Within
     `Store.write`."""
-    known = _state(facts, name)
+    known = facts.state(_MODULE + name) or {}
     adapter = clean(adapter) or known.get("adapter", "")
     if not known or adapter != known["adapter"]:
         facts.add(ModuleNamed(adapter=adapter), name)
@@ -72,15 +72,12 @@ def remember(
 
 def remembered(facts: Facts, name: str) -> Remembered | None:
     """None if no module has this name."""
-    state = _state(facts, name)
-    if not state:
+    state = facts.state(_MODULE + name)
+    if state is None:
         return None
     read_at = state.get("read_at", "")
-    services = facts.of_module(Serviced, name)
-    may_count_anew = read_at < time_text(facts.now() - COUNTS_FOR)
-    for service in services:
-        if service.content.service in COUNTS_ANEW and service.at > read_at:
-            may_count_anew = True
+    changed = [one.at for one in facts.of_module(Serviced, name) if one.content.service in COUNTS_ANEW]
+    may_count_anew = read_at < max([time_text(facts.now() - COUNTS_FOR), *changed])
     return _remembered(name, state)._replace(may_count_anew=may_count_anew)
 
 
@@ -90,18 +87,9 @@ def modules(facts: Facts) -> tuple[Remembered, ...]:
     return tuple(sorted(known, key=lambda module: module.at, reverse=True))
 
 
-def _state(facts: Facts, name: str) -> dict[str, Any]:
-    return facts.state(_MODULE + name) or {}
-
-
 def _remembered(name: str, state: Mapping[str, Any]) -> Remembered:
-    return Remembered(
-        name=name,
-        at=state["seen_at"],
-        adapter=state["adapter"],
-        boot_count=state.get("boot_count"),
-        settings=state.get("settings", {}),
-    )
+    settings = state.get("settings", {})
+    return Remembered(name, state["seen_at"], state["adapter"], state.get("boot_count"), settings)
 
 
 # What a person reads beside the question

@@ -53,9 +53,6 @@ def service_summary(service: Serviced) -> UserMessage:
     return joined([done, UserMessage(clean(service.note))], " ") if service.note else done
 
 
-# What is due
-
-
 class DueService(NamedTuple):
     """What is due within 30 days, or overdue."""
 
@@ -70,9 +67,8 @@ def service_due(
 ) -> list[DueService]:
     """What a person has to do to the module of this name; `simulated`: to a simulated one. `more`: what fired and is
     not under its name yet. Only what this station knows: a verdict rests on it."""
-    services = facts.of_module(Serviced, name)
     fired = [one.at for one in (*all_fired(facts, name), *more) if one.is_simulated is simulated]
-    return all_due(max(fired, default=None), services, at.date())
+    return all_due(max(fired, default=None), facts.of_module(Serviced, name), at.date())
 
 
 def all_due(fired_at: str | None, services: Iterable[Kept[Serviced]], today: date) -> list[DueService]:
@@ -83,10 +79,14 @@ def all_due(fired_at: str | None, services: Iterable[Kept[Serviced]], today: dat
     due = [] if repack is None else [repack]
     for kind in ServiceKind:
         done = [one.content for one in known if one.content.service == kind.value and one.content.on <= today]
-        done.sort(key=lambda service: service.on)
-        last = done[-1] if done else None
-        if last is not None and last.due is not None and (last.due - today).days <= SOON_DAYS:
-            due.append(_due(kind, last.due, (last.due - today).days))
+        again = max(reversed(done), key=lambda service: service.on).due if done else None
+        if again is None or (days := (again - today).days) > SOON_DAYS:
+            continue
+        text = marked("{what} due on {date}, days left: {days}.")
+        if days < 0:
+            text = marked("{what} overdue since {date}.")
+        told = message(text, what=message(TITLES[kind]), date=again.isoformat(), days=days)
+        due.append(DueService(told, is_overdue=days < 0))
     return due
 
 
@@ -102,8 +102,3 @@ def repack_due(fired_at: str | None, services: Iterable[Kept[Serviced]] = ()) ->
             return None
     text = marked("It fired, or was told to, on {date}; no repack was entered since.")
     return DueService(message(text, date=fired_on.isoformat()), is_overdue=True, is_after_firing=True)
-
-
-def _due(kind: ServiceKind, on: date, days: int) -> DueService:
-    text = marked("{what} overdue since {date}.") if days < 0 else marked("{what} due on {date}, days left: {days}.")
-    return DueService(message(text, what=message(TITLES[kind]), date=on.isoformat(), days=days), days < 0)

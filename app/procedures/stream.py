@@ -99,14 +99,15 @@ class _Stream:
 
     def steer(self, view: EngineView) -> Procedure[None]:
         memory, conversation = self.memory, view.conversation
-        if self.on_at is None and self.intent is None and memory.was_left_on:
+        left_on = memory.left_on
+        if self.on_at is None and self.intent is None and left_on is not None:
             # By its boot count it is the module of which the stream was left on, or else it was not switched on here.
-            if memory.boot_count not in (None, conversation.boot_count):
+            if left_on["boot_count"] not in (None, conversation.boot_count):
                 memory.clear()
             elif conversation.is_streaming:
                 _log.debug("the stream was left on")
                 self.on_at = view.now
-                memory.take_over()
+                memory.is_taken_over = True
             elif view.now - conversation.began_at >= LISTEN_S:
                 memory.clear()
         if not self.switch.is_on:

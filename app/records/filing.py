@@ -1,4 +1,5 @@
-"""Pre-flight checks in the store: judged against the module's history, signed, kept, and listed without opening one.
+"""Turns evidence into a filed record: judged against the module's history, signed, kept; and the checks that are kept,
+listed without opening one.
 
 Used by the window and the command line. Where the store fails, the verdict and the record are still made.
 """
@@ -23,9 +24,8 @@ from app.preflight.evidence import Evidence
 from app.preflight.verdict import Assessment, Verdict, assess, verdict_named
 from app.records.record import Record, SignedRecord, make_record, sign
 from app.settings.profiles import Profile
-from app.store.acts import Fired, all_fired, claim_fired, has_fired_since, unnamed_fired
-from app.store.fact_store import Facts, Kept, Store
-from app.store.opening import StoreFault, StoreTrouble
+from app.store.acts import Fired, all_fired, claim_fired, unnamed_fired
+from app.store.fact_store import Facts, Kept, Store, StoreFault, StoreTrouble
 from app.store.rows import PreflightCheck
 from app.store.station import own_station
 from app.system.clock import age_days
@@ -34,6 +34,8 @@ from app.text.messages import UserError, UserMessage, clean, message
 from app.trigger_records.history import KeptTriggers
 from protocol.translatable import marked
 
+_log = logging.getLogger(__name__)
+
 # Number of checks that are looked through for an aircraft.
 RECENT = 100
 LISTED = 200
@@ -41,145 +43,6 @@ LISTED = 200
 CHARGED_V = 0.1
 STEADY_V = 0.04
 WEEK = timedelta(days=7)
-
-
-def noted(word: UserMessage, note: str) -> UserMessage:
-    """A word with what limits it: English, marked."""
-    return message(marked("{tip} ({key})"), tip=word, key=message(note))
-
-
-class CheckLine(NamedTuple):
-    """One check as it is listed. `id`: of its fact, for `document_of`; `at`: ISO 8601 in UTC; `code`: of the settings;
-    `station`: the key of who made it; `is_fired_since`: a deploy left or a TRIGGERED was seen after it, so that what it
-    said of the module is no longer so."""
-
-    id: str
-    at: str
-    module: str | None
-    verdict: str
-    is_void: bool
-    is_simulated: bool
-    who: str
-    aircraft: str
-    code: str | None
-    cell_voltage_v: float | None
-    station: str
-    is_fired_since: bool = False
-
-    def after(self, fired: Iterable[Fired]) -> "CheckLine":
-        """What is left of it after its module may have fired."""
-        return self._replace(is_fired_since=has_fired_since(self.at, fired, simulated=self.is_simulated))
-
-    @property
-    def words(self) -> UserMessage:
-        """Its verdict and what limits it."""
-        word = message(verdict_named(self.verdict).value)
-        if self.is_simulated:
-            return noted(word, marked("simulated"))
-        if self.is_fired_since:
-            return noted(word, marked("void: fired since"))
-        return noted(word, marked("void")) if self.is_void else word
-
-    @property
-    def has_passed(self) -> bool:
-        """When it was made; its settings stay approved."""
-        return not self.is_void and self.verdict in (Verdict.GO.value, Verdict.READY.value)
-
-    @property
-    def holds(self) -> bool:
-        return self.has_passed and not self.is_fired_since
-
-
-def keep_record(facts: Facts, signed: SignedRecord) -> None:
-    """Keeps a record: the signed document, and beside it what lists show. Within `Store.write`."""
-    record = signed.record
-    check = PreflightCheck(
-        verdict=record.verdict.value,  # type: ignore[arg-type]
-        is_void=record.void is not None,
-        is_simulated=record.is_simulated,
-        who=record.who,
-        aircraft=record.aircraft,
-        adapter=record.adapter,
-        code=record.settings_code,
-        cell_voltage_v=cell_voltage_in(record),
-        document=signed.text,
-    )
-    facts.add(check, record.module, at=record.at)
-
-
-def cell_voltage_in(record: Record) -> float | None:
-    """As it was measured, in volts."""
-    measured = [check.measured for check in record.checks if check.id == "cell_voltage"]
-    is_number = bool(measured) and isinstance(measured[0], int | float) and not isinstance(measured[0], bool)
-    return float(measured[0]) if is_number else None  # type: ignore[arg-type]
-
-
-def document_of(facts: Facts, id_: str) -> str:
-    """Of one check that is listed."""
-    check = facts.by_id(PreflightCheck, id_)
-    return "" if check is None else check.content.document
-
-
-def checks_in(facts: Facts, module: str | None = None) -> tuple[CheckLine, ...]:
-    """Newest first, of one module (None: modules without a name). Takes up to a millisecond for each: not for the
-    window's thread."""
-    lines = [check_line(check) for check in islice(facts.back_from_newest(PreflightCheck, module), LISTED)]
-    fired = () if module is None else all_fired(facts, module)
-    return tuple(line.after(fired) for line in lines)
-
-
-def aircraft_of(facts: Facts, module: str) -> str:
-    """In the last check of this module that names one; else empty."""
-    checks = islice(facts.back_from_newest(PreflightCheck, module), RECENT)
-    return next((check.content.aircraft for check in checks if check.content.aircraft), "")
-
-
-def check_line(check: Kept[PreflightCheck]) -> CheckLine:
-    content = check.content
-    return CheckLine(
-        id=check.row.id,
-        at=check.at,
-        module=check.row.module,
-        verdict=content.verdict,
-        is_void=content.is_void,
-        is_simulated=content.is_simulated,
-        who=clean(content.who),
-        aircraft=clean(content.aircraft),
-        code=content.code,
-        cell_voltage_v=content.cell_voltage_v,
-        station=check.row.station,
-    )
-
-
-def voltages_of(checks: Sequence[CheckLine]) -> list[tuple[datetime, float]]:
-    """The cell's voltage at each check that measured it, from the oldest on."""
-    return [
-        (datetime.fromisoformat(check.at), check.cell_voltage_v)
-        for check in reversed(measuring(checks))
-        if check.cell_voltage_v is not None
-    ]
-
-
-def weeks_since_charge(measured: Sequence[tuple[datetime, float]]) -> int | None:
-    """How many weeks before the last check the cell was charged last; None where the checks do not tell: they are so
-    far apart that a charge is not seen or its week is not known, a rise is too small to be sure, or it was less than a
-    week."""
-    for (before_at, before_v), (at, volts) in reversed(list(pairwise(measured))):
-        if volts - before_v >= CHARGED_V:
-            weeks = round((measured[-1][0] - at) / WEEK)
-            return weeks if weeks and at - before_at <= WEEK else None
-        if volts - before_v > STEADY_V or at - before_at > 2 * WEEK:
-            return None
-    return None
-
-
-def measuring(checks: Sequence[CheckLine]) -> list[CheckLine]:
-    """Those whose measured values are the module's: of a simulated one only where there is no other."""
-    sound = [check for check in checks if not check.is_void]
-    return [check for check in sound if not check.is_simulated] or sound
-
-
-_log = logging.getLogger(__name__)
 
 
 class Filed(NamedTuple):
@@ -216,13 +79,13 @@ def file_check(
     instead. Waits for the store."""
     at = local_now()
     adapter = adapter or evidence.port
-    name = _name_of(person)
+    person = replace(person, module=_name_of(person))
     trouble: UserError | None = None
     if past is None:
-        past = Past(module=name)
+        past = Past(module=person.module)
         if store is not None:
             try:
-                past = store.read(lambda facts: _past(facts, name, evidence, adapter, at))
+                past = store.read(lambda facts: _past(facts, person.module, evidence, adapter, at))
             except StoreTrouble as error:
                 trouble = error
     folder = data_folder() if store is None else store.folder
@@ -252,43 +115,15 @@ def judge_check(
         return Filed(assessment, record, None, error)
 
 
-def keep_check(facts: Facts, filed: Filed) -> None:
-    """Within `Store.write`."""
-    signed = filed.exported
-    assessment = filed.assessment
-    evidence = assessment.case.evidence
-    history = evidence.history
-    boots = evidence.values.get("boot_count")
-    name = assessment.case.person.module
-    triggers = KeptTriggers(facts)
-    # The records may be another module's: they must not become part of this one's history.
-    is_one_module = assessment.result("connection") is CheckResult.PASS
-    is_one_module &= assessment.result("boot_count") is not CheckResult.FAIL
-    if name is not None:
-        remember(facts, name)
-        is_one_module &= not triggers.is_kept_apart(name, evidence.port)
-    keep_record(facts, signed)
-    if name is None or not is_one_module:
-        return
-    claim_fired(facts, name, port=evidence.port, adapter=signed.record.adapter)
-    if history is None:
-        return
-    boot_count = None if boots is None else int(boots)
-    slots = [record.raw for record in history.records]
-    triggers.store_visit(name, slots, port=evidence.port, boot_count=boot_count, is_confirmed=history.is_confirmed)
-    remember(facts, name, boot_count=boot_count, settings=evidence.settings(FINGERPRINT_KEYS))
-    _keep_word(triggers, name, assessment.case)
-
-
 def _name_of(person: Person) -> str | None:
     return clean(person.module.strip()) if person.module is not None and person.module.strip() else None
 
 
 def _past(facts: Facts, name: str | None, evidence: Evidence, adapter: str, at: datetime) -> Past:
     """Checks and guided tests of a simulated module never count for a real one."""
-    fired = unnamed_fired(facts, port=evidence.port, adapter=adapter)
+    fired = unnamed_fired(facts, port=evidence.port, adapter=adapter).values()
     if name is None:  # one without a name that fired at this port may be this one
-        due = repack_due(max((one.at for one in fired), default=None), ())
+        due = repack_due(max((one.at for one in fired), default=None))
         return Past(due=() if due is None else (due,))
     history = evidence.history
     slots = None if history is None else [record.raw for record in history.records]
@@ -298,11 +133,10 @@ def _past(facts: Facts, name: str | None, evidence: Evidence, adapter: str, at: 
     triggers = KeptTriggers(facts)
     counted = [check for check in checks_in(facts, name) if counts_simulated or not check.is_simulated]
     passed = next((check for check in counted if check.has_passed), None)
-    judged = [record.raw for record in triggers.records(name) if record.judgement is not None]
     return Past(
         module=name,
         remembered=remembered(facts, name),
-        reviewed=Counter(judged),
+        reviewed=Counter(record.raw for record in triggers.records(name) if record.judgement is not None),
         has_check=passed is not None,
         do_records_follow=slots is None or triggers.do_follow(name, slots, is_confirmed=is_confirmed),
         last_answer=triggers.last_answer(name),
@@ -313,13 +147,151 @@ def _past(facts: Facts, name: str | None, evidence: Evidence, adapter: str, at: 
     )
 
 
-def _keep_word(triggers: KeptTriggers, name: str, case: Case) -> None:
-    """Keeps what a person said of the records: they are reviewed, or the module is new, until it reports a trigger."""
-    history = case.evidence.history
-    word = records_word(case) if case.person.are_records_reviewed else None
-    if any(status.triggered for status in case.evidence.statuses):
+def keep_check(facts: Facts, filed: Filed) -> None:
+    """The signed document, and beside it what lists show; under a name also what was read of the module. Within
+    `Store.write`."""
+    signed, assessment = filed.exported, filed.assessment
+    record, evidence, person = signed.record, assessment.case.evidence, assessment.case.person
+    name, history, triggers = person.module, evidence.history, KeptTriggers(facts)
+    # The records may be another module's: they must not become part of this one's history.
+    is_one_module = assessment.result("connection") is CheckResult.PASS
+    is_one_module &= assessment.result("boot_count") is not CheckResult.FAIL
+    if name is not None:
+        remember(facts, name)
+        is_one_module &= not triggers.is_kept_apart(name, evidence.port)
+    check = PreflightCheck(
+        verdict=record.verdict.value,  # type: ignore[arg-type]
+        is_void=record.void is not None,
+        is_simulated=record.is_simulated,
+        who=record.who,
+        aircraft=record.aircraft,
+        adapter=record.adapter,
+        code=record.settings_code,
+        cell_voltage_v=record.cell_voltage_v,
+        document=signed.text,
+    )
+    facts.add(check, record.module, at=record.at)
+    if name is None or not is_one_module:
+        return
+    claim_fired(facts, name, port=evidence.port, adapter=record.adapter)
+    if history is None:
+        return
+    boots = evidence.values.get("boot_count")
+    boot_count = None if boots is None else int(boots)
+    slots = [kept.raw for kept in history.records]
+    triggers.store_visit(name, slots, port=evidence.port, boot_count=boot_count, is_confirmed=history.is_confirmed)
+    remember(facts, name, boot_count=boot_count, settings=evidence.settings(FINGERPRINT_KEYS))
+    # A person's word: the records are reviewed, or the module is new, until it reports a trigger.
+    word = records_word(assessment.case) if person.are_records_reviewed else None
+    if any(status.triggered for status in evidence.statuses):
         triggers.say_new(name, is_new=False)
     elif word is RecordsWord.NEW_MODULE:
         triggers.say_new(name)
-    if history is not None and word is RecordsWord.REVIEWED:
-        triggers.mark_reviewed(name, [record.raw for record in history.records])
+    if word is RecordsWord.REVIEWED:
+        triggers.mark_reviewed(name, slots)
+
+
+# The checks that are kept
+
+
+def noted(word: UserMessage, note: str) -> UserMessage:
+    """A word with what limits it: English, marked."""
+    return message(marked("{tip} ({key})"), tip=word, key=message(note))
+
+
+class CheckLine(NamedTuple):
+    """One check as it is listed. `id`: of its fact, for `document_of`; `at`: ISO 8601 in UTC; `code`: of the settings;
+    `is_fired_since`: a deploy left or a TRIGGERED was seen after it, so that what it said of the module is no longer
+    so."""
+
+    id: str
+    at: str
+    module: str | None
+    verdict: str
+    is_void: bool
+    is_simulated: bool
+    who: str
+    aircraft: str
+    code: str | None
+    cell_voltage_v: float | None
+    is_fired_since: bool
+
+    @property
+    def words(self) -> UserMessage:
+        """Its verdict and what limits it."""
+        word = message(verdict_named(self.verdict).value)
+        if self.is_simulated:
+            return noted(word, marked("simulated"))
+        if self.is_fired_since:
+            return noted(word, marked("void: fired since"))
+        return noted(word, marked("void")) if self.is_void else word
+
+    @property
+    def has_passed(self) -> bool:
+        """When it was made; its settings stay approved."""
+        return not self.is_void and self.verdict in (Verdict.GO.value, Verdict.READY.value)
+
+    @property
+    def holds(self) -> bool:
+        return self.has_passed and not self.is_fired_since
+
+
+def check_line(check: Kept[PreflightCheck], fired: Iterable[Fired] = ()) -> CheckLine:
+    """`fired`: when its module may have fired."""
+    content = check.content
+    is_fired_since = any(one.at > check.at and one.is_simulated is content.is_simulated for one in fired)
+    return CheckLine(
+        id=check.row.id,
+        at=check.at,
+        module=check.row.module,
+        verdict=content.verdict,
+        is_void=content.is_void,
+        is_simulated=content.is_simulated,
+        who=clean(content.who),
+        aircraft=clean(content.aircraft),
+        code=content.code,
+        cell_voltage_v=content.cell_voltage_v,
+        is_fired_since=is_fired_since,
+    )
+
+
+def checks_in(facts: Facts, module: str | None = None) -> tuple[CheckLine, ...]:
+    """Newest first, of one module (None: modules without a name). Takes up to a millisecond for each: not for the
+    window's thread."""
+    fired = () if module is None else all_fired(facts, module)
+    checks = islice(facts.back_from_newest(PreflightCheck, module), LISTED)
+    return tuple(check_line(check, fired) for check in checks)
+
+
+def document_of(facts: Facts, id_: str) -> str:
+    """Of one check that is listed."""
+    check = facts.by_id(PreflightCheck, id_)
+    return "" if check is None else check.content.document
+
+
+def aircraft_of(facts: Facts, module: str) -> str:
+    """In the last check of this module that names one; else empty."""
+    checks = islice(facts.back_from_newest(PreflightCheck, module), RECENT)
+    return next((check.content.aircraft for check in checks if check.content.aircraft), "")
+
+
+def voltages_of(checks: Sequence[CheckLine]) -> list[tuple[datetime, float]]:
+    """The cell's voltage at each check that measured it, from the oldest on; of a simulated module only where there is
+    no other."""
+    sound = [check for check in reversed(checks) if not check.is_void]
+    measuring = [check for check in sound if not check.is_simulated] or sound
+    found = [(datetime.fromisoformat(check.at), check.cell_voltage_v) for check in measuring]
+    return [(at, volts) for at, volts in found if volts is not None]
+
+
+def weeks_since_charge(measured: Sequence[tuple[datetime, float]]) -> int | None:
+    """How many weeks before the last check the cell was charged last; None where the checks do not tell: they are so
+    far apart that a charge is not seen or its week is not known, a rise is too small to be sure, or it was less than a
+    week."""
+    for (before_at, before_v), (at, volts) in reversed(list(pairwise(measured))):
+        if volts - before_v >= CHARGED_V:
+            weeks = round((measured[-1][0] - at) / WEEK)
+            return weeks if weeks and at - before_at <= WEEK else None
+        if volts - before_v > STEADY_V or at - before_at > 2 * WEEK:
+            return None
+    return None

@@ -23,7 +23,8 @@ from app.engine.target import is_simulated
 from app.guided.results import GuidedKind
 from app.preflight.checks import CheckResult
 from app.preflight.contract import readings_of
-from app.preflight.verdict import Assessment, Judged, Verdict, unsigned, verdict_of
+from app.preflight.verdict import Assessment, Verdict, unsigned, verdict_of
+from app.store.rows import Count, Key, Whole, Word
 from app.store.station import Station
 from app.text.messages import MAX_TEXT_LENGTH, UserError, UserMessage, clean, joined, message
 from protocol.translatable import marked
@@ -34,20 +35,16 @@ VERSION = 5
 MAX_DOCUMENT_BYTES = 900_000
 # Of one frame; a longer run of noise is cut.
 MAX_RAW_BYTES = 64
+# What no check can prove, said on each record.
 NOTES = (
     marked("Triggers: enabled in this conversation only. Whether a restart keeps them is not known."),
     marked("This program was never tried on a real module."),
 )
-"""What no check can prove, said on each record."""
 # Before the signed bytes, so that the signature of another kind of document never fits.
 _SIGNED_FOR = b"dps-s pre-flight record 5\n"
 
-Word = Annotated[str, Meta(max_length=60)]
 Text = Annotated[str, Meta(max_length=MAX_TEXT_LENGTH)]
 Hex = Annotated[str, Meta(max_length=3 * MAX_RAW_BYTES, pattern=r"^[0-9A-F ]*$")]
-Count = Annotated[int, Meta(ge=0, le=2**53)]
-Whole = Annotated[int, Meta(ge=-(2**53), le=2**53)]
-Time = Annotated[datetime, Meta(tz=True)]
 # Of `UserMessage.to_json`, so that it prints in any language years later.
 Message = dict[str, Any] | str
 
@@ -77,7 +74,7 @@ class Record(Struct, frozen=True, kw_only=True):
     version: Literal[5]
     verdict: Verdict
     void: Word | None
-    at: Time
+    at: Annotated[datetime, Meta(tz=True)]
     zone: Word
     program: Text
     who: Text
@@ -111,21 +108,22 @@ class Record(Struct, frozen=True, kw_only=True):
         return restrictions
 
     @property
-    def is_active(self) -> bool | None:
-        """As the module reported itself last."""
-        status = self.read.get("status")
-        active = status.get("active") if isinstance(status, Mapping) else None
-        return active if isinstance(active, bool) else None
+    def cell_voltage_v(self) -> float | None:
+        """As it was measured."""
+        measured = next((check.measured for check in self.checks if check.id == "cell_voltage"), None)
+        return float(measured) if isinstance(measured, int | float) and not isinstance(measured, bool) else None
 
     @property
     def follows(self) -> Verdict:
-        """The verdict that the checks, the manual items and the reported activation give."""
+        """The verdict that the checks, the manual items and the activation as the module reported it last give."""
         is_fine = self.void is None and bool(self.checks)
         for check in self.checks:
             is_fine = is_fine and check.result in (CheckResult.PASS, CheckResult.WARN)
         for item in self.manual:
             is_fine = is_fine and (item.is_done is True or (item.is_done is None and not item.is_required))
-        return verdict_of(is_fine=is_fine, is_active=self.is_active)
+        status = self.read.get("status")
+        active = status.get("active") if isinstance(status, Mapping) else None
+        return verdict_of(is_fine=is_fine, is_active=active if isinstance(active, bool) else None)
 
 
 class SignedRecord(NamedTuple):
@@ -136,17 +134,13 @@ class SignedRecord(NamedTuple):
     text: str
 
 
-Key = Annotated[str, Meta(pattern="^[0-9a-f]{64}$")]
-Signature = Annotated[str, Meta(pattern="^[0-9a-f]{128}$")]
-
-
 class Document(Struct, frozen=True, kw_only=True):
     """As it came: fields of a newer version stay under the signature. Keys and signatures are hexadecimal."""
 
     format: Literal["dps-s pre-flight record"]
     record: dict[str, Any]
     station: Key
-    signature: Signature
+    signature: Annotated[str, Meta(pattern="^[0-9a-f]{128}$")]
 
     @property
     def signed_bytes(self) -> bytes:
@@ -165,12 +159,22 @@ def make_record(assessment: Assessment, *, at: datetime, adapter: str = "") -> R
         raise ValueError("the time of a record needs its zone")
     case, evidence, person = assessment.case, assessment.case.evidence, assessment.case.person
     began_at = evidence.began_at or 0.0
-    frames = [
-        (round(frame.at - began_at, 4), frame.way, frame.raw[:MAX_RAW_BYTES].hex(" ").upper())
-        for frame in evidence.frames
-    ]
-    history = [] if evidence.history is None else evidence.history.records
-    tests = [case.past.tests[kind].stored.plain() for kind in GuidedKind if kind in case.past.tests]
+    checks = []
+    for judged in assessment.checks:
+        check, finding = judged
+        measured = clean(finding.measured) if isinstance(finding.measured, str) else finding.measured
+        checks.append(
+            {
+                "id": check.id,
+                "title": check.title,
+                "result": finding.result.value,
+                "measured": measured,
+                "shown": finding.shown.to_json(),
+                "limit": finding.limit.to_json(),
+                "why": check.why,
+                "do": judged.do.to_json(),
+            }
+        )
     plain = {
         "version": VERSION,
         "verdict": assessment.verdict.value,
@@ -187,15 +191,18 @@ def make_record(assessment: Assessment, *, at: datetime, adapter: str = "") -> R
         "profile": clean(case.profile.name) or None,
         "settings_code": case.settings_code,
         "softer_limits": list(assessment.softened),
-        "checks": [_check(check) for check in assessment.checks],
+        "checks": checks,
         "manual": [
             {"text": clean(item.text), "is_done": item.is_done, "is_required": item.is_required}
             for item in assessment.manual
         ],
-        "tests": tests,
+        "tests": [case.past.tests[kind].stored.plain() for kind in GuidedKind if kind in case.past.tests],
         "read": readings_of(case),
-        "trigger_records": [kept.raw.hex(" ").upper() for kept in history],
-        "frames": frames,
+        "trigger_records": [kept.raw.hex(" ").upper() for kept in evidence.history.records] if evidence.history else [],
+        "frames": [
+            (round(frame.at - began_at, 4), frame.way, frame.raw[:MAX_RAW_BYTES].hex(" ").upper())
+            for frame in evidence.frames
+        ],
         "frames_left_out": evidence.frames_left_out,
         "notes": list(NOTES),
     }
@@ -203,27 +210,11 @@ def make_record(assessment: Assessment, *, at: datetime, adapter: str = "") -> R
     return msgspec.convert(json.loads(canonical(plain)), Record)
 
 
-def _check(judged: Judged) -> dict[str, object]:
-    finding = judged.finding
-    measured = finding.measured
-    return {
-        "id": judged.check.id,
-        "title": judged.check.title,
-        "result": finding.result.value,
-        "measured": clean(measured) if isinstance(measured, str) else measured,
-        "shown": finding.shown.to_json(),
-        "limit": finding.limit.to_json(),
-        "why": judged.check.why,
-        "do": judged.do.to_json(),
-    }
-
-
 def sign(record: Record, station: Station) -> SignedRecord:
     content = msgspec.to_builtins(record)
-    signature = station.sign(_SIGNED_FOR + canonical(content)).hex()
-    key = station.public.hex()
-    document = {"format": FORMAT, "record": content, "station": key, "signature": signature}
-    return SignedRecord(record, key, canonical(document).decode())
+    signature = station.private.sign(_SIGNED_FOR + canonical(content)).hex()
+    document = {"format": FORMAT, "record": content, "station": station.key, "signature": signature}
+    return SignedRecord(record, station.key, canonical(document).decode())
 
 
 def canonical(value: object) -> bytes:
@@ -237,10 +228,21 @@ def canonical(value: object) -> bytes:
 
 def read_document(data: bytes) -> Document:
     """Raises `UserError` for what is no record."""
+
+    def only_once(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
+        # Of a doubled field one program would read the first, and another the last.
+        fields = dict(pairs)
+        if len(fields) != len(pairs):
+            raise ValueError("a field stands twice")
+        return fields
+
+    def refuse(name: str) -> NoReturn:
+        raise ValueError(name)
+
     if len(data) > MAX_DOCUMENT_BYTES:
         raise UserError(marked("too large"))
     try:
-        plain = json.loads(data, object_pairs_hook=_only_once, parse_constant=_refuse)
+        plain = json.loads(data, object_pairs_hook=only_once, parse_constant=refuse)
         document = msgspec.convert(plain, Document)
         canonical(document.record)
     except msgspec.ValidationError:
@@ -252,8 +254,6 @@ def read_document(data: bytes) -> Document:
 
 def record_of(document: Document) -> Record:
     """Raises `UserError` for what this version cannot read."""
-    if document.record.get("version") != VERSION:
-        raise UserError(marked("written by another version"))
     try:
         return msgspec.convert(document.record, Record)
     except (msgspec.ValidationError, RecursionError):
@@ -264,15 +264,3 @@ def stored_record(text: str) -> SignedRecord:
     """Of a document that was verified when it came in. Raises `UserError` for what this version cannot read."""
     document = read_document(text.encode())
     return SignedRecord(record_of(document), document.station, text)
-
-
-def _only_once(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
-    """Of a doubled field one program would read the first, and another the last."""
-    fields = dict(pairs)
-    if len(fields) != len(pairs):
-        raise ValueError("a field stands twice")
-    return fields
-
-
-def _refuse(name: str) -> NoReturn:
-    raise ValueError(name)

@@ -1,23 +1,28 @@
 """Verifies a pre-flight record: was it altered, does its verdict follow from it, and who signed it.
 
 Accepts the record (JSON) and the report (PDF), which carries it and is only a view: of a report the record in it is
-verified, and the answer says so. Names of stations are what stations say of themselves: to know one is no trust.
+verified, and the answer says so. Names of stations are what stations say of themselves: to know one is no trust. What
+is read may be a stranger's: the work on it grows with its length and no faster.
 """
 
+import zlib
 from collections.abc import Iterator
+from contextlib import suppress
 from datetime import datetime, timedelta
 from enum import Enum
 from pathlib import Path
 from typing import Final, NamedTuple
 
 from app.preflight.verdict import Verdict
-from app.records.record import Document, Record, read_document, record_of
-from app.records.report import LARGEST_FILE, document_in, is_report
+from app.records.record import FORMAT, MAX_DOCUMENT_BYTES, Document, Record, read_document, record_of
 from app.store.rows import PreflightCheck, Row
-from app.store.station import fingerprint_of, is_signature
+from app.store.station import is_signature, shown_key
 from app.text.messages import UserError, UserMessage, clean, joined, message
 from protocol.translatable import marked
 
+LARGEST_FILE: Final = 16_000_000
+# Of a PDF; ours have a dozen.
+_MAX_STREAMS: Final = 200
 # A check is judged first, and kept at once.
 _KEPT_WITHIN: Final = timedelta(hours=1)
 
@@ -39,14 +44,6 @@ class StationNames(NamedTuple):
 
     def of_key(self, key: str) -> list[str]:
         return [name for one, name in self.introductions if one == key]
-
-    def other_keys(self, key: str) -> dict[str, list[str]]:
-        """By name of this key, the other keys that call themselves so, too."""
-        others: dict[str, list[str]] = {}
-        for other, name in self.introductions:
-            if other != key and name in self.of_key(key):
-                others.setdefault(name, []).append(other)
-        return others
 
 
 class Verification(NamedTuple):
@@ -71,83 +68,86 @@ class Verification(NamedTuple):
     def is_own(self) -> bool:
         return self.signer == self.names.own
 
+    @property
+    def is_green(self) -> bool:
+        """Only an intact GO of a real module is shown in green."""
+        record, is_intact = self.record, self.state is RecordState.INTACT
+        return is_intact and record is not None and record.verdict is Verdict.GO and not record.is_simulated
+
     def sentences(self) -> list[UserMessage]:
         """For people: the state, which record it is, and who signed it."""
-        record = self.record
-        if self.state is RecordState.ALTERED or record is None:
-            told = [message(marked("ALTERED: this is not what was signed."))]
-        elif self.contradictions:
-            told = [message(marked("CONTRADICTS ITSELF: {parts}."), parts=joined(self.contradictions, "; "))]
-        else:
-            told = [message(marked("INTACT: {verdict}."), verdict=_verdict(record))]
+        record, told = self.record, []
+        verdict = UserMessage("")
         if record is not None:
-            told.append(_introduced(record))
+            verdict = message(record.verdict.value)
+            if record.void is not None:
+                verdict = message(marked("{verdict}, void"), verdict=verdict)
+        if self.state is RecordState.ALTERED or record is None:
+            told.append(message(marked("ALTERED: this is not what was signed.")))
+        elif self.contradictions:
+            told.append(message(marked("CONTRADICTS ITSELF: {parts}."), parts=joined(self.contradictions, "; ")))
+        else:
+            told.append(message(marked("INTACT: {verdict}."), verdict=verdict))
+        if record is not None:
+            about = message(
+                marked("{module}: {verdict}, {at}, checked by: {who}. Its checks give {follows}."),
+                module=clean(record.module, longest=60) if record.module else message(marked("Unnamed")),
+                verdict=verdict,
+                at=record.at.isoformat(),
+                who=clean(record.who, longest=60) if record.who else message(marked("not named")),
+                follows=message(record.follows.value),
+            )
+            told.append(about)
             if record.is_simulated:
                 told.append(message(marked("SIMULATED MODULE: no evidence.")))
         if self.is_report:
             told.append(message(marked("Only the record in the report is signed.")))
-        if self.state is not RecordState.ALTERED:
-            told += self._signer_sentences()
-        return told
+        return told if self.state is RecordState.ALTERED else told + self._signed_by()
 
-    def _signer_sentences(self) -> Iterator[UserMessage]:
-        fingerprint = shown_key(self.signer)
-        names = joined([UserMessage(clean(name, longest=60)) for name in self.names.of_key(self.signer)])
+    def _signed_by(self) -> list[UserMessage]:
+        own_names = self.names.of_key(self.signer)
+        names = joined([UserMessage(clean(name, longest=60)) for name in own_names])
         if self.is_own:
-            yield message(marked("Signed by this station ({fingerprint})."), fingerprint=fingerprint)
-        elif names.text:
+            text = marked("Signed by this station ({fingerprint}).")
+        elif own_names:
             text = marked("Signed by a station known in the archive as {names} ({fingerprint}).")
-            yield message(text, names=names, fingerprint=fingerprint)
         else:
-            yield message(marked("Signed by an unknown key ({fingerprint})."), fingerprint=fingerprint)
-        for name, keys in self.names.other_keys(self.signer).items():
-            text = marked("{name} is also the name of other keys: {fingerprints}.")
-            listed = joined([UserMessage(shown_key(key)) for key in keys[:10]])
-            yield message(text, name=clean(name, longest=60), fingerprints=listed)
-
-
-def shown_key(key: str) -> str:
-    """80 bits for people to compare: "3F9A-11C0-…"."""
-    return fingerprint_of(bytes.fromhex(key))
-
-
-def _verdict(record: Record) -> UserMessage:
-    word = message(record.verdict.value)
-    return word if record.void is None else message(marked("{verdict}, void"), verdict=word)
-
-
-def _introduced(record: Record) -> UserMessage:
-    return message(
-        marked("{module}: {verdict}, {at}, checked by: {who}. Its checks give {follows}."),
-        module=clean(record.module, longest=60) if record.module else message(marked("Unnamed")),
-        verdict=_verdict(record),
-        at=record.at.isoformat(),
-        who=clean(record.who, longest=60) if record.who else message(marked("not named")),
-        follows=message(record.follows.value),
-    )
+            text = marked("Signed by an unknown key ({fingerprint}).")
+        told = [message(text, names=names, fingerprint=shown_key(self.signer))]
+        for name in dict.fromkeys(own_names):
+            others = [key for key, other in self.names.introductions if other == name and key != self.signer]
+            if others:
+                keys = joined([UserMessage(shown_key(key)) for key in others[:10]])
+                text = marked("{name} is also the name of other keys: {fingerprints}.")
+                told.append(message(text, name=clean(name, longest=60), fingerprints=keys))
+        return told
 
 
 def verify_file(path: Path, names: StationNames) -> Verification:
     """Raises `OSError` where the file cannot be read, and `UserError` where it is no record."""
     with path.open("rb") as file:
-        data = file.read(LARGEST_FILE + 1)
-    return verify_bytes(data, names)
+        return verify_bytes(file.read(LARGEST_FILE + 1), names)
 
 
 def verify_bytes(data: bytes, names: StationNames) -> Verification:
-    """Raises `UserError` where it is no record."""
-    verification = verify(read_document(document_in(data)), names)
-    return verification._replace(is_report=is_report(data))
+    """Raises `UserError` where it is no record, also of a report that carries several: a person could be shown one and
+    a program told another."""
+    if len(data) > LARGEST_FILE:
+        raise UserError(marked("too large"))
+    is_report, carried = data.startswith(b"%PDF-"), [data]
+    if is_report:
+        carried = list(_carried_in_pdf(data, FORMAT))
+        if len(carried) != 1:
+            raise UserError(marked("several records") if carried else marked("unknown kind of file"))
+    return verify(read_document(carried[0]), names)._replace(is_report=is_report)
 
 
 def verify(document: Document, names: StationNames) -> Verification:
     """Raises `UserError` where it is intact and of a version that cannot be read here."""
-    public, signature = bytes.fromhex(document.station), bytes.fromhex(document.signature)
-    if not is_signature(public, signature, document.signed_bytes):
-        try:
+    if not is_signature(document.station, document.signature, document.signed_bytes):
+        record = None
+        with suppress(UserError):
             record = record_of(document)
-        except UserError:
-            record = None
         return Verification(RecordState.ALTERED, document.station, names, record)
     record = record_of(document)
     state = RecordState.INTACT if record.verdict is record.follows else RecordState.CONTRADICTORY
@@ -169,9 +169,31 @@ def is_of_row(check: PreflightCheck, row: Row) -> bool:
     return said == found and abs(datetime.fromisoformat(row.made_at) - record.at) <= _KEPT_WITHIN
 
 
-def is_green(verification: Verification) -> bool:
-    """Only an intact GO of a real module is shown in green."""
-    record = verification.record
-    if record is None or verification.state is not RecordState.INTACT:
-        return False
-    return record.verdict is Verdict.GO and not record.is_simulated
+def carries(kind: str, data: bytes) -> bool:
+    """Whether this is a document of this format, or a PDF with one."""
+    if not data.startswith(b"%PDF-"):
+        return data.lstrip()[:1] == b"{" and kind.encode() in data
+    with suppress(UserError):
+        return any(True for _ in _carried_in_pdf(data, kind))
+    return False
+
+
+def _carried_in_pdf(data: bytes, kind: str) -> Iterator[bytes]:
+    """The JSON documents of this format that are attached to a PDF. Raises `UserError` for one that has more parts than
+    any report, as another document could hide in them."""
+    end = 0
+    for _ in range(_MAX_STREAMS):
+        start = data.find(b"stream", end)
+        end = data.find(b"endstream", start + 1)
+        if start < 0 or end < 0:
+            return
+        stream = data[start + len(b"stream") : end].lstrip(b"\r\n")
+        end += len(b"endstream")
+        packed = b""
+        with suppress(zlib.error):  # at most one byte more than a document may have
+            packed = zlib.decompressobj().decompress(stream, MAX_DOCUMENT_BYTES + 1)
+        for content in (stream, packed):
+            if content.lstrip()[:1] == b"{" and kind.encode() in content:
+                yield content
+                break
+    raise UserError(marked("too large"))

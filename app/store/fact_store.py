@@ -4,39 +4,41 @@
     read, state             in the thread of whoever asks, over a connection of their own
 
 The file is opened and checked in the store's thread, too, so that no port and no window waits for the disk. Every
-write is on the disk when its future is done (WAL, `synchronous=FULL`).
+write is on the disk when its future is done (WAL, `synchronous=FULL`). A file that cannot be read is never overwritten:
+
+not there, empty     made; from the newest good copy, where there is one
+damaged, another's   set aside under another name, and as above
+of a development build   set aside; what it leaves ACTIVE is taken over
+a newer version's, held, not writable    left alone: `StoreTrouble`
 """
 
+import errno
+import json
 import logging
+import os
 import platform
 import queue
+import shutil
 import sqlite3
 import threading
 from collections.abc import Callable, Iterator
 from concurrent.futures import Future
 from contextlib import closing, suppress
 from datetime import UTC, datetime, timedelta
+from enum import Enum
 from functools import partial
 from pathlib import Path
 from typing import Any, Generic, NamedTuple, TypeVar
 
 import msgspec
 
-from app.store.opening import (
-    FILE_NAME,
-    StoreFault,
-    StoreTrouble,
-    connect_to_read,
-    copy_if_due,
-    former_state,
-    open_file,
-    trouble_of,
-)
+from app.safety.left_active import LEFT
 from app.store.rows import (
     AHEAD,
     COLUMNS,
     KIND_OF,
     Content,
+    OneContent,
     Row,
     StationNamed,
     content_of,
@@ -46,21 +48,240 @@ from app.store.rows import (
 )
 from app.store.station import own_station
 from app.system.files import data_folder
-from app.text.messages import UserError, UserMessage, clean
+from app.text.messages import ErrorCode, UserError, UserMessage, clean, joined, message
+from protocol.translatable import marked
 
 _log = logging.getLogger(__name__)
 Result = TypeVar("Result")
-OneContent = TypeVar("OneContent", bound=Content)
 Clock = Callable[[], datetime]
 
+FILE_NAME = "dps-s.sqlite"
+# "DPSS": how our file is told from another program's.
+APPLICATION_ID = 0x44505353
+LAYOUT = 20
+# How long another program may hold the file before a call fails.
+BUSY_S = 5.0
+# With less room on the disk there is none for a commit.
+MIN_FREE_BYTES = 64 * 1024
+COPIES_KEPT = 7
+_KEPT = "BEGIN SELECT RAISE(ABORT, 'facts are only ever added'); END"
+TABLES = (
+    """
+    CREATE TABLE facts (
+        id TEXT PRIMARY KEY,
+        kind TEXT NOT NULL,
+        module TEXT,
+        station TEXT NOT NULL,
+        made_at TEXT NOT NULL,
+        content TEXT NOT NULL
+    ) STRICT
+    """,
+    "CREATE INDEX facts_of_module ON facts (module, kind, made_at)",
+    "CREATE INDEX facts_of_kind ON facts (kind, made_at)",
+    f"CREATE TRIGGER facts_not_changed BEFORE UPDATE ON facts {_KEPT}",
+    f"CREATE TRIGGER facts_not_removed BEFORE DELETE ON facts {_KEPT}",
+    "CREATE TABLE state (key TEXT PRIMARY KEY, value TEXT NOT NULL) STRICT",
+)
 # For what is still to be written at `close`.
 CLOSE_LIMIT_S = 5.0
 # For the copy of the day that is still being made then; else it is made at the next opening.
 COPY_LIMIT_S = 0.3
 # Twice the same fact is one: a restored copy gets it again from the archive.
 INSERT = f"INSERT INTO facts ({COLUMNS}) VALUES (?, ?, ?, ?, ?, ?) ON CONFLICT DO NOTHING"  # noqa: S608
-_SET_STATE = "INSERT INTO state VALUES (?, ?) ON CONFLICT (key) DO UPDATE SET value = excluded.value"
-_OWN_KEY = "station"
+
+
+class StoreFault(Enum):
+    """The value is a sentence in English with the place for the file, translatable."""
+
+    FULL = marked("The disk is full: {file} cannot be written.")
+    READ_ONLY = marked("The program may not write into {file}.")
+    NEWER = marked("{file} needs a newer version of this program.")
+    BUSY = marked("{file} is held by another program.")
+    DAMAGED = marked("{file} is damaged.")
+    FAILED = marked("{file} cannot be used.")
+    OPENING = marked("{file} is still being opened.")
+
+
+_FAULTS = {
+    "SQLITE_FULL": StoreFault.FULL,
+    **dict.fromkeys(("SQLITE_READONLY", "SQLITE_CANTOPEN", "SQLITE_PERM"), StoreFault.READ_ONLY),
+    **dict.fromkeys(("SQLITE_BUSY", "SQLITE_LOCKED"), StoreFault.BUSY),
+    **dict.fromkeys(("SQLITE_CORRUPT", "SQLITE_NOTADB"), StoreFault.DAMAGED),
+}
+
+
+class StoreTrouble(UserError):
+    """The store cannot be opened, read or written. What was stored before is kept. `detail` is for the log."""
+
+    code = ErrorCode.STORE
+
+    def __init__(self, fault: StoreFault, path: Path, detail: str = "") -> None:
+        super().__init__(fault.value, file=path)
+        self.fault = fault
+        self._detail = f"{path}: {fault.name}: {detail}"
+
+    def __str__(self) -> str:
+        return self._detail
+
+
+def trouble_of(error: sqlite3.Error | OSError, path: Path) -> StoreTrouble:
+    if isinstance(error, OSError):
+        return StoreTrouble(StoreFault.FULL if error.errno == errno.ENOSPC else StoreFault.READ_ONLY, path, str(error))
+    # "SQLITE_IOERR_WRITE" is told by its first two words.
+    name = "_".join((getattr(error, "sqlite_errorname", None) or "").split("_")[:2])
+    fault = _FAULTS.get(name, StoreFault.FAILED)
+    if fault in (StoreFault.READ_ONLY, StoreFault.FAILED):
+        # Of a full disk SQLite only says that a file beside it cannot be opened.
+        with suppress(OSError):
+            fault = StoreFault.FULL if shutil.disk_usage(path.parent).free < MIN_FREE_BYTES else fault
+    return StoreTrouble(fault, path, str(error))
+
+
+# The file
+
+
+def open_file(path: Path) -> tuple[sqlite3.Connection, UserMessage | None]:
+    """The file, and what a person should know. Raises `sqlite3.Error`, `OSError` or `StoreTrouble`."""
+    path.parent.mkdir(parents=True, exist_ok=True)
+    with suppress(OSError):
+        path.parent.chmod(0o700)  # what is in it is for this user only
+    was_there = path.exists() and path.stat().st_size > 0
+    try:
+        if not was_there and copies_of(path):
+            raise sqlite3.DatabaseError("empty or gone")
+        return connect(path), None
+    except sqlite3.OperationalError:
+        raise  # a lock, a full disk or a missing permission: the file itself is not bad
+    except sqlite3.DatabaseError as error:
+        _log.warning("%s: %s", path, error)
+    aside = path.with_name(f"{path.stem}.aside-{datetime.now(UTC):%Y%m%d-%H%M%S-%f}{path.suffix}")
+    # With its log and its index: what is put in its place must not meet an old log.
+    for end in ("", "-wal", "-shm"):
+        with suppress(FileNotFoundError):
+            Path(f"{path}{end}").replace(f"{aside}{end}")
+    told = [message(marked("The records cannot be used and are kept as {file}."), file=aside)] if was_there else []
+    for copy in copies_of(path):
+        with closing(connect_to_read(copy)) as connection, suppress(sqlite3.DatabaseError, StoreTrouble):
+            _check(connection, copy)
+            shutil.copyfile(copy, path)
+            text = marked("Records restored from the copy of {when}; later ones are missing.")
+            told.append(message(text, when=copy.name.split(".")[1]))
+            break
+    else:
+        told.append(message(marked("New records are started.")))
+    connection = connect(path)
+    for key, value in _left_active(aside).items():
+        connection.execute("INSERT OR REPLACE INTO state VALUES (?, ?)", (key, json.dumps(value)))
+    return connection, joined(told, " ")
+
+
+def connect(path: Path, *, is_checked: bool = True) -> sqlite3.Connection:
+    """The file; made where it is missing. `is_checked`: as a whole, which takes a second for 200 MB. Raises as
+    `open_file`."""
+    # As an address, so that a file may be attached as one that is only read.
+    address = path.absolute().as_uri()
+    connection = sqlite3.connect(address, uri=True, timeout=BUSY_S, isolation_level=None, check_same_thread=False)
+    try:
+        is_new = not connection.execute("SELECT count(*) FROM sqlite_master").fetchone()[0]
+        if not is_new:
+            _check(connection, path, is_whole=is_checked)
+        connection.execute("PRAGMA journal_mode = WAL")
+        connection.execute("PRAGMA synchronous = FULL")
+        connection.execute("PRAGMA recursive_triggers = ON")  # else INSERT OR REPLACE removes a row in silence
+        if is_new:
+            make_tables(connection)
+    except BaseException:
+        connection.close()
+        raise
+    return connection
+
+
+def connect_to_read(path: Path) -> sqlite3.Connection:
+    return sqlite3.connect(f"{path.absolute().as_uri()}?mode=ro", uri=True, timeout=BUSY_S)
+
+
+def make_tables(connection: sqlite3.Connection) -> None:
+    """In one transaction. Another program may have made them while this one waited for the lock."""
+    with connection:
+        connection.execute("BEGIN IMMEDIATE")
+        if not connection.execute("SELECT count(*) FROM sqlite_master").fetchone()[0]:
+            for statement in TABLES:
+                connection.execute(statement)
+            connection.execute(f"PRAGMA application_id = {APPLICATION_ID}")
+            connection.execute(f"PRAGMA user_version = {LAYOUT}")
+
+
+def _check(connection: sqlite3.Connection, path: Path, *, is_whole: bool = True) -> None:
+    """Raises `sqlite3.DatabaseError` for one that is damaged or of something else, `StoreTrouble` for a newer one."""
+    if connection.execute("PRAGMA application_id").fetchone()[0] != APPLICATION_ID:
+        raise sqlite3.DatabaseError("of another program")
+    layout = connection.execute("PRAGMA user_version").fetchone()[0]
+    if layout > LAYOUT:
+        raise StoreTrouble(StoreFault.NEWER, path, f"layout {layout}")
+    if layout < LAYOUT:
+        raise sqlite3.DatabaseError("of a development build")
+    if is_whole and connection.execute("PRAGMA quick_check(1)").fetchone()[0] != "ok":
+        raise sqlite3.DatabaseError("damaged")
+
+
+def _left_active(former: Path) -> dict[str, object]:
+    """What a file of a development build leaves ACTIVE, by key of the state; of any other file nothing.
+
+    Its audit log had an intent (`act`) and what came of it (`outcome`, linked by the intent's hash), both as JSON."""
+    query = """
+        SELECT a.made_at, a.payload, o.payload FROM facts a LEFT JOIN facts o ON o.kind = 'outcome' AND o.link = a.hash
+        WHERE a.kind = 'act' AND a.link IN ('activate', 'lock', 'shutdown') ORDER BY a.number
+    """
+    leaves_active = ("activate", "confirmed"), ("activate", "unknown"), ("lock", "refused"), ("lock", "unknown")
+    left: dict[str, object] = {}
+    # Nothing in it is trusted.
+    with suppress(sqlite3.Error, ValueError, LookupError, TypeError, AttributeError):
+        with closing(connect_to_read(former)) as connection:
+            rows = connection.execute(query).fetchall()
+        for at, payload, ended in rows:
+            content: Any = json.loads(payload)
+            outcome = "unknown" if ended is None else json.loads(ended)["outcome"]
+            act, port, detail = content["act"], str(content["port"]), content["detail"]
+            module, adapter = str(detail.get("module", "")), str(detail.get("adapter", ""))
+            # A module without a name is known by its connection.
+            key = f"{LEFT}former {module or (detail.get('run'), adapter, port)}"
+            if port.startswith("sim://"):
+                continue
+            if (act, outcome) in leaves_active:
+                here = {"module": module, "port": port, "adapter": adapter, "at": at}
+                left[key] = {**here, "is_lock_unconfirmed": act == "lock"}
+            elif act != "activate" and outcome == "confirmed" and not detail.get("is_in_doubt"):
+                left.pop(key, None)
+    return left
+
+
+def copies_of(path: Path) -> list[Path]:
+    """The newest first."""
+    return sorted((path.parent / "copies").glob(f"{path.stem}.*{path.suffix}"), reverse=True)
+
+
+def copy_if_due(path: Path, now: datetime) -> None:
+    """Once a day, in a thread of its own: an act's intent would wait for it. A copy that fails is logged."""
+    target = path.parent / "copies" / f"{path.stem}.{now.astimezone(UTC):%Y%m%d}{path.suffix}"
+    draft = target.with_suffix(".part")
+    try:
+        with closing(connect_to_read(path)) as source:
+            # One that knows only its own station is copied when it is opened again.
+            if target.exists() or len(source.execute("SELECT 1 FROM facts LIMIT 2").fetchall()) < 2:
+                return
+            target.parent.mkdir(exist_ok=True)
+            draft.unlink(missing_ok=True)
+            source.execute("VACUUM INTO ?", (str(draft),))
+        with draft.open("rb+") as file:
+            os.fsync(file.fileno())  # VACUUM INTO itself does not wait for the disk
+        draft.replace(target)
+        for old in copies_of(path)[COPIES_KEPT:]:
+            old.unlink(missing_ok=True)
+    except (sqlite3.Error, OSError) as error:
+        _log.warning("The store could not be copied: %s", error)
+
+
+# What is in it
 
 
 def utc_now() -> datetime:
@@ -80,21 +301,16 @@ class Kept(NamedTuple, Generic[OneContent]):
 
 
 class Facts:
-    """What a piece of work reads from and writes to: one connection, and within `Store.write` one transaction."""
+    """What a piece of work reads from and writes to: one connection, and within `Store.write` one transaction. `now`
+    gives a time that is later than any before."""
 
-    def __init__(self, connection: sqlite3.Connection, station: str, make_time: Callable[[], datetime]) -> None:
-        self.connection = connection
-        self.station = station
-        self._make_time = make_time
-
-    def now(self) -> datetime:
-        """Later than any time before."""
-        return self._make_time()
+    def __init__(self, connection: sqlite3.Connection, station: str, now: Clock) -> None:
+        self.connection, self.station, self.now = connection, station, now
 
     def add(self, content: Content, module: str | None = None, *, at: datetime | None = None) -> Row:
         """Only within `Store.write`. `at`: else now. Raises `ValueError` for a content that is none."""
-        at = at or self._make_time()
-        row = make_row(KIND_OF[type(content)], content_text(content), module=module, station=self.station, at=at)
+        kind, text = KIND_OF[type(content)], content_text(content)
+        row = make_row(kind, text, module=module, station=self.station, at=at or self.now())
         self.connection.execute(INSERT, row)
         return row
 
@@ -106,9 +322,9 @@ class Facts:
         """Those about all modules, the oldest first."""
         return list(self._each(type_, "TRUE", order="ASC"))
 
-    def back_from_newest(self, type_: type[OneContent], *module: str | None) -> Iterator[Kept[OneContent]]:
-        """Those of a module, or where none is given of all; each is read when it is asked for."""
-        return self._each(type_, "module IS ?" if module else "TRUE", *module, order="DESC")
+    def back_from_newest(self, type_: type[OneContent], module: str | None) -> Iterator[Kept[OneContent]]:
+        """As `of_module`; each is read when it is asked for."""
+        return self._each(type_, "module IS ?", module, order="DESC")
 
     def newest(self, type_: type[OneContent], module: str | None) -> Kept[OneContent] | None:
         return next(self.back_from_newest(type_, module), None)
@@ -123,22 +339,22 @@ class Facts:
 
     def state(self, key: str) -> Any:
         """None where it is not set, or cannot be read."""
-        rows = self.connection.execute("SELECT value FROM state WHERE key = ?", (key,)).fetchall()
-        return _decoded(key, rows[0][0]) if rows else None
+        return next((value for rest, value in self.states(key).items() if not rest), None)
 
     def states(self, prefix: str) -> dict[str, Any]:
-        """By the rest of their keys, without those that cannot be read."""
+        """By the rest of their keys, without those that cannot be read: a damaged one costs no other and no verdict."""
         query = "SELECT key, value FROM state WHERE substr(key, 1, ?) = ? ORDER BY key"
-        rows = self.connection.execute(query, (len(prefix), prefix))
-        decoded = {key.removeprefix(prefix): _decoded(key, value) for key, value in rows}
-        return {rest: value for rest, value in decoded.items() if value is not None}
+        found = {}
+        for key, value in self.connection.execute(query, (len(prefix), prefix)):
+            with suppress(msgspec.DecodeError):
+                found[key.removeprefix(prefix)] = msgspec.json.decode(value)
+        return found
 
     def set_state(self, key: str, value: object) -> None:
         """None removes it. Only within `Store.write`."""
-        if value is None:
-            self.connection.execute("DELETE FROM state WHERE key = ?", (key,))
-        else:
-            self.connection.execute(_SET_STATE, (key, msgspec.json.encode(value).decode()))
+        self.connection.execute("DELETE FROM state WHERE key = ?", (key,))
+        if value is not None:
+            self.connection.execute("INSERT INTO state VALUES (?, ?)", (key, msgspec.json.encode(value).decode()))
 
     def _each(self, type_: type[OneContent], where: str, *values: str | None, order: str) -> Iterator[Kept[OneContent]]:
         """Without those that cannot be read, as of a newer version, and those from a clock that is ahead."""
@@ -188,7 +404,7 @@ class Store:
     def add(self, content: Content, module: str | None = None) -> "Future[Row]":
         """The row, once it is on the disk. A content that is none raises `ValueError` here, in the caller."""
         content_text(content)
-        at = self._make_time()
+        at = self._now()
         return self.write(lambda facts: facts.add(content, module, at=at))
 
     def set_state(self, key: str, value: object) -> "Future[None]":
@@ -203,8 +419,8 @@ class Store:
         with self._lock:
             if self._is_closed:
                 future.cancel()
-                return future
-            self._work.put((work, future))
+            else:
+                self._work.put((work, future))
         return future
 
     def read(self, work: Callable[[Facts], Result]) -> Result:
@@ -213,7 +429,7 @@ class Store:
         station = self.station
         try:
             with closing(connect_to_read(self.path)) as connection:
-                return work(Facts(connection, station, self._make_time))
+                return work(Facts(connection, station, self._now))
         except sqlite3.Error as error:
             raise trouble_of(error, self.path) from error
 
@@ -243,7 +459,7 @@ class Store:
             _log.warning("The store was closed before everything was written")
         return not self._thread.is_alive()
 
-    def _make_time(self) -> datetime:
+    def _now(self) -> datetime:
         with self._lock:
             self._last_time = max(self._clock(), self._last_time + timedelta(microseconds=1))
             return self._last_time
@@ -251,90 +467,61 @@ class Store:
     # The store's thread
 
     def _run(self) -> None:
-        connection: sqlite3.Connection | None = None
+        facts: Facts | None = None
+        trouble: BaseException | None = None
         try:
-            connection, notice = self._open()
+            facts, notice = self._open()
         except BaseException as error:  # noqa: BLE001  also a fault of the program: nobody may wait for ever
             _log.warning("There is no store: %s", error)
-            if isinstance(error, sqlite3.Error | OSError):
-                error = trouble_of(error, self.path)
-            self.opened.set_exception(error)
+            trouble = trouble_of(error, self.path) if isinstance(error, sqlite3.Error | OSError) else error
+            self.opened.set_exception(trouble)
         else:
             self.opened.set_result(notice)
             self.copy_if_due()
         while (item := self._work.get()) is not None:
-            self._do(connection, *item)
-        if connection is not None:
-            connection.close()
+            work, future = item
+            if not future.set_running_or_notify_cancel():
+                continue
+            if facts is None:
+                future.set_exception(trouble)
+                continue
+            try:
+                # IMMEDIATE waits for other programs here, and not in the middle of the work.
+                facts.connection.execute("BEGIN IMMEDIATE")
+                result = work(facts)
+                facts.connection.execute("COMMIT")
+            except BaseException as error:  # noqa: BLE001  passed on by the future as what it is
+                with suppress(sqlite3.Error):  # a full disk has already rolled it back
+                    facts.connection.execute("ROLLBACK")
+                if not isinstance(error, sqlite3.Error | UserError):
+                    _log.error("A fault of the program, and none of the store", exc_info=error)
+                future.set_exception(trouble_of(error, self.path) if isinstance(error, sqlite3.Error) else error)
+            else:
+                future.set_result(result)
+        if facts is not None:
+            facts.connection.close()
 
-    def _open(self) -> tuple[sqlite3.Connection, UserMessage | None]:
-        """Raises as `open_file`."""
-        connection, notice, former = open_file(self.path)
+    def _open(self) -> tuple[Facts, UserMessage | None]:
+        """With this station introduced by its key and the name of its computer. Raises as `open_file`."""
+        connection, notice = open_file(self.path)
         try:
-            facts = Facts(connection, "", self._make_time)
-            facts.station = self._station = self._own_key(facts)
-            _introduce(facts)
-            for key, value in ({} if former is None else former_state(former)).items():
-                facts.set_state(key, value)
+            facts = Facts(connection, "", self._now)
+            known = facts.state("station")
+            try:
+                key = own_station(self.folder).key
+            except UserError as error:
+                # Facts go on under the key of before; only signing needs its file.
+                if known is None:
+                    raise StoreTrouble(StoreFault.FAILED, self.path, str(error)) from error
+                _log.warning("The key of this station cannot be used: %s", error)
+                key = known
+            if known != key:
+                facts.set_state("station", key)
+            facts.station = self._station = key
+            last, name = facts.newest(StationNamed, None), clean(platform.node().strip()) or "station"
+            if last is None or (last.content.public_key, last.content.name) != (key, name):
+                facts.add(StationNamed(public_key=key, name=name))
         except BaseException:
             connection.close()
             raise
-        return connection, notice
-
-    def _own_key(self, facts: Facts) -> str:
-        """Where the key's file cannot be read any more, facts go on under the key of before; only signing needs it."""
-        known = facts.state(_OWN_KEY)
-        try:
-            key = own_station(self.folder).public.hex()
-        except UserError as error:
-            _log.warning("The key of this station cannot be used: %s", error)
-            if not isinstance(known, str):
-                raise StoreTrouble(StoreFault.FAILED, self.path, str(error)) from error
-            return known
-        if known != key:
-            facts.set_state(_OWN_KEY, key)
-        return key
-
-    def _do(self, connection: sqlite3.Connection | None, work: Callable[[Facts], Any], future: "Future[Any]") -> None:
-        if future.set_running_or_notify_cancel():
-            try:
-                future.set_result(self._transact(connection, work))
-            except BaseException as error:  # noqa: BLE001  passed on by the future as what it is
-                if not isinstance(error, UserError):
-                    _log.error("A fault of the program, and none of the store", exc_info=error)
-                future.set_exception(error)
-
-    def _transact(self, connection: sqlite3.Connection | None, work: Callable[[Facts], Result]) -> Result:
-        """Raises `StoreTrouble`, or what `work` raises."""
-        if connection is None:
-            self.opened.result()  # raises why there is none
-            raise AssertionError
-        try:
-            # IMMEDIATE waits for other programs here, and not in the middle of the work.
-            connection.execute("BEGIN IMMEDIATE")
-            result = work(Facts(connection, self._station, self._make_time))
-            connection.execute("COMMIT")
-        except BaseException as error:
-            with suppress(sqlite3.Error):  # a full disk has already rolled it back
-                connection.execute("ROLLBACK")
-            if isinstance(error, sqlite3.Error):
-                raise trouble_of(error, self.path) from error
-            raise
-        return result
-
-
-def _decoded(key: str, value: str) -> Any:
-    """None where it is damaged, which costs neither the store nor the other states."""
-    try:
-        return msgspec.json.decode(value)
-    except msgspec.DecodeError as error:
-        _log.warning("The state “%s” cannot be read: %s", key, error)
-        return None
-
-
-def _introduce(facts: Facts) -> None:
-    """This station by its key and the name of its computer, where it is not known by that yet."""
-    name = clean(platform.node().strip()) or "station"
-    known = facts.newest(StationNamed, None)
-    if known is None or (known.content.public_key, known.content.name) != (facts.station, name):
-        facts.add(StationNamed(public_key=facts.station, name=name))
+        return facts, notice

@@ -1,15 +1,12 @@
-"""Facts: their kinds, and their rows.
+"""The kinds of facts, and a fact as a row: its id, how it is made, and what a row from outside must look like.
 
-Fields that this version does not know are ignored, so that a newer version may add some. A kind that this version does
-not know is kept and passed on, but nothing here reads it. A new field needs a default, as older facts lack it.
-
-A fact's id is 12 hexadecimal digits of its time in milliseconds and 28 of the SHA-256 of what the row says. So new
-facts stand together, and a row that was changed in place no longer has its own id.
+A structure is the whole rule for one kind: msgspec checks types, bounds and lengths on reading. Fields that this
+version does not know are ignored, so that a newer version may add some, each with a default, as older facts lack it.
+A kind that this version does not know is kept and passed on, but nothing here reads it.
 """
 
 import hashlib
 from datetime import UTC, date, datetime, timedelta
-from functools import cache
 from typing import Annotated, Literal, NamedTuple, TypeVar
 
 import msgspec
@@ -19,6 +16,12 @@ from app.text.messages import clean
 
 # A record with all the frames that a check keeps has 150,000.
 MAX_CONTENT_BYTES = 1_000_000
+EARLIEST = "1970-01-02"
+# Every computer can show the times between these two in its own zone.
+LATEST = "3000"
+# A fact from later than this has a wrong time: it is kept and counts for nothing.
+AHEAD = timedelta(days=1)
+_EPOCH = datetime(1970, 1, 1, tzinfo=UTC)
 
 # What `clean` makes of what people type: on one line, at most 400 characters.
 Text = Annotated[str, Meta(max_length=400)]
@@ -26,7 +29,7 @@ Note = Annotated[str, Meta(max_length=2000)]
 # A word of the program, such as an act or a setting.
 Word = Annotated[str, Meta(max_length=60)]
 Hex = Annotated[str, Meta(max_length=200, pattern=r"^([0-9A-Fa-f]{2} ?)*$")]
-FactId = Annotated[str, Meta(pattern=r"^[0-9a-f]{40}$")]
+Key = Annotated[str, Meta(pattern="^[0-9a-f]{64}$")]
 Byte = Annotated[int, Meta(ge=0, le=255)]
 Count = Annotated[int, Meta(ge=0, le=2**53)]
 Whole = Annotated[int, Meta(ge=-(2**53), le=2**53)]
@@ -38,10 +41,13 @@ class Content(Struct, frozen=True, kw_only=True):
     """What every kind is derived from."""
 
 
+OneContent = TypeVar("OneContent", bound=Content)
+
+
 class StationNamed(Content, frozen=True, kw_only=True):
     """A station introduces itself: the key that signs its records, and its name."""
 
-    public_key: Annotated[str, Meta(pattern=r"^[0-9a-f]{64}$")]
+    public_key: Key
     name: Text
 
 
@@ -58,22 +64,19 @@ class SaidNew(Content, frozen=True, kw_only=True):
 
 
 class ModuleVisited(Content, frozen=True, kw_only=True):
-    """One reading of a module: what it is recognised by and the records in its slots, as hex.
-
-    `known`: how many trigger records of it were kept afterwards; those beyond are of a visit that was broken off.
-    """
+    """One reading of a module: what it is recognised by and the records in its slots."""
 
     port: Text
     boot_count: Byte | None
     slots: Annotated[list[Hex], Meta(max_length=9)]
     is_confirmed: bool
+    # How many trigger records of it were kept afterwards; those beyond are of a visit that was broken off.
     known: Count
     settings: Settings = {}
 
 
 class TriggerRecordSeen(Content, frozen=True, kw_only=True):
-    """`place` counts from 0, the oldest record that was ever seen of the module."""
-
+    # From 0, the oldest record that was ever seen of the module.
     place: Count
     raw: Hex
 
@@ -96,8 +99,7 @@ class SettingsSeen(Content, frozen=True, kw_only=True):
 
 
 class PreflightCheck(Content, frozen=True, kw_only=True):
-    """The signed document is carried as text, exactly as it was signed. What stands beside it is for lists. `code`: of
-    the settings."""
+    """The signed document is carried as text, exactly as it was signed. What stands beside it is for lists."""
 
     verdict: Literal["GO", "READY", "NO-GO"]
     is_void: bool
@@ -105,17 +107,17 @@ class PreflightCheck(Content, frozen=True, kw_only=True):
     who: Text = ""
     aircraft: Text = ""
     adapter: Text = ""
+    # Of the settings.
     code: Word | None = None
     cell_voltage_v: float | None = None
     document: Annotated[str, Meta(max_length=MAX_CONTENT_BYTES)]
 
 
 class MayHaveFired(Content, frozen=True, kw_only=True):
-    """A TRIGGERED was seen, or a deploy left before the module had this name: no earlier verdict holds.
-
-    `seen_at`: when, where it was not now."""
+    """A TRIGGERED was seen, or a deploy left before the module had this name: no earlier verdict holds."""
 
     port: Text
+    # Where it was not now.
     seen_at: Word = ""
 
 
@@ -144,27 +146,28 @@ class GuidedTestDone(Content, frozen=True, kw_only=True):
 
 
 class ActIntended(Content, frozen=True, kw_only=True):
-    """The intent of an act; it is on the disk before anything is sent. `run` names the connection; `note`: who wrote
-    the settings, and why, where that was said."""
+    """The intent of an act; it is on the disk before anything is sent."""
 
     act: Word
     port: Text
     frame: Hex
     origin: Word = ""
     adapter: Text = ""
+    # Names the conversation.
     run: Word = ""
     detail: Detail = {}
+    # Who wrote the settings, and why, where that was said.
     note: Note = ""
 
 
 class DeployIntended(ActIntended, frozen=True, kw_only=True):
-    """The intent to deploy: of a kind of its own, as every report looks for it."""
+    """A kind of its own, as every report looks for it."""
 
 
 class ActEnded(Content, frozen=True, kw_only=True):
     """What came of the intent `of`; an intent without an end reads as unknown."""
 
-    of: FactId
+    of: Annotated[str, Meta(pattern=r"^[0-9a-f]{40}$")]
     outcome: Literal["confirmed", "refused", "unknown", "not sent"]
     result: Detail = {}
 
@@ -209,15 +212,6 @@ KINDS: dict[str, type[Content]] = {
 KIND_OF: dict[type[Content], str] = {type_: kind for kind, type_ in KINDS.items()}
 
 
-EARLIEST = "1970-01-02"
-# Every computer can show the times between these two in its own zone.
-LATEST = "3000"
-# A fact from later than this has a wrong time: it is kept and counts for nothing.
-AHEAD = timedelta(days=1)
-_EPOCH = datetime(1970, 1, 1, tzinfo=UTC)
-OneContent = TypeVar("OneContent", bound=Content)
-
-
 class Row(NamedTuple):
     """A fact as it is stored, in the order of the columns. `station`: the public key of who made it, as hex."""
 
@@ -241,29 +235,24 @@ def time_text(at: datetime) -> str:
     return at.astimezone(UTC).isoformat(timespec="microseconds")
 
 
-def fact_id(kind: str, module: str | None, station: str, made_at: str, content: str) -> str:
-    """Raises `ValueError` for a time or a text that is none."""
-    told = "\n".join((kind, module or "", station, made_at, content))
-    return _time_in_id(datetime.fromisoformat(made_at)) + hashlib.sha256(told.encode()).hexdigest()[:28]
-
-
-def last_id_of(at: datetime) -> str:
-    """Only the ids of facts that were made later are greater."""
-    return _time_in_id(at) + "g"
-
-
-def _time_in_id(at: datetime) -> str:
+def time_in_id(at: datetime) -> str:
+    """The first digits of an id, so that new facts stand together and sort by their time."""
     return f"{(at - _EPOCH) // timedelta(milliseconds=1):012x}"
 
 
-def content_text(content: Content) -> str:
-    """The JSON of a content. Raises `ValueError` for one that could not be read again, which is a fault of ours.
+def fact_id(kind: str, module: str | None, station: str, made_at: str, content: str) -> str:
+    """From what the row says, so that one that was changed in place no longer has its own id. Raises `ValueError` for a
+    time or a text that is none."""
+    told = "\n".join((kind, module or "", station, made_at, content))
+    return time_in_id(datetime.fromisoformat(made_at)) + hashlib.sha256(told.encode()).hexdigest()[:28]
 
-    msgspec does not check what is constructed, and writes NaN as null: so what it wrote is read again."""
-    kind = KIND_OF[type(content)]
+
+def content_text(content: Content) -> str:
+    """The JSON of a content. Raises `ValueError` for one that could not be read again, which is a fault of ours."""
     text = msgspec.json.encode(content, order="deterministic").decode()
-    if len(text.encode()) > MAX_CONTENT_BYTES or _decoder(kind).decode(text) != content:
-        raise ValueError(f"this {kind} cannot be kept: {text[:200]}")
+    # msgspec does not check what is constructed, and writes NaN as null: so what it wrote is read again.
+    if len(text.encode()) > MAX_CONTENT_BYTES or msgspec.json.decode(text, type=type(content)) != content:
+        raise ValueError(f"this {KIND_OF[type(content)]} cannot be kept: {text[:200]}")
     return text
 
 
@@ -281,17 +270,16 @@ def check_row(row: tuple[object, ...]) -> Row:
         checked = msgspec.convert(row, Row)
         if checked.module is not None and not is_module_name(checked.module):
             raise BadRow("no name of a module")
-        if not _is_time(checked.made_at):
+        made_at = checked.made_at
+        if not EARLIEST <= made_at < LATEST or time_text(datetime.fromisoformat(made_at)) != made_at:
             raise BadRow("no time")
         if len(checked.content.encode()) > MAX_CONTENT_BYTES:
             raise BadRow("too large")
         if fact_id(*checked[1:]) != checked.id:
             raise BadRow("altered")
-        if checked.kind in KINDS:
-            _decoder(checked.kind).decode(checked.content)
-        elif not isinstance(msgspec.json.decode(checked.content), dict):
-            raise BadRow("no object")  # a kind of a newer version
-    except (msgspec.MsgspecError, UnicodeEncodeError, RecursionError) as error:
+        # Of a kind of a newer version no more is known than that it is an object.
+        msgspec.json.decode(checked.content, type=KINDS.get(checked.kind, dict))
+    except (ValueError, OverflowError, RecursionError) as error:  # msgspec's own and those of times and encodings
         raise BadRow(str(error)) from error
     return checked
 
@@ -299,24 +287,13 @@ def check_row(row: tuple[object, ...]) -> Row:
 def content_of(row: Row, type_: type[OneContent]) -> OneContent | None:
     """What a row of our own files says; None for what cannot be read, as of a newer version. This is the one place
     where the decoding of a stored row may fail."""
-    try:
-        content = _decoder(row.kind).decode(row.content)
-    except (KeyError, msgspec.MsgspecError, RecursionError):
+    if KINDS.get(row.kind) is not type_:
         return None
-    return content if isinstance(content, type_) else None
-
-
-@cache
-def _decoder(kind: str) -> msgspec.json.Decoder[Content]:
-    return msgspec.json.Decoder(KINDS[kind])
+    try:
+        return msgspec.json.decode(row.content, type=type_)
+    except (msgspec.MsgspecError, RecursionError):
+        return None
 
 
 def is_module_name(module: str) -> bool:
     return module.strip() != "" and clean(module) == module
-
-
-def _is_time(text: str) -> bool:
-    try:
-        return EARLIEST <= text < LATEST and time_text(datetime.fromisoformat(text)) == text
-    except (ValueError, OverflowError):
-        return False

@@ -218,11 +218,11 @@ def connected(
             opened.close()
             if opened.has_seen_triggered:
                 # For the next module that is named at this port: what was said of it before does not hold any more.
-                from app.store.acts import note_unnamed
+                from app.store.acts import note_triggered
                 from app.terminal.records import adapter_of, opened_store
 
                 with opened_store(KEEP_LIMIT_S) as (store, _troubles):
-                    store.write(lambda facts: note_unnamed(facts, port=port, adapter=adapter_of(port)))
+                    store.write(lambda facts: note_triggered(facts, port=port, adapter=adapter_of(port)))
 
 
 def _greet(opened: OpenPort, port: str, baud_rate: int | None) -> None:

@@ -21,8 +21,7 @@ from app.modules.names import remembered, store_as_found, what_speaks_against
 from app.safety.journal import Journal
 from app.safety.left_active import KnownAs, LeftActive, all_left, note_named
 from app.store.acts import StoreJournal, Where, new_run, note_report, note_said_safe
-from app.store.fact_store import CLOSE_LIMIT_S, Facts, Store
-from app.store.opening import FILE_NAME
+from app.store.fact_store import CLOSE_LIMIT_S, FILE_NAME, Facts, Store
 from app.store.rows import Row
 from app.system.files import data_folder
 from app.terminal.console import Refused, note, notify, notify_once

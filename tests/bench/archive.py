@@ -10,9 +10,8 @@ from datetime import UTC, datetime, timedelta
 from pathlib import Path
 from typing import Final
 
-from app.archive.archive import Archive
+from app.archive.archive import Archive, sync
 from app.archive.report import report
-from app.archive.sync import sync
 from app.store.fact_store import INSERT, Facts, Store
 from app.store.rows import ActIntended, ModuleVisited, SaidNew, content_text, make_row
 from tests.bench.kit import Figure

@@ -8,7 +8,7 @@ import pytest
 
 import app.__main__ as program
 from app.safety.journal import REQUESTS, Act, Outcome
-from app.store.opening import Opened, open_file
+from app.store.fact_store import open_file
 from app.system.files import data_folder
 from tests.files.records.test_record import signed_record
 from tests.support.cli_line import Printed, Program, bench_of
@@ -67,7 +67,7 @@ def test_lock_leaves_before_any_file_is_opened(
 ) -> None:
     sent: list[list[bytes]] = []
 
-    def noted(path: Path) -> Opened:
+    def noted(path: Path) -> object:
         sent.append(wire.copy())
         return open_file(path)
 

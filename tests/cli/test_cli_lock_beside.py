@@ -8,7 +8,7 @@ from contextlib import closing
 
 import pytest
 
-from app.store.opening import FILE_NAME
+from app.store.fact_store import FILE_NAME
 from app.system.files import data_folder
 from tests.support.patience import in_time
 from tests.support.processes import PROGRAM, RunningModule, ran, ran_code, run_module

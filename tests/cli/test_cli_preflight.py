@@ -13,8 +13,7 @@ import pytest
 import app.__main__ as program
 from app.preflight.checks import CHECKS
 from app.safety.journal import Act, Outcome
-from app.store.fact_store import Store
-from app.store.opening import FILE_NAME
+from app.store.fact_store import FILE_NAME, Store
 from app.store.rows import PreflightCheck
 from app.system.files import data_folder
 from app.terminal.console import Signalled

@@ -11,8 +11,7 @@ import pytest
 
 from app.cli.commands import BY_NAME
 from app.simulator.bench import SimulatedBench
-from app.store.fact_store import Facts
-from app.store.opening import StoreFault, StoreTrouble
+from app.store.fact_store import Facts, StoreFault, StoreTrouble
 from app.store.rows import Content, ModuleProvisioned, PreflightCheck, Row
 from app.terminal import console
 from app.terminal.console import Refused

@@ -10,7 +10,7 @@ import app.__main__ as program
 from app.engine import transport
 from app.safety.journal import Act, Outcome
 from app.settings.profiles import Profile, save_profile
-from app.store.opening import FILE_NAME
+from app.store.fact_store import FILE_NAME
 from app.system.files import data_folder
 from app.terminal.console import Signalled
 from protocol.catalogue import BY_NAME

@@ -97,7 +97,7 @@ def test_a_stream_left_on_is_switched_off(store: Store, boots: int | None, is_wa
     assert changes(rig) == [OFF]
     assert not rig.bench.module.is_streaming
     wait_stored(store, is_on=False)
-    assert not memory.was_left_on
+    assert memory.left_on is None
 
 
 @pytest.mark.promise("c")

@@ -8,8 +8,7 @@ from typing import Generic, TypeVar
 
 from PySide6.QtCore import QObject, Qt, Signal
 
-from app.store.fact_store import Facts, Store
-from app.store.opening import StoreTrouble
+from app.store.fact_store import Facts, Store, StoreTrouble
 from app.text.messages import UserError
 from protocol.translatable import marked
 

@@ -4,7 +4,7 @@ import logging
 import threading
 from concurrent.futures import wait
 from pathlib import Path
-from typing import Protocol
+from typing import Any
 
 from PySide6.QtCore import QObject, Signal
 
@@ -12,38 +12,31 @@ from app.engine.target import Target
 from app.safety.journal import Journal, NoJournal
 from app.safety.left_active import KnownAs, LeftActive
 from app.store.acts import UNNAMED, StoreJournal, StreamMemory, Where
-from app.store.fact_store import Store
-from app.store.opening import StoreFault, StoreTrouble
+from app.store.fact_store import Store, StoreFault, StoreTrouble
 from app.system.files import data_folder
 from ui.services.recording_jobs import RecordingJobs
 
 _log = logging.getLogger(__name__)
 
-
 ORIGIN = "window"
-RECORDINGS = "recordings"
-"""The folder beside the store."""
+# For the last lines of a recording, when the window closes.
 RECORDER_LIMIT_S = 0.1
-"""For the last lines of a recording, when the window closes."""
-
-
-class Recording(Protocol):
-    def stop(self, deadline_s: float) -> bool: ...
 
 
 class Storage(QObject):
-    """The store opens in its own thread once it is first asked for, and nobody here waits for it. `opened`: it is open,
-    or there is none; emitted in the window's thread (`ui/main.py`)."""
+    """The store opens in its own thread once it is first asked for, and nobody here waits for it."""
 
+    # It is open, or there is none; emitted in the window's thread (`ui/main.py`).
     opened = Signal()
 
     def __init__(self, folder: Path | None = None) -> None:
         super().__init__()
+        # Modules that the audit log leaves ACTIVE; see `LeftActiveWatch`.
         self.left_active: tuple[LeftActive, ...] = ()
-        """Modules that the audit log leaves ACTIVE; see `LeftActiveWatch`."""
+        # One of each port; ended by `close`.
+        self.recorded: list[Any] = []
+        self.recordings = RecordingJobs(None if folder is None else folder / "recordings")
         self._folder = folder
-        self._recorded: list[Recording] = []
-        self.recordings = RecordingJobs(None if folder is None else folder / RECORDINGS)
         self._opening: Store | None = None
         self._lock = threading.Lock()
         self._is_closed = False
@@ -54,10 +47,18 @@ class Storage(QObject):
         return self._folder or data_folder()
 
     @property
+    def begun(self) -> Store | None:
+        """None once it is closed. Any thread may call."""
+        with self._lock:
+            if self._opening is None and not self._is_closed:
+                self._opening = Store(self._folder)
+            return None if self._is_closed else self._opening
+
+    @property
     def store(self) -> Store | StoreTrouble:
         """The store once it is open, or why there is none (yet). Never waits."""
         store = self.begun
-        if self._is_closed or store is None:
+        if store is None:
             return StoreTrouble(StoreFault.FAILED, self.folder, "closed")
         if not store.opened.done():
             return StoreTrouble(StoreFault.OPENING, store.path)
@@ -86,14 +87,10 @@ class Storage(QObject):
         notice = store.opened.result()
         return None if notice is None else notice.translated()
 
-    def note_recording(self, recording: Recording) -> None:
-        """Of one more port; ended by `close`."""
-        self._recorded.append(recording)
-
     def journal(self, target: Target | None, known_as: KnownAs = UNNAMED) -> Journal:
         """Of a store that may still be opening: LOCK waits for no entry, and an act for its own."""
         store = self.begun
-        if target is None or store is None or (isinstance(self.store, StoreTrouble) and store.opened.done()):
+        if target is None or store is None or (store.opened.done() and self.ready is None):
             return NoJournal()
         where = Where(target.device, ORIGIN, target.identity, known_as)
         return StoreJournal(store, lambda: where)
@@ -109,20 +106,12 @@ class Storage(QObject):
     def close(self) -> None:
         """Close permanently, so that running work cannot open the store again. Idempotent."""
         self.recordings.stop()
-        for recording in self._recorded:
+        for recording in self.recorded:
             recording.stop(0.0)  # all at once
-        stopped = [recording.stop(RECORDER_LIMIT_S) for recording in self._recorded]
+        stopped = [recording.stop(RECORDER_LIMIT_S) for recording in self.recorded]
         if not all(stopped):
             _log.warning("The recording was not closed within %s s; what was written is there", RECORDER_LIMIT_S)
         with self._lock:
             self._is_closed = True
         if self._opening is not None:
             self._opening.close()
-
-    @property
-    def begun(self) -> Store | None:
-        """None once it is closed. Any thread may call."""
-        with self._lock:
-            if self._opening is None and not self._is_closed:
-                self._opening = Store(self._folder)
-            return None if self._is_closed else self._opening

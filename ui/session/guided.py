@@ -21,8 +21,7 @@ from app.guided.results import TITLES, VERDICT_WORDS, GuidedKind, GuidedResult, 
 from app.modules.names import remember
 from app.procedures.act import Performed
 from app.safety.journal import Outcome
-from app.store.fact_store import Facts, Store
-from app.store.opening import StoreTrouble
+from app.store.fact_store import Facts, Store, StoreTrouble
 from app.text.messages import UserError, message
 from protocol.translatable import marked
 from ui.core.background_task import BackgroundTask

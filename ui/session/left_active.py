@@ -2,7 +2,6 @@
 
 from collections.abc import Callable
 from functools import partial
-from typing import NamedTuple
 
 from PySide6.QtCore import QObject, Signal
 
@@ -19,26 +18,18 @@ from ui.style.theme import Meaning
 from ui.widgets.notice_bar import Choice, Notice
 
 
-class _Told(NamedTuple):
-    """What the store was told of one conversation last."""
-
-    run: str
-    name: str
-    is_going: bool
-    is_active: bool
-
-
 class LeftActiveWatch(QObject):
     """Keeps in the store what the modules on all ports report, and shows what is left of ended conversations."""
 
+    # There is another notice.
     changed = Signal()
-    """There is another notice."""
 
     def __init__(self, ports: Ports) -> None:
         super().__init__(ports)
         self._ports, self._storage = ports, ports.storage
         self._writing: BackgroundTask[tuple[LeftActive, ...]] = BackgroundTask("dps-s left active", self)
-        self._told: dict[Port, _Told] = {}
+        # What the store was told last of the conversation at each port.
+        self._told: dict[Port, tuple[object, ...]] = {}
         for port in ports.all:
             self._add(port)
         ports.added.connect(self._add)
@@ -51,13 +42,14 @@ class LeftActiveWatch(QObject):
     def notices(self) -> list[Notice]:
         """The last one first."""
         going = {port.module.run_id for port in self._ports.all if port.module.is_going}
-        return [self._notice(left) for left in self._storage.left_active if left.run not in going]
-
-    def _notice(self, left: LeftActive) -> Notice:
-        act = partial(self._update, partial(note_said_safe, left=left, origin=ORIGIN))
-        safe = Choice("left_active_locked", tr("It is safe"), act, is_step=True)
-        meaning = Meaning.ATTENTION if left.is_warning else Meaning.INFORMATION
-        return Notice(meaning, left.sentence, (safe,), cause=f"left {left.run}")
+        notices = []
+        for left in self._storage.left_active:
+            if left.run not in going:
+                act = partial(self._update, partial(note_said_safe, left=left, origin=ORIGIN))
+                safe = Choice("left_active_locked", tr("It is safe"), act, is_step=True)
+                meaning = Meaning.ATTENTION if left.is_warning else Meaning.INFORMATION
+                notices.append(Notice(meaning, left.sentence, (safe,), cause=f"left {left.run}"))
+        return notices
 
     def _add(self, port: Port) -> None:
         port.changed.connect(partial(self._watch, port))
@@ -69,27 +61,26 @@ class LeftActiveWatch(QObject):
         known = module.view.values.get("active")
         if known is None or known.how is How.ACKNOWLEDGED or target is None or target.is_simulated:
             return
-        if known.value is not True and not module.is_going:
-            return  # what it reported last, before its conversation ended
-        told = _Told(module.run_id, module.name, module.is_going, known.value is True)
-        if told == self._told.get(port):
-            return
-        self._told[port] = told
-        where = Where(target.device, ORIGIN, target.identity, module.known_as)
-        self._update(partial(note_report, where=where, is_active=told.is_active))
+        is_active = known.value is True
+        told = (module.run_id, module.name, module.is_going, is_active)
+        # One that is LOCKED counts only while its conversation goes on: afterwards that is what it reported last.
+        if told != self._told.get(port) and (is_active or module.is_going):
+            self._told[port] = told
+            where = Where(target.device, ORIGIN, target.identity, module.known_as)
+            self._update(partial(note_report, where=where, is_active=is_active))
 
     def _update(self, note: Callable[[Facts], object]) -> None:
         """Do this in the store's thread, and take what is left ACTIVE then."""
+
+        def work(facts: Facts) -> tuple[LeftActive, ...]:
+            note(facts)
+            return all_left(facts)
+
         store = self._storage.ready
         if store is not None:
             # Where the store is in trouble, its own notice says it.
-            self._writing.run_in(store, partial(_after, note), self._take, lambda _trouble: None)
+            self._writing.run_in(store, work, self._take, lambda _trouble: None)
 
     def _take(self, left: tuple[LeftActive, ...]) -> None:
         self._storage.left_active = left
         self.changed.emit()
-
-
-def _after(note: Callable[[Facts], object], facts: Facts) -> tuple[LeftActive, ...]:
-    note(facts)
-    return all_left(facts)

@@ -83,7 +83,7 @@ class Port(QObject):
         self._clock, self._storage, self._watcher = clock, storage, watcher
         self.stream = StreamSwitch(is_wanted=False)
         self.recording = SessionRecording(self.stream, storage.recordings)
-        storage.note_recording(self.recording)
+        storage.recorded.append(self.recording)
         self.lock = PortLock(partial(self.submit, is_urgent=True), lambda: self.module.journal, parent=self)
         # What stays of the conversations that ended here.
         self.interruptions = Interruptions(time.time, parent=self)

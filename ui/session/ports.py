@@ -12,7 +12,7 @@ from PySide6.QtWidgets import QWidget
 from app.engine.target import Target
 from app.engine.worker import PUBLISH_EVERY_S, Batch, PortState
 from app.modules.names import modules
-from app.store.opening import StoreTrouble
+from app.store.fact_store import StoreTrouble
 from app.system.clock import steady_time
 from ui.core.port_watcher import PortWatcher
 from ui.services.storage import Storage

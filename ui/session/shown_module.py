@@ -26,8 +26,7 @@ from app.safety.journal import Journal
 from app.safety.last_known import SeenActivation, seen_activation
 from app.safety.left_active import KnownAs, note_go, note_named
 from app.store.acts import claim_fired, new_run, note_triggered
-from app.store.fact_store import Facts
-from app.store.opening import StoreTrouble
+from app.store.fact_store import Facts, StoreTrouble
 from app.store.rows import Row
 from app.text.i18n import tr
 from app.text.messages import UserMessage, capitalised, clean, join_sentences, labelled

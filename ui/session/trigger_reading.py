@@ -7,8 +7,7 @@ from typing import NamedTuple
 from PySide6.QtCore import QObject, Signal
 
 from app.engine.procedure import Cancelled, Job
-from app.store.fact_store import Facts, utc_now
-from app.store.opening import StoreTrouble
+from app.store.fact_store import Facts, StoreTrouble, utc_now
 from app.system.clock import DAY, local_time
 from app.text.i18n import tr
 from app.text.messages import join_sentences

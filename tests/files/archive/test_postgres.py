@@ -10,16 +10,15 @@ from typing import Any
 
 import pytest
 
-from app.archive.archive import Archive
+from app.archive.archive import Archive, Synced, sync
 from app.archive.places import SQL_FILE, PostgresPlace, server_url
-from app.archive.sync import Synced, sync
 from app.store.fact_store import Store
 from app.store.rows import SaidNew
 from app.text.messages import UserError
 from tests.cli.test_schemas import faults
 from tests.files.archive.conftest import PAGE
 from tests.support.cli_line import run_here
-from tests.support.processes import running
+from tests.support.processes import ran_code, running
 from tests.support.records.archive_server import (
     PASSWORD,
     ROOT_CERTIFICATE,
@@ -37,8 +36,9 @@ def stores(tmp_path: Path, server: ArchiveServer) -> Iterator[list[Store]]:
         yield [stack.enter_context(closing(open_store(tmp_path / name))) for name in "AB"]
 
 
-def _say(store: Store, module: str) -> None:
-    store.add(SaidNew(is_new=True), module).result()
+def _say(store: Store, *modules: str) -> None:
+    for module in modules:
+        store.add(SaidNew(is_new=True), module).result()
 
 
 def _sync(store: Store, url: str) -> Synced:
@@ -48,8 +48,7 @@ def _sync(store: Store, url: str) -> Synced:
 @pytest.mark.promise("g")
 def test_what_was_altered_on_the_server_is_named_and_not_taken_over(stores: list[Store], server: ArchiveServer) -> None:
     one, other = stores
-    for number in range(3):
-        _say(one, f"M-{number}")
+    _say(one, "M-0", "M-1", "M-2")
     assert _sync(one, server.url()).sent == 4
     assert _sync(one, server.url()) == Synced()
     server.run(
@@ -64,7 +63,6 @@ def test_what_was_altered_on_the_server_is_named_and_not_taken_over(stores: list
     assert (again.received, again.left_out, again.left_out_count) == (0, [], 2)  # named once a day
     server.run("DELETE FROM dps_s_facts WHERE module = 'M-1'")
     assert _sync(one, server.url()).sent == 1
-    other.close()
 
 
 def test_the_program_makes_the_table_that_the_page_says() -> None:
@@ -73,19 +71,22 @@ def test_the_program_makes_the_table_that_the_page_says() -> None:
         assert statement in said
 
 
+@pytest.mark.parametrize(
+    "values",
+    [
+        f"'x', 'act', null, '{'a' * 64}', '2026', '{{}}'",
+        f"'{'f' * 40}', 'act', null, 'short', '2026', '{{}}'",
+        f"'{'f' * 40}', 'act', null, '{'a' * 64}', '2026', repeat('x', 1000001)",
+    ],
+)
 def test_the_server_itself_refuses_rows_that_are_too_large_or_have_no_id(
-    stores: list[Store], server: ArchiveServer
+    values: str, stores: list[Store], server: ArchiveServer
 ) -> None:
     import psycopg
 
     _sync(stores[0], server.url())
-    for values in (
-        f"'x', 'act', null, '{'a' * 64}', '2026', '{{}}'",
-        f"'{'f' * 40}', 'act', null, 'short', '2026', '{{}}'",
-        f"'{'f' * 40}', 'act', null, '{'a' * 64}', '2026', repeat('x', 1000001)",
-    ):
-        with pytest.raises(psycopg.errors.CheckViolation):
-            server.run(f"INSERT INTO dps_s_facts VALUES ({values})")
+    with pytest.raises(psycopg.errors.CheckViolation):
+        server.run(f"INSERT INTO dps_s_facts VALUES ({values})")
 
 
 def test_a_database_of_another_encoding_is_refused_in_one_sentence(stores: list[Store], server: ArchiveServer) -> None:
@@ -98,16 +99,16 @@ def test_a_database_of_another_encoding_is_refused_in_one_sentence(stores: list[
 def test_a_role_that_may_only_add_and_read_is_enough(
     stores: list[Store], server: ArchiveServer, url_of_stations: str
 ) -> None:
+    import psycopg
+
     one, other = stores
     _say(one, "M-07")
     assert _sync(one, url_of_stations).sent == 2
     assert _sync(other, url_of_stations).received == 2
-    import psycopg
-
     with psycopg.connect(url_of_stations, autocommit=True) as connection:
-        for statement in ("DELETE FROM {}", "UPDATE {} SET kind = 'x'", "TRUNCATE {}", "DROP TABLE {}"):
+        for statement in (b"DELETE FROM dps_s_facts", b"UPDATE dps_s_facts SET kind = 'x'", b"DROP TABLE dps_s_facts"):
             with pytest.raises(psycopg.errors.InsufficientPrivilege):
-                connection.execute(statement.format("dps_s_facts").encode())
+                connection.execute(statement)
     server.run("CREATE DATABASE empty_one")
     with pytest.raises(UserError, match="GRANT SELECT, INSERT ON dps_s_facts TO dps_s_station"):
         _sync(one, server.url("empty_one", "dps_s_station"))
@@ -146,9 +147,7 @@ def test_four_stations_that_write_and_exchange_at_once_and_are_killed_miss_nothi
 _STATION = """
 import sys, threading
 from pathlib import Path
-from typing import Any
-from app.archive.archive import Archive
-from app.archive.sync import sync
+from app.archive.archive import Archive, sync
 from app.store.rows import SaidNew
 from app.text.messages import UserError
 from tests.support.records.stored import open_store
@@ -173,19 +172,78 @@ while True:
 def test_a_connection_that_is_cut_is_one_sentence_and_nothing_is_missed(
     stores: list[Store], server: ArchiveServer, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("app.archive.sync.PAGE_ROWS", 2)
+    monkeypatch.setattr("app.archive.archive.PAGE_ROWS", 2)
     one, other = stores
-    for number in range(5):
-        _say(one, f"M-{number}")
+    _say(one, *(f"M-{number}" for number in range(5)))
+    for store, page in ((one, "add"), (other, "rows")):
+        whole = getattr(PostgresPlace, page)
 
-    def cut(_done: Synced) -> None:
-        server.run("SELECT pg_terminate_backend(pid) FROM pg_stat_activity WHERE pid <> pg_backend_pid()")
+        def cut(*args: Any, whole: Any = whole) -> Any:
+            done = whole(*args)
+            server.run("SELECT pg_terminate_backend(pid) FROM pg_stat_activity WHERE pid <> pg_backend_pid()")
+            return done
 
-    for store in stores:
-        with pytest.raises(UserError, match="cannot be used"):
-            sync(Archive(store), server.url(), cut)
+        with monkeypatch.context() as patch:
+            patch.setattr(PostgresPlace, page, cut)
+            with pytest.raises(UserError, match="cannot be used"):
+                _sync(store, server.url())
         _sync(store, server.url())
     assert Archive(other).status().facts == 7
+
+
+# Its address, passwords and certificates
+
+
+@pytest.mark.parametrize(
+    ("typed", "shown", "password"),
+    [
+        (
+            "postgresql://li:p%40ss@db.example:5433/dps_s?sslmode=verify-full",
+            "postgresql://li@db.example:5433/dps_s?sslmode=verify-full",
+            "p@ss",
+        ),
+        ("postgres://db/dps_s", "postgresql://db/dps_s", ""),
+        ("postgresql://db/x?sslrootcert=/My%20Files/a+b", "postgresql://db/x?sslrootcert=/My%20Files/a+b", ""),
+        ("postgresql://:secret@[::1]/x", "postgresql://[::1]/x", "secret"),
+    ],
+)
+def test_the_password_is_taken_out(typed: str, shown: str, password: str) -> None:
+    url = server_url(typed)
+    assert (url.shown, url.password) == (shown, password)
+    assert server_url(url.shown) == url._replace(password="")
+
+
+@pytest.mark.parametrize(
+    "typed",
+    [
+        "host=db password=secret",
+        "postgresql://li:a@secret@db/x",
+        "postgresql://li:se/cret@db/x",
+        "postgresql://" + "secret" * 1000,
+        "postgresql://li@db/x?PassWord=secret",
+        "postgresql://li@db/x?%70assword=secret",
+        "postgresql://li@db/x?scram_client_key=secret",
+    ],
+)
+@pytest.mark.promise("g")
+def test_what_may_hide_a_password_is_refused_without_showing_it(typed: str) -> None:
+    with pytest.raises(UserError) as caught:
+        server_url(typed)
+    assert "secret" not in str(caught.value)
+    assert "cret@" not in str(caught.value)
+
+
+def test_psycopg_is_loaded_only_for_a_server_and_its_absence_is_a_sentence() -> None:
+    program = (
+        "import sys, app.__main__, app.archive.places\n"
+        "assert app.__main__.main(['archive', 'status']) == 0\n"
+        "assert not {'psycopg', 'psycopg_binary'} & sys.modules.keys()\n"
+        "sys.modules['psycopg'] = None\n"
+        "sys.exit(app.__main__.main(['archive', 'sync', 'postgresql://db/x']))\n"
+    )
+    done = ran_code(program)
+    assert done.returncode == 3
+    assert 'pip install "dps-s-configurator[archive]"' in done.stderr
 
 
 @pytest.mark.promise("g")
@@ -194,8 +252,7 @@ def test_the_password_comes_from_the_systems_places_and_shows_nowhere(
     caplog: pytest.LogCaptureFixture,
 ) -> None:  # fmt: skip
     caplog.set_level(logging.DEBUG)
-    one = stores[0]
-    plain = server.tcp_url(WITH_PASSWORD)
+    one, plain = stores[0], server.tcp_url(WITH_PASSWORD)
     with pytest.raises(UserError, match="no password supplied") as caught:
         _sync(one, plain)
     assert plain in str(caught.value)
@@ -213,45 +270,31 @@ def test_the_password_comes_from_the_systems_places_and_shows_nowhere(
     assert all(PASSWORD.encode() not in path.read_bytes() for path in one.folder.rglob("*") if path.is_file())
 
 
-@pytest.fixture(autouse=True)
-def _systems_own_roots(monkeypatch: pytest.MonkeyPatch) -> None:
-    """As the program sets the variable, and each test begins without it."""
-    monkeypatch.setenv("SSL_CERT_FILE", "")
-    monkeypatch.delenv("SSL_CERT_FILE")
-    monkeypatch.delenv("SSL_CERT_DIR", raising=False)
-
-
-@pytest.fixture
-def guarded(server: ArchiveServer) -> str:
-    """An address with a password, without TLS's options."""
-    return server.tcp_url(WITH_PASSWORD, PASSWORD)
-
-
 @pytest.mark.promise("g")
-def test_the_systems_roots_are_found(
-    server: ArchiveServer, guarded: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_the_systems_roots_are_found(server: ArchiveServer, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """OpenSSL as psycopg brings it looks for them in a folder that no system has."""
+    address = f"{server.tcp_url(WITH_PASSWORD, PASSWORD)}?sslrootcert=system"
+    for name in "SSL_CERT_FILE", "SSL_CERT_DIR":
+        monkeypatch.setenv(name, "")  # so that what the program sets is taken back
+        monkeypatch.delenv(name)
     monkeypatch.setattr("app.archive.places.ROOT_FILES", (tmp_path / "none", server.folder / ROOT_CERTIFICATE))
-    PostgresPlace(f"{guarded}?sslrootcert=system").close()
+    PostgresPlace(address).close()
     write_certificate(tmp_path / "other.crt", tmp_path / "other.key")
     monkeypatch.setenv("SSL_CERT_FILE", str(tmp_path / "other.crt"))  # a person's own choice counts
     with pytest.raises(UserError, match="certificate verify failed"):
-        PostgresPlace(f"{guarded}?sslrootcert=system")
+        PostgresPlace(address)
 
 
 def test_the_command_exchanges_and_says_what_was_altered(
     stores: list[Store], server: ArchiveServer, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    one = stores[0]
-    _say(one, "M-07")
-    _sync(one, server.url())
+    _say(stores[0], "M-07")
+    _sync(stores[0], server.url())
     found: list[dict[str, Any]] = []
     with closing(open_store()) as here:
         here.set_state("server", server_url(server.url()).shown).result()
     for words, code in (([server.url()], 0), ([], 0), ([], 4)):
         if len(found) == 2:
-            server.run("UPDATE dps_s_facts SET made_at = '2020-01-01T00:00:00.000000+00:00' WHERE module = 'M-07'")
             server.run("UPDATE dps_s_facts SET id = '1' || substr(id, 2) WHERE module = 'M-07'")
         found.append(json.loads(run_here(capsys, ["archive", "sync", *words, "--json"], code).out))
     assert [fault for report in found for fault in faults("archive_sync", report)] == []

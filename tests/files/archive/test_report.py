@@ -1,4 +1,4 @@
-"""Every module today, over all stations; and the history of one."""
+"""Every module today, over all stations; and what happened to one."""
 
 import json
 from collections.abc import Callable, Iterator
@@ -9,10 +9,9 @@ from typing import Any
 
 import pytest
 
-from app.archive.archive import Archive
-from app.archive.report import ModuleToday, report
-from app.archive.sync import sync
-from app.safety.journal import Act, Outcome
+from app.archive.archive import Archive, sync
+from app.archive.report import HistoryEvent, as_edits, module_history, report, settings_changed
+from app.safety.journal import NOTE, Act, Outcome
 from app.safety.left_active import KnownAs
 from app.store.fact_store import Store
 from app.store.rows import (
@@ -32,6 +31,8 @@ from tests.support.records.stored import begin, open_store, settle
 
 NOW = datetime.now(UTC)
 RAW = "41 75 35 01 01 00 6C 02 3C 05 A0 00 01 0C EB 7E"
+NO_CHECK, NOT_GO = "No pre-flight check yet.", "The last check is not GO."
+SETTINGS: dict[str, Any] = {"attitude_threshold_deg": 60, "freefall_time_s": 1.2}
 
 
 @pytest.fixture
@@ -47,22 +48,22 @@ def other(tmp_path: Path) -> Iterator[Store]:
         yield store
 
 
-def add(store: Store, content: Content, days_ago: float = 0.0, module: str = "M-07") -> None:
+def add(store: Store, content: Content, days_ago: float = 0.0) -> None:
     at = NOW - timedelta(days=days_ago)
-    store.write(lambda facts: facts.add(content, module, at=at)).result(PATIENCE_S)
+    store.write(lambda facts: facts.add(content, "M-07", at=at)).result(PATIENCE_S)
 
 
 def visit(boots: int) -> ModuleVisited:
     return ModuleVisited(port="p", boot_count=boots, slots=[], is_confirmed=True, known=0)
 
 
-def today(store: Store) -> ModuleToday:
-    (state,) = report(Archive(store), NOW + timedelta(seconds=1))
-    return state
-
-
 def due(store: Store) -> list[str]:
-    return [one.kind.value for one in today(store).due]
+    (state,) = report(Archive(store), NOW + timedelta(seconds=1))
+    return [one.in_english() for one in state.due]
+
+
+def asks(store: Store) -> bool:
+    return any("Two modules?" in text for text in due(store))
 
 
 def checked(verdict: Any = "GO", *, is_simulated: bool = False, is_void: bool = False) -> PreflightCheck:
@@ -70,24 +71,23 @@ def checked(verdict: Any = "GO", *, is_simulated: bool = False, is_void: bool = 
 
 
 @pytest.mark.parametrize(
-    ("checks", "kinds"),
+    ("checks", "said"),
     [
-        ([], ["no_check"]),
+        ([], [NO_CHECK]),
         ([(checked(), 1)], []),
-        ([(checked(), 31)], ["old_check"]),
-        ([(checked("NO-GO"), 1)], ["no_go"]),
-        ([(checked(is_void=True), 1)], ["no_go"]),
-        ([(checked(), 3), (checked("NO-GO"), 2)], ["no_go"]),
+        ([(checked(), 31)], ["No check within the last 30 days."]),
+        ([(checked(is_void=True), 1)], [NOT_GO]),
+        ([(checked(), 3), (checked("NO-GO"), 2)], [NOT_GO]),
         ([(checked("NO-GO"), 3), (checked("READY"), 2)], []),
         ([(checked(), 3), (checked("NO-GO", is_simulated=True), 2)], []),
-        ([(checked(is_simulated=True), 2)], ["no_check"]),
+        ([(checked(is_simulated=True), 2)], [NO_CHECK]),
     ],
 )
-def test_what_is_due_of_the_last_check(here: Store, checks: list[tuple[PreflightCheck, int]], kinds: list[str]) -> None:
+def test_what_is_due_of_the_last_check(here: Store, checks: list[tuple[PreflightCheck, int]], said: list[str]) -> None:
     add(here, visit(3))
     for check, days_ago in checks:
         add(here, check, days_ago)
-    assert due(here) == kinds
+    assert due(here) == said
 
 
 @pytest.mark.parametrize(
@@ -105,10 +105,9 @@ def test_two_modules_are_asked_about_where_the_boot_count_went_back(
 ) -> None:
     for count, days_ago in boots:
         add(here, visit(count), days_ago)
-    assert bool(today(here).two_modules) is is_asked
-    assert ("two_modules" in due(here)) is is_asked
+    assert asks(here) is is_asked
     add(here, Serviced(service="firmware", on=NOW.date(), due=None, who="Li"))
-    assert today(here).two_modules == []
+    assert not asks(here)
 
 
 @pytest.mark.parametrize(("minutes", "is_asked"), [(10, False), (20, True)])
@@ -119,7 +118,7 @@ def test_the_clocks_of_two_stations_may_differ_by_minutes(
     add(other, visit(39), 1.0 - minutes / 24 / 60)
     for store in (other, here):
         sync(Archive(store), str(tmp_path / "stick"))
-    assert bool(today(here).two_modules) is is_asked
+    assert asks(here) is is_asked
 
 
 def test_a_trigger_record_that_two_stations_read_is_one_and_judged_by_either(
@@ -128,14 +127,62 @@ def test_a_trigger_record_that_two_stations_read_is_one_and_judged_by_either(
     for store in (here, other):
         add(store, TriggerRecordSeen(place=0, raw=RAW))
     add(here, TriggerRecordSeen(place=1, raw=RAW.replace("6C", "6D")))
-    add(other, TriggerRecordJudged(place=0, raw=RAW, judgement="bench test"))
-    for store in (other, here):
-        sync(Archive(store), str(tmp_path / "stick"))
-    assert (today(here).trigger_records, today(here).unjudged) == (2, 1)
-    add(other, TriggerRecordJudged(place=0, raw=RAW, judgement=None))
-    for store in (other, here):
-        sync(Archive(store), str(tmp_path / "stick"))
-    assert today(here).unjudged == 2
+    for judgement, unjudged in (("bench test", 1), (None, 2)):
+        add(other, TriggerRecordJudged(place=0, raw=RAW, judgement=judgement))  # type: ignore[arg-type]
+        for store in (other, here):
+            sync(Archive(store), str(tmp_path / "stick"))
+        assert due(here) == [NO_CHECK, f"Unjudged trigger records: {unjudged}."]
+
+
+# The history of one: its settings before and after, over a restart, and earlier ones to be written again
+
+
+def seen(store: Store, boot_count: int, **settings: Any) -> None:
+    add(store, SettingsSeen(port="P", boot_count=boot_count, settings=SETTINGS | settings), 1 - boot_count / 1e3)
+
+
+def write(store: Store, outcome: Outcome, *, note: str = "", **detail: Any) -> None:
+    detail |= {NOTE: note} if note else {}
+    intent = begin(store, Act.WRITE, b"\x20", detail, port="P", known_as=KnownAs("M-07"))
+    settle(store, intent, Act.WRITE, outcome, port="P", known_as=KnownAs("M-07"))
+
+
+def history(store: Store) -> tuple[list[HistoryEvent], list[str]]:
+    events = module_history(Archive(store), "M-07")
+    return events, [event.text.in_english() for event in events]
+
+
+def test_a_write_is_told_with_the_value_before_and_why(here: Store) -> None:
+    seen(here, 4)
+    write(here, Outcome.CONFIRMED, note="Li Wei: heavier battery", attitude_threshold_deg=65)
+    write(here, Outcome.REFUSED, attitude_threshold_deg=70)
+    write(here, Outcome.UNKNOWN, attitude_threshold_deg=75)
+    write(here, Outcome.CONFIRMED, attitude_threshold_deg=80, attitude_trigger=True)
+    events, told = history(here)
+    assert told == [
+        "Settings: Attitude threshold 60°, Free-fall time 1.20 s.",
+        "Attitude threshold 60° → 65°: confirmed. “Li Wei: heavier battery”",
+        "Attitude threshold 65° → 70°: refused.",
+        "Attitude threshold 65° → 75°: may have been carried out.",
+        "Attitude threshold 80°, Attitude trigger Enabled: confirmed.",
+    ]
+    assert [event.settings.get("attitude_threshold_deg") for event in events] == [60, 65, 65, None, 80]
+    changed = settings_changed(events[0].settings, events[-1].settings)
+    assert [one.in_english() for one in changed] == ["Attitude threshold 60° → 80°"]
+    assert as_edits(events[0].settings) == SETTINGS
+    assert as_edits({**events[-1].settings, "freefall_time_s": 1e9, "unheard_of": 1}) == {"attitude_threshold_deg": 80}
+
+
+def test_over_a_restart_it_is_told_what_was_kept(here: Store) -> None:
+    add(here, visit(4), 2)
+    for boot_count, settings in ((5, {}), (6, {}), (7, {"freefall_time_s": 1.0}), (19, {})):
+        seen(here, boot_count, **settings)
+    assert history(here)[1] == [
+        "Settings: Attitude threshold 60°, Free-fall time 1.20 s.",
+        "Over the restart: settings kept.",
+        "Over the restart: Free-fall time 1.20 s → 1.00 s.",
+        "Read since: Free-fall time 1.00 s → 1.20 s.",
+    ]
 
 
 # The commands
@@ -143,10 +190,7 @@ def test_a_trigger_record_that_two_stations_read_is_one_and_judged_by_either(
 
 @pytest.fixture
 def say(capsys: pytest.CaptureFixture[str]) -> Callable[..., Printed]:
-    def run(*words: str, code: int = 0) -> Printed:
-        return run_here(capsys, ["archive", *words], code)
-
-    return run
+    return lambda *words, code=0: run_here(capsys, ["archive", *words], code)
 
 
 def told(say: Callable[..., Printed], schema: str, *words: str) -> Any:
@@ -159,9 +203,8 @@ def test_the_commands_tell_of_all_stations(
     here: Store, other: Store, tmp_path: Path, say: Callable[..., Printed]
 ) -> None:
     file_one(other, "M-07", port="/dev/ttyUSB0")
-    add(other, SettingsSeen(port="p", boot_count=3, settings={"freefall_time_s": 1.6}))
-    intent = begin(other, Act.WRITE, b"\x42", {"freefall_time_s": 1.4}, port="p", known_as=KnownAs("M-07"))
-    settle(other, intent, Act.WRITE, Outcome.CONFIRMED, port="p", known_as=KnownAs("M-07"))
+    seen(other, 3)
+    write(other, Outcome.CONFIRMED, freefall_time_s=1.4)
     stick = str(tmp_path / "stick")
     sync(Archive(other), stick)
     done = told(say, "archive_sync", "sync", stick)
@@ -170,14 +213,11 @@ def test_the_commands_tell_of_all_stations(
     assert told(say, "archive_status", "status")["facts"] == done["received"] + 1
     (module,) = told(say, "archive_report", "report")["modules"]
     assert (module["module"], module["checks"], module["last_check"]["verdict"]) == ("M-07", 1, "READY")
-    history = told(say, "archive_module", "module", "M-07")
-    kinds = [event["kind"] for event in history["events"]]
-    assert {"module", "preflight_check"} <= set(kinds)
-    assert history["events"][kinds.index("settings_seen")]["content"]["settings"] == {"freefall_time_s": 1.6}
-    written = history["events"][kinds.index("act")]["content"]
-    assert (written["detail"], written["outcome"]) == ({"freefall_time_s": 1.4}, "confirmed")
-    assert history["events"][kinds.index("preflight_check")]["content"]["cell_voltage_v"] == 3.9
-    assert say("report", "--csv").out.startswith("\ufeffmodule,") or "module," in say("report", "--csv").out
+    contents = {event["kind"]: event["content"] for event in told(say, "archive_module", "module", "M-07")["events"]}
+    assert contents["settings_seen"]["settings"] == SETTINGS
+    assert (contents["act"]["detail"], contents["act"]["outcome"]) == ({"freefall_time_s": 1.4}, "confirmed")
+    assert contents["preflight_check"]["cell_voltage_v"] == 3.9
+    assert "module," in say("report", "--csv").out
     assert "1.40 s" in say("module", "M-07").out
     service = told(say, "archive_service", "service", "M-07", "--what", "repack", "--who", "Li", "--due", "2099-01-01")
     assert service["module"] == "M-07"

@@ -16,8 +16,7 @@ from app.records.record import read_document
 from app.records.verification import RecordState, StationNames, verify
 from app.settings.profiles import NO_PROFILE
 from app.settings.values import DEFAULTS
-from app.store.fact_store import Facts, Store
-from app.store.opening import StoreFault, StoreTrouble
+from app.store.fact_store import Facts, Store, StoreFault, StoreTrouble
 from app.store.rows import ModuleVisited, PreflightCheck
 from app.store.station import KEY_FILE
 from app.text.messages import UserError, UserMessage

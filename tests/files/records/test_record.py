@@ -17,7 +17,6 @@ from app.engine.target import is_simulated
 from app.modules.labels import Paper
 from app.preflight.checks import CheckResult
 from app.preflight.verdict import Verdict
-from app.records.filing import cell_voltage_in
 from app.records.record import NOTES, Record, SignedRecord, sign
 from app.records.report import check_target, report_html, suggested_name, write_report
 from app.settings.profiles import ManualLine
@@ -68,7 +67,7 @@ def test_a_record_contains_everything_about_the_check() -> None:
     assert (record.who, record.module, record.aircraft) == ("Li Wei", "M-07", "B-1234")
     assert version() in record.program
     assert record.read["settings"]["attitude_trigger"] is True
-    assert cell_voltage_in(record) == 3.9
+    assert record.cell_voltage_v == 3.9
     assert (0.0, "out", "42 61 01 A5 5A 00") in record.frames
     assert any(way == "in" and raw.startswith("41 75 32") for _, way, raw in record.frames)
     assert record.notes == list(NOTES)

@@ -12,10 +12,18 @@ import pytest
 from msgspec.structs import replace
 
 from app.records.record import FORMAT, MAX_DOCUMENT_BYTES, canonical, read_document
-from app.records.report import LARGEST_FILE, report_html, write_report
-from app.records.verification import RecordState, StationNames, Verification, is_of_row, shown_key, verify, verify_bytes
+from app.records.report import report_html, write_report
+from app.records.verification import (
+    LARGEST_FILE,
+    RecordState,
+    StationNames,
+    Verification,
+    is_of_row,
+    verify,
+    verify_bytes,
+)
 from app.store.rows import PreflightCheck, Row
-from app.store.station import KEY_FILE, fingerprint_of, own_station
+from app.store.station import KEY_FILE, own_station, shown_key
 from app.text.i18n import set_language
 from app.text.messages import UserError
 from tests.files.records.test_record import signed_record
@@ -35,8 +43,8 @@ def plain(kind: str = "go") -> Any:
 def signed_again(record: Mapping[str, object], name: str = "hangar") -> bytes:
     """A forgery made with the program's own functions: whoever has a key can sign what he likes."""
     by = station(name)
-    signature = by.sign(b"dps-s pre-flight record 5\n" + canonical(record)).hex()
-    document = {"format": FORMAT, "record": record, "station": by.public.hex(), "signature": signature}
+    signature = by.private.sign(b"dps-s pre-flight record 5\n" + canonical(record)).hex()
+    document = {"format": FORMAT, "record": record, "station": by.key, "signature": signature}
     return canonical(document)
 
 
@@ -98,8 +106,8 @@ def test_every_changed_byte_is_noticed() -> None:
 
 def test_a_signature_of_another_kind_of_document_or_of_another_key_does_not_fit() -> None:
     document = plain()
-    bare = station().sign(canonical(document["record"])).hex()
-    other = station("other").public.hex()
+    bare = station().private.sign(canonical(document["record"])).hex()
+    other = station("other").key
     assert state_of(canonical(document | {"signature": bare})) is RecordState.ALTERED
     assert state_of(canonical(document | {"station": other})) is RecordState.ALTERED
     assert state_of(canonical(document | {"station": "00" * 32})) is RecordState.ALTERED
@@ -238,7 +246,7 @@ def test_a_hostile_file_is_refused_with_little_memory(data: bytes) -> None:
 
 @pytest.mark.promise("f")
 def test_who_signed_is_said_and_is_no_trust() -> None:
-    key, other = station().public.hex(), station("other").public.hex()
+    key, other = station().key, station("other").key
     document = read_document(signed_record().text.encode())
     told = {
         "this station": StationNames(key),
@@ -258,7 +266,7 @@ def test_who_signed_is_said_and_is_no_trust() -> None:
 def test_an_altered_record_names_nobody_as_its_signer() -> None:
     document = plain()
     document["record"]["who"] = "Somebody"
-    found = verify_bytes(canonical(document), StationNames(station().public.hex()))
+    found = verify_bytes(canonical(document), StationNames(station().key))
     assert found.state is RecordState.ALTERED
     assert "this station" not in words(found)
 
@@ -268,13 +276,13 @@ def test_a_row_of_a_check_carries_the_record_that_it_speaks_of() -> None:
     """Asked once, where a row of another station comes in."""
     text = signed_record().text
     check = PreflightCheck(verdict="READY", is_void=False, is_simulated=False, document=text)
-    row = Row("", "preflight_check", "M-07", station().public.hex(), "2026-11-21T06:03:06.000000+00:00", "")
+    row = Row("", "preflight_check", "M-07", station().key, "2026-11-21T06:03:06.000000+00:00", "")
     assert is_of_row(check, row)
     assert not is_of_row(replace(check, verdict="GO"), row)
     assert not is_of_row(replace(check, is_void=True), row)
     assert not is_of_row(replace(check, is_simulated=True), row)
     assert not is_of_row(check, row._replace(module="M-08"))
-    assert not is_of_row(check, row._replace(station=station("other").public.hex()))
+    assert not is_of_row(check, row._replace(station=station("other").key))
     assert not is_of_row(check, row._replace(made_at="2026-11-28T06:03:06.000000+00:00"))
     for document in (text.replace("Li Wei", "Li Bo"), "\ud800", "{}"):
         assert not is_of_row(replace(check, document=document), row)
@@ -287,14 +295,14 @@ def test_a_row_of_a_check_carries_the_record_that_it_speaks_of() -> None:
 
 def test_the_key_is_kept_and_only_this_user_can_read_it(tmp_path: Path) -> None:
     one = own_station(tmp_path / "data")
-    assert own_station(tmp_path / "data").public == one.public
+    assert own_station(tmp_path / "data").key == one.key
     if sys.platform != "win32":
         assert (tmp_path / "data" / KEY_FILE).stat().st_mode & 0o777 == 0o600
         (tmp_path / "data" / KEY_FILE).chmod(0o644)
         own_station(tmp_path / "data")
         assert (tmp_path / "data" / KEY_FILE).stat().st_mode & 0o777 == 0o600
     assert [path.name for path in (tmp_path / "data").iterdir()] == [KEY_FILE]
-    assert fingerprint_of(bytes(32)) == "6668-7AAD-F862-BD77-6C8F", "as people noted it of earlier versions"
+    assert shown_key("00" * 32) == "6668-7AAD-F862-BD77-6C8F", "as people noted it of earlier versions"
 
 
 def test_reading_records_does_not_load_the_cryptography_library() -> None:

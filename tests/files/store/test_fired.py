@@ -8,8 +8,7 @@ from typing import Any
 import pytest
 
 from app.archive.archive import Archive
-from app.archive.module_history import module_history
-from app.archive.report import ModuleToday, report
+from app.archive.report import ModuleToday, module_history, report
 from app.preflight.checks import CheckResult, Person
 from app.preflight.verdict import Verdict
 from app.records.filing import Filed, file_check
@@ -82,7 +81,7 @@ def bench(tmp_path: Path) -> Iterator[Bench]:
 
 
 def due_of(bench: Bench) -> str:
-    return " ".join(due.text.in_english() for due in bench.today().due)
+    return " ".join(due.in_english() for due in bench.today().due)
 
 
 @pytest.mark.parametrize("what", [Outcome.CONFIRMED, Outcome.REFUSED, Outcome.UNKNOWN, None, "TRIGGERED"])

@@ -12,8 +12,7 @@ from pytestqt.qtbot import QtBot
 from app.engine.target import Target
 from app.modules.names import modules
 from app.safety.journal import Act, Outcome
-from app.store.fact_store import Store
-from app.store.opening import Opened, StoreTrouble, open_file
+from app.store.fact_store import Store, StoreTrouble, open_file
 from app.trigger_records.history import Judgement
 from tests.support.records.stored import audit, records_of
 from tests.support.window.fakes_ui import simulated, window
@@ -63,7 +62,7 @@ def test_the_window_connects_and_locks_though_the_store_does_not_open(
 ) -> None:
     may_open = threading.Event()
 
-    def open_slowly(path: Path) -> Opened:
+    def open_slowly(path: Path) -> object:
         may_open.wait(WAITS_S)
         return open_file(path)
 

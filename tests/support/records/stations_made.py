@@ -11,4 +11,4 @@ from app.store.station import Station
 def station(name: str = "hangar") -> Station:
     """Return the station of this name; its key lasts for the test run."""
     private = Ed25519PrivateKey.generate()
-    return Station(private.public_key().public_bytes_raw(), private)
+    return Station(private.public_key().public_bytes_raw().hex(), private)

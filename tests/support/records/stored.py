@@ -1,5 +1,6 @@
 """Reads and writes a store as the program does, and waits for it."""
 
+import sqlite3
 from collections.abc import Iterator, Mapping
 from contextlib import closing, contextmanager
 from datetime import UTC, datetime, timedelta
@@ -12,8 +13,7 @@ from app.records.filing import CheckLine, checks_in
 from app.safety.journal import Act, Outcome
 from app.safety.left_active import KnownAs, LeftActive, all_left
 from app.store import acts
-from app.store.fact_store import Clock, Facts, Store, utc_now
-from app.store.opening import connect
+from app.store.fact_store import Clock, Facts, Store, connect, utc_now
 from app.store.rows import ActEnded, ActIntended, DeployIntended, SettingsSeen
 from app.trigger_records.history import KeptTriggers, SeenRecord
 from tests.support.patience import PATIENCE_S
@@ -140,3 +140,11 @@ def plain_facts(folder: Path) -> Iterator[Facts]:
             return last[0]
 
         yield Facts(connection, "a" * 64, tick)
+
+
+def tamper(path: Path, *statements: str) -> None:
+    """Execute SQL in the file of a store or an archive without what guards it."""
+    with closing(sqlite3.connect(path, isolation_level=None)) as connection:
+        guards = connection.execute("SELECT name FROM sqlite_master WHERE type = 'trigger'").fetchall()
+        for statement in (*(f"DROP TRIGGER {name}" for (name,) in guards), *statements):
+            connection.execute(statement)

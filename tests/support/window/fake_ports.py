@@ -18,7 +18,7 @@ from app.engine.transport import PortError, PortTrouble
 from app.engine.worker import Batch, Connection, OwedLock, PortState
 from app.records.filing import Filed
 from app.safety.journal import NoJournal
-from app.store.opening import StoreFault, StoreTrouble
+from app.store.fact_store import StoreFault, StoreTrouble
 from protocol.events import Ended, EndReason, Event
 from protocol.fields import Value
 from tests.support.window.fakes_ui import ListedPorts, window

@@ -11,8 +11,7 @@ import pytest
 from app.engine.conversation import ConversationView, How, Known
 from app.modules.names import modules, remember, remembered, what_differs, what_speaks_against
 from app.modules.service import ServiceKind, serviced
-from app.store.fact_store import Facts
-from app.store.opening import connect
+from app.store.fact_store import Facts, connect
 from app.store.rows import ModuleNamed
 from protocol.fields import Value
 

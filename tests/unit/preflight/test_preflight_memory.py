@@ -12,12 +12,12 @@ from app.preflight.verdict import Verdict
 from app.records.filing import file_check
 from app.records.report import report_html
 from app.settings.profiles import NO_PROFILE, Profile
-from app.store.opening import FILE_NAME
+from app.store.fact_store import FILE_NAME
 from app.system.files import data_folder
 from tests.support.cli_line import Program
 from tests.support.line.sim_line import Rig, settled_rig
-from tests.support.records.kept_facts import tamper
 from tests.support.records.preflight_rig import gather
+from tests.support.records.stored import tamper
 
 pytest_plugins = ["tests.support.cli_fixtures"]
 WORDS = ("--enable-triggers", "--module", "M-07", "--who", "Li Wei", "--aircraft", "B-1234")

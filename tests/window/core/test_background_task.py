@@ -7,8 +7,7 @@ import pytest
 from PySide6.QtCore import QObject
 from pytestqt.qtbot import QtBot
 
-from app.store.fact_store import Store
-from app.store.opening import StoreFault, StoreTrouble
+from app.store.fact_store import Store, StoreFault, StoreTrouble
 from tests.support.patience import PATIENCE_S
 from ui.core.background_task import BackgroundTask, ExportCancelled, Running
 

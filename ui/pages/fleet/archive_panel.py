@@ -4,9 +4,9 @@ from collections.abc import Callable
 from datetime import UTC, date, datetime
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Final, NamedTuple
+from typing import Final
 
-from PySide6.QtCore import QDate, QObject, Qt, QTimer, Signal
+from PySide6.QtCore import QDate, Qt, QTimer, Signal
 from PySide6.QtGui import QShowEvent
 from PySide6.QtWidgets import (
     QCheckBox,
@@ -23,16 +23,18 @@ from PySide6.QtWidgets import (
     QWidget,
 )
 
-from app.archive.module_history import HistoryEvent, as_edits, module_history, settings_changed
-from app.archive.report import ModuleToday, report
+from app.archive.archive import Archive, sync
+from app.archive.places import server_url
+from app.archive.report import HistoryEvent, ModuleToday, as_edits, module_history, report, settings_changed
 from app.engine.ports import PortInfo
 from app.engine.target import Target
 from app.fleet.card import Card
 from app.limits.limits import value_outside
 from app.modules.service import TITLES, ServiceKind, serviced
-from app.records.verification import shown_key
 from app.settings.values import setting_message
+from app.store.fact_store import Facts, StoreTrouble
 from app.store.rows import Serviced
+from app.store.station import shown_key
 from app.system.clock import MINUTE, local_time
 from app.text.i18n import tr
 from app.text.messages import UserError, clean, join_sentences, joined
@@ -42,7 +44,6 @@ from ui.core.background_task import BackgroundTask, Running
 from ui.files.file_dialogs import AskText, ThenPath, ask_path, ask_text
 from ui.forms.tables import RowsTable, TableColumn, select_row
 from ui.services.context import Services
-from ui.services.storage import Storage
 from ui.session.port import Port
 from ui.style.icons import Icon
 from ui.style.theme import Meaning, RowHeight, Space
@@ -59,128 +60,8 @@ from ui.widgets.controls import (
 )
 from ui.widgets.number_line import WheelGuard, label_for
 
-if TYPE_CHECKING:
-    from app.archive.archive import Archive, Exchanged
-    from app.archive.sync import Synced
-
-EVERY_MS: Final = 300_000
-_SHOWN_LEFT_OUT: Final = 3
-
-
-class _Ended(Exception):
-    """The window is closing."""
-
-
-class ExchangeState(NamedTuple):
-    """What is known after an exchange, as a sentence; `is_trouble`: the place could not be used."""
-
-    sentence: str
-    needs_attention: bool = False
-    is_trouble: bool = False
-
-
-class ArchiveExchange(QObject):
-    """One exchange at a time, with a server or a file: none is begun while one is running. The window never waits for
-    it."""
-
-    # An exchange begins, or has ended.
-    changed = Signal()
-
-    def __init__(self, storage: Storage, parent: QObject) -> None:
-        super().__init__(parent)
-        # The one that is set, without its password.
-        self.server: str | None = None
-        self.state = ExchangeState(tr("No server is set."))
-        self._storage = storage
-        self._task: BackgroundTask[ExchangeState] = BackgroundTask("dps-s archive", self)
-        self._timer = QTimer(self, interval=EVERY_MS)
-        self._timer.timeout.connect(lambda: self.exchange(self.server))
-
-    @property
-    def is_running(self) -> bool:
-        return self._task.is_running
-
-    def start(self) -> None:
-        """Called when the store is open."""
-        store = self._storage.ready
-        self.server = None if store is None else store.state("server")
-        if self.server is not None:
-            self._timer.start()
-            self.exchange(self.server)
-
-    def use_server(self, text: str) -> None:
-        """Keep the address and exchange at once; "" forgets it. Raises `UserError`."""
-        from app.archive.places import server_url
-
-        self.server = server_url(text).shown if text.strip() else None
-        archive_of(self._storage).store.set_state("server", self.server)
-        if self.server is None:
-            self._timer.stop()
-        else:
-            self._timer.start()
-        self.exchange(text if self.server else None)
-
-    def exchange(self, place: str | None) -> None:
-        """With a server or a file, in both directions; None: count only what is not shared with the server."""
-        if self.is_running:
-            return
-        server = self.server
-
-        def work(running: Running) -> ExchangeState:
-            archive = archive_of(self._storage)
-            done = None if place is None else _sync(archive, place, running)
-            return _state(None if server is None else archive.exchanged(server), done)
-
-        self._task.run(work, self._on_ended, self._fail)
-        self.changed.emit()
-
-    def _fail(self, error: Exception) -> None:
-        if isinstance(error, UserError):
-            self._on_ended(ExchangeState(error.sentence, needs_attention=True, is_trouble=True))
-        elif not isinstance(error, _Ended):
-            raise error
-
-    def _on_ended(self, state: ExchangeState) -> None:
-        self.state = state
-        self.changed.emit()
-
-
-def _state(exchanged: "Exchanged | None", done: "Synced | None") -> ExchangeState:
-    """`exchanged`: with the server that is set. `done`: just now, with it or with a file."""
-    parts: list[str] = []
-    if exchanged is not None:
-        time = tr("never") if exchanged.last_at is None else local_time(exchanged.last_at, MINUTE)
-        parts.append(tr("Not shared: {count}. Last: {time}.", count=exchanged.not_shared, time=time))
-    if done is not None:
-        parts.append(tr("Sent: {sent}. Received: {received}.", sent=done.sent, received=done.received))
-    if done is not None and done.left_out_count:
-        parts.append(tr("Left out, unreadable or altered: {count}.", count=done.left_out_count))
-        parts += [f"{one.id[:12]}: {one.why}." for one in done.left_out[:_SHOWN_LEFT_OUT]]
-    sentence = join_sentences(parts) or tr("No server is set.")
-    return ExchangeState(sentence, needs_attention=done is not None and done.left_out_count > 0)
-
-
-def archive_of(storage: Storage) -> "Archive":
-    """In a background thread. Raises `UserError`."""
-    from app.archive.archive import Archive
-
-    store = storage.begun
-    if store is None:
-        raise _Ended
-    return Archive(store)
-
-
-def _sync(archive: "Archive", place: str, running: Running) -> "Synced":
-    """Stops between two pages if the window closes."""
-    from app.archive.sync import sync
-
-    def on_page(_done: "Synced") -> None:
-        if running.is_cancelled():
-            raise _Ended
-
-    return sync(archive, place, on_page)
-
-
+SIMULATED: Final = "sim://module-{number}?lifelike"
+EXCHANGE_EVERY_MS: Final = 300_000
 SUFFIX: Final = ".dps-s"
 MAX_LENGTH: Final = 200
 # Proposed; a person decides.
@@ -192,13 +73,13 @@ def _verdict(row: ModuleToday) -> str:
     return tr("none") if check is None else f"{local_time(check.at, MINUTE)} {check.words.translated()}"
 
 
-def _verdict_ink(row: ModuleToday) -> Meaning | None:
-    return Meaning.DANGER if row.last_check is not None and not row.last_check.holds else None
-
-
 _MODULE_COLUMNS: Final = (
     TableColumn[ModuleToday](marked("Module"), lambda row: clean(row.name)),
-    TableColumn[ModuleToday](marked("Last check"), _verdict, ink=_verdict_ink),
+    TableColumn[ModuleToday](
+        marked("Last check"),
+        _verdict,
+        ink=lambda row: Meaning.DANGER if row.last_check is not None and not row.last_check.holds else None,
+    ),
     TableColumn[ModuleToday](marked("Trigger records"), lambda row: str(row.trigger_records)),
     TableColumn[ModuleToday](
         marked("Due"),
@@ -215,17 +96,21 @@ _HISTORY_COLUMNS: Final = (
 
 
 class ArchivePanel(QWidget):
-    """Files and the server are accessed in a background thread. `settings_wanted`: the page of the settings, which has
-    earlier ones as edits."""
+    """Exchanges records in a background thread, with a server by itself where one is set: one exchange at a time, and
+    the window never waits for it. `settings_wanted`: the page of the settings, which has earlier ones as edits."""
 
     settings_wanted = Signal()
 
-    def __init__(self, exchange: ArchiveExchange, services: Services) -> None:
+    def __init__(self, services: Services) -> None:
         super().__init__()
         self.setObjectName("archive_panel")
-        self._exchange = exchange
         self._services = services
+        # The server that is set, without its password.
+        self._server: str | None = None
         self.ask_file: Callable[[QWidget, ThenPath], object] = _ask_file
+        self._exchanging: BackgroundTask[tuple[str, bool]] = BackgroundTask("dps-s archive", self)
+        self._timer = QTimer(self, interval=EXCHANGE_EVERY_MS)
+        self._timer.timeout.connect(lambda: self._exchange(self._server))
         self._loading: BackgroundTask[list[ModuleToday]] = BackgroundTask("dps-s archive list", self)
         self._loading_history: BackgroundTask[list[HistoryEvent]] = BackgroundTask("dps-s archive history", self)
         self._keeping: BackgroundTask[object] = BackgroundTask("dps-s archive service", self)
@@ -234,7 +119,10 @@ class ArchivePanel(QWidget):
         self.sync = control(QPushButton(tr("Sync now")), "archive_sync", picture=Icon.AGAIN, slot=self._sync)
         self.server.returnPressed.connect(self.sync.click)
         self.carry = control(
-            QPushButton(tr("Exchange with a file…")), "archive_file", picture=Icon.FOLDER, slot=self._choose_file
+            QPushButton(tr("Exchange with a file…")),
+            "archive_file",
+            picture=Icon.FOLDER,
+            slot=lambda: self.ask_file(self, lambda path: self._exchange(str(path))),
         )
         self.state = text_label("archive_state", is_selectable=True)
         self.enter_service = control(
@@ -265,55 +153,95 @@ class ArchivePanel(QWidget):
             QPushButton(tr("Use in Settings")), "archive_use", picture=Icon.SETTINGS, slot=self._use_settings
         )
         self.service = ServiceForm(self._keep_service)
-        self._lay_out()
-        self.service.closed.connect(lambda: self.views.setCurrentIndex(0))
-        self.modules.selectionModel().selectionChanged.connect(lambda _new, _old: self._show_history())
-        self.life.selectionModel().selectionChanged.connect(lambda _new, _old: self._compare())
-        exchange.changed.connect(self._refresh)
-
-    def _lay_out(self) -> None:
-        place = in_row(label_for(self.server, tr("Server")), self.server, self.sync)
-        state = in_row((self.state, 1), self.carry, self.enter_service)
-        chosen = in_row((self.settings, 1), self.use)
         tables = named(QWidget(), "archive_tables")
-        in_column((self.modules, 1), chosen, (self.life, 1), of=tables, margins=0)
+        in_column((self.modules, 1), in_row((self.settings, 1), self.use), (self.life, 1), of=tables, margins=0)
         self.views = named(QStackedWidget(), "archive_views")
         # The tables scroll by themselves: the page need not be as high as they would like to be.
         self.views.setSizePolicy(QSizePolicy.Policy.Preferred, QSizePolicy.Policy.Ignored)
         stacked(self.views, tables, scroll_area(self.service, "service_scroll", tr("Service…"), is_vertical=True))
+        place = in_row(label_for(self.server, tr("Server")), self.server, self.sync)
+        state = in_row((self.state, 1), self.carry, self.enter_service)
         in_column(place, state, (self.views, 1), of=self, margins=(0, Space.S, 0, 0))
+        self.service.closed.connect(lambda: self.views.setCurrentIndex(0))
+        self.modules.selectionModel().selectionChanged.connect(self._show_history)
+        self.life.selectionModel().selectionChanged.connect(self._compare)
+        services.storage.opened.connect(self._start)
 
     def showEvent(self, event: QShowEvent) -> None:
         super().showEvent(event)
-        self._exchange.exchange(None)
-        self._refresh()
+        self._exchange(None)
 
     # The exchange, and all modules
 
+    def _start(self) -> None:
+        store = self._services.storage.ready
+        self._server = None if store is None else store.state("server")
+        self.server.setText(self._server or "")
+        if self._server is not None:
+            self._timer.start()
+            self._exchange(self._server)
+
     def _sync(self) -> None:
-        """With the server whose address stands there; none, where it is empty."""
+        """With the server whose address stands there, which is kept; none, where it is empty."""
+        typed, store = self.server.text(), self._services.storage.ready
         try:
-            self._exchange.use_server(self.server.text())
+            self._server = server_url(typed).shown if typed.strip() else None
         except UserError as error:
-            self._fail(error)
+            self._say(error.sentence, needs_attention=True)
             return
-        self.server.setText(self._exchange.server or "")  # without its password
+        self.server.setText(self._server or "")  # without its password
+        if store is not None:
+            store.set_state("server", self._server)
+        if self._server is None:
+            self._timer.stop()
+        else:
+            self._timer.start()
+        self._exchange(typed if self._server else None)
 
-    def _choose_file(self) -> None:
-        self.ask_file(self, lambda path: self._exchange.exchange(str(path)))
+    def _exchange(self, place: str | None) -> None:
+        """With a server or a file, in both directions; None: count only what is not shared with the server."""
+        server, store = self._server, self._services.storage.store
+        if self._exchanging.is_running:
+            return
+        if isinstance(store, StoreTrouble):
+            self._say(store.sentence, needs_attention=True)
+            return
 
-    def _refresh(self) -> None:
-        """What is known of the exchange now; the modules are read again once it has ended."""
-        is_free = not self._exchange.is_running
-        self.sync.setEnabled(is_free)
-        self.carry.setEnabled(is_free)
-        if not self.server.isModified():
-            self.server.setText(self._exchange.server or "")
-        state = self._exchange.state
-        self._say(state.sentence if is_free else tr("Exchanging…"), needs_attention=is_free and state.needs_attention)
-        if is_free and self.isVisible():
-            storage = self._services.storage
-            self._loading.run(lambda _running: report(archive_of(storage), datetime.now(UTC)), self._show, self._fail)
+        def work(_running: Running) -> tuple[str, bool]:
+            archive, parts = Archive(store), []
+            done = None if place is None else sync(archive, place)
+            if server is not None:
+                known = archive.exchanged(server)
+                time = tr("never") if known.last_at is None else local_time(known.last_at, MINUTE)
+                parts.append(tr("Not shared: {count}. Last: {time}.", count=known.not_shared, time=time))
+            if done is not None:
+                parts.append(tr("Sent: {sent}. Received: {received}.", sent=done.sent, received=done.received))
+            if done is not None and done.left_out_count:
+                parts.append(tr("Left out, unreadable or altered: {count}.", count=done.left_out_count))
+                parts += [f"{one.id[:12]}: {one.why}." for one in done.left_out[:3]]
+            is_whole = done is None or not done.left_out_count
+            return join_sentences(parts) or tr("No server is set."), not is_whole
+
+        self._exchanging.run(work, self._end_exchange, self._fail_exchange)
+        self.sync.setEnabled(False)
+        self.carry.setEnabled(False)
+        self._say(tr("Exchanging…"), needs_attention=False)
+
+    def _fail_exchange(self, error: Exception) -> None:
+        """One that failed by itself is said wherever a person is."""
+        if not isinstance(error, UserError):
+            raise error
+        self._end_exchange((error.sentence, True))
+        self._services.ports.notified.emit(error.sentence)
+
+    def _end_exchange(self, state: tuple[str, bool]) -> None:
+        """The modules are read again."""
+        self.sync.setEnabled(True)
+        self.carry.setEnabled(True)
+        self._say(state[0], needs_attention=state[1])
+        store = self._services.storage.ready
+        if self.isVisible() and store is not None:
+            self._loading.run(lambda _running: report(Archive(store), datetime.now(UTC)), self._show, self._fail)
 
     def _say(self, text: str, *, needs_attention: bool) -> None:
         self.state.setText(text)
@@ -335,23 +263,23 @@ class ArchivePanel(QWidget):
 
     # One module
 
-    def _show_history(self) -> None:
+    def _show_history(self, *_selection: object) -> None:
         """The newest first."""
-        chosen = self.modules.chosen()
+        chosen, store = self.modules.chosen(), self._services.storage.ready
         self.enter_service.setEnabled(bool(chosen))
-        if not chosen:
+        if not chosen or store is None:
             self._show_events([])
             return
-        name, storage = chosen[0].name, self._services.storage
+        name = chosen[0].name
         self._loading_history.run(
-            lambda _running: module_history(archive_of(storage), name)[::-1], self._show_events, self._fail
+            lambda _running: module_history(Archive(store), name)[::-1], self._show_events, self._fail
         )
 
     def _show_events(self, events: list[HistoryEvent]) -> None:
         self.life.show_rows(events)
         self._compare()
 
-    def _compare(self) -> None:
+    def _compare(self, *_selection: object) -> None:
         """The settings of one entry, or what differs between two, the earlier first."""
         told = sorted((event for event in self.life.chosen() if event.settings), key=lambda event: event.row.made_at)
         text = tr("Choose an entry for its settings, or two with Ctrl to compare them.")
@@ -377,11 +305,10 @@ class ArchivePanel(QWidget):
             self.views.setCurrentIndex(1)
 
     def _keep_service(self, module: str, service: Serviced) -> None:
-        self._keeping.run(
-            lambda _running: archive_of(self._services.storage).store.add(service, module).result(),
-            lambda _kept: self._exchange.exchange(None),
-            self._fail,
-        )
+        store = self._services.storage.ready
+        if store is not None:
+            kept = partial(Facts.add, content=service, module=module)
+            self._keeping.run_in(store, kept, lambda _kept: self._exchange(None), self._fail)
 
 
 def _ask_file(parent: QWidget, then: ThenPath) -> None:
@@ -456,7 +383,7 @@ def _date_of(day: QDateEdit) -> date:
     return date.fromisoformat(day.date().toString(Qt.DateFormat.ISODate))
 
 
-SIMULATED: Final = "sim://module-{number}?lifelike"
+# The ports of the fleet
 
 
 class FleetMembers:

@@ -15,7 +15,7 @@ from app.text.i18n import tr
 from app.text.messages import capitalised, labelled
 from protocol.translatable import marked
 from ui.files.file_dialogs import AskOpen, ask_profile
-from ui.pages.fleet.archive_panel import AddPort, ArchiveExchange, ArchivePanel, FleetMembers
+from ui.pages.fleet.archive_panel import AddPort, ArchivePanel, FleetMembers
 from ui.pages.fleet.board import NEED_MEANINGS, Board
 from ui.pages.fleet.group_jobs import GroupChecks, GroupProfile
 from ui.services.context import Services
@@ -47,7 +47,6 @@ class FleetPage(Page):
         self.members = FleetMembers(services)
         self.checks = GroupChecks(self.members)
         self.profile = GroupProfile(services, self.members, self)
-        self.exchange = ArchiveExchange(services.storage, self)
         self._make_controls()
         self._lay_out()
         self._timer = VisibilityTimer(self, self.refresh, every_ms=REFRESH_EVERY_MS)
@@ -58,8 +57,6 @@ class FleetPage(Page):
             self._ports.watcher.listed,
         ):
             changed.connect(self._timer.refresh_seen)
-        self.exchange.changed.connect(self._tell_trouble)
-        services.storage.opened.connect(self.exchange.start)
 
     # Construction
 
@@ -81,7 +78,7 @@ class FleetPage(Page):
         self.empty.column.insertWidget(4, self.first, 0, Qt.AlignmentFlag.AlignHCenter)
         self.board = Board(self.members, self.profile)
         self.board.chosen.connect(self._choose)
-        self.archive = ArchivePanel(self.exchange, self._services)
+        self.archive = ArchivePanel(self._services)
         self.archive.settings_wanted.connect(lambda: self.page_wanted.emit("settings"))
 
     def _lay_out(self) -> None:
@@ -198,11 +195,6 @@ class FleetPage(Page):
         )
         close = Choice("close_profile", tr("Close"), self._close_profile)
         return Notice(meaning, f"{labelled(tr('Profile'), profile.name)} · {text}", (close, write))
-
-    def _tell_trouble(self) -> None:
-        """An exchange that failed by itself is said wherever a person is."""
-        if self.exchange.state.is_trouble and not self.exchange.is_running:
-            self._ports.notified.emit(self.exchange.state.sentence)
 
     # What a person does
 

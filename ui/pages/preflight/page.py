@@ -20,10 +20,10 @@ from app.preflight.checks import Person
 from app.records.filing import aircraft_of, document_of
 from app.records.record import SignedRecord, stored_record
 from app.records.report import suggested_name, write_report
-from app.records.verification import RecordState, Verification, is_green, verify_file
+from app.records.verification import RecordState, Verification, verify_file
 from app.safety.journal import Act
 from app.settings.profiles import Profile, save_or_say_why_not
-from app.store.opening import StoreTrouble
+from app.store.fact_store import StoreTrouble
 from app.system.files import CANNOT_READ
 from app.text.i18n import tr
 from app.text.messages import MAX_TEXT_LENGTH, UserError, clean, error_text, join_sentences, labelled, not_written
@@ -423,7 +423,7 @@ class PreflightPage(Page):
             return verify_file(path, known_names(storage.begun))
 
         def tell(done: Verification) -> None:
-            meaning = Meaning.GOOD if is_green(done) else Meaning.INFORMATION  # an intact NO-GO is not shown in green
+            meaning = Meaning.GOOD if done.is_green else Meaning.INFORMATION  # an intact NO-GO is not shown in green
             if done.state is not RecordState.INTACT:
                 meaning = Meaning.DANGER
             self.result.notify(meaning, f"{file} — {join_sentences(one.translated() for one in done.sentences())}")

@@ -13,8 +13,7 @@ from PySide6.QtWidgets import QComboBox, QLabel, QPushButton, QSizePolicy, QWidg
 from app.limits.limits import LimitsInUse
 from app.preflight.verdict import Verdict, verdict_named
 from app.records.filing import CheckLine, checks_in, voltages_of, weeks_since_charge
-from app.store.fact_store import Store
-from app.store.opening import StoreTrouble
+from app.store.fact_store import Store, StoreTrouble
 from app.system.clock import local_time
 from app.text.i18n import tr
 from app.text.messages import in_brackets, labelled

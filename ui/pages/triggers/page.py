@@ -13,7 +13,7 @@ from typing import Final
 
 from PySide6.QtWidgets import QLabel, QPushButton
 
-from app.store.opening import StoreTrouble
+from app.store.fact_store import StoreTrouble
 from app.text.i18n import tr
 from app.text.messages import join_sentences, saved_text
 from app.trigger_records.history import Judgement, write_archive

@@ -12,7 +12,7 @@ from pytestqt.qtbot import QtBot
 from app.engine.conversation import StatusSample
 from app.procedures.act import Performed
 from app.safety.journal import REQUESTS, Act, Outcome
-from app.store.opening import StoreFault, StoreTrouble
+from app.store.fact_store import StoreFault, StoreTrouble
 from tests.support.window.settings_bench import Desk, desk
 from tests.support.window.steps import given, notice_text, settle
 from tests.window.pages.commands.test_commands_page import audit

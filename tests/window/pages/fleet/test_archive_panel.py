@@ -7,8 +7,7 @@ import pytest
 from PySide6.QtWidgets import QApplication
 from pytestqt.qtbot import QtBot
 
-from app.archive.archive import Archive
-from app.archive.sync import sync
+from app.archive.archive import Archive, sync
 from app.store.rows import SaidNew, Serviced, SettingsSeen, TriggerRecordSeen
 from tests.files.records.test_filing import file_one
 from tests.support.patience import PATIENCE_S

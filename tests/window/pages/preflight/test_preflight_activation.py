@@ -64,7 +64,7 @@ def test_three_presses_lead_from_ready_to_the_activation_and_to_go(rig: OnBench)
     signed = given(page.work.signed)
     record = signed.record
     assert record.verdict is Verdict.GO
-    assert record.is_active
+    assert record.read["status"]["active"] is True
     assert kept(rig, "M-07") == ["GO", "READY"]
     assert verify(read_document(signed.text.encode()), NOBODY).state is RecordState.INTACT
     # Nothing on the page says of an active module that it is locked or does not fire.
@@ -73,7 +73,7 @@ def test_three_presses_lead_from_ready_to_the_activation_and_to_go(rig: OnBench)
     assert not [text for text in texts if re.search(r"does not fire|is locked|LOCKED", text)]
     rig.assembly.ports.lock.press()
     rig.wait_standing(Standing.READY)
-    assert given(page.work.signed).record.is_active is False
+    assert given(page.work.signed).record.read["status"]["active"] is False
     assert page.activation.isVisible()
     activate(rig)
     rig.wait_standing(Standing.GO)
