@@ -18,7 +18,7 @@ from msgspec import Meta
 
 from app.guided.results import GuidedKind
 from app.settings.values import LONGEST_SHOWN, field_of, fitting, is_fingerprint
-from app.system.files import CANNOT_READ, CANNOT_WRITE, write_whole
+from app.system.files import CANNOT_READ, write_whole
 from app.text.messages import UserError, UserMessage, clean, error_text, message, visible
 from protocol.catalogue import SETTINGS, Command
 from protocol.fields import Choice, Quantity, Value
@@ -290,17 +290,6 @@ def save_profile(path: Path, profile: Profile, *, source: Path | None = None) ->
     text = profile_text(profile, before.replace("\r\n", "\n"))
     parse_profile(text.encode())
     write_whole(path, (text.replace("\n", "\r\n") if "\r\n" in before else text).encode())
-
-
-def save_or_say_why_not(path: Path, profile: Profile, *, source: Path | None = None) -> UserMessage | None:
-    """Do `save_profile`; return what a person reads where it fails, else None."""
-    try:
-        save_profile(path, profile, source=source)
-    except ProfileRefused as refusal:
-        return refusal.message
-    except OSError as error:
-        return message(CANNOT_WRITE, file=path, why=error_text(error))
-    return None
 
 
 def profile_text(profile: Profile, source: str = "") -> str:

@@ -114,11 +114,6 @@ class Page(QWidget):
             (module.batch, self.on_batch),
         )
 
-    @property
-    def has_unsaved_profile(self) -> bool:
-        """A profile is edited, which closing the window would lose."""
-        return False
-
     def refresh(self) -> None:
         """Draw what `module` is now. Called while the page is seen, and when it comes into sight."""
 

@@ -219,10 +219,7 @@ class Attention(QObject):
         count = sum(port.module.count_unsent() for port in leaving.ports)
         if leaving.is_closing or leaving.ports[0] is not self._ports.current:
             count += sum(port.interruptions.count_drafts() for port in leaving.ports)
-        parts = [tr("Settings not written: {count}.", count=count)] if count else []
-        if leaving.is_closing and self._window.has_unsaved_profile:
-            parts.append(labelled(tr("Profile"), tr("Unsaved edits.")))
-        return join_sentences(parts)
+        return tr("Settings not written: {count}.", count=count) if count else ""
 
     # The link
 

@@ -370,10 +370,6 @@ class MainWindow(QMainWindow):
         return "" if self.panel.isVisible() else self.navigation.chosen
 
     @property
-    def has_unsaved_profile(self) -> bool:
-        return any(page.has_unsaved_profile for page in self._pages.values())
-
-    @property
     def is_choosing(self) -> bool:
         """No notice needs to lead to the list of ports: it is shown."""
         page = self.stack.currentWidget()

@@ -1,4 +1,4 @@
-"""Pre-flight page: the checks with their verdict and one main button; the guided tests; the past checks; the profile.
+"""Pre-flight page: the checks with their verdict and one main button; the guided tests; the past checks.
 
 The verdict is watched as long as the program runs; what voids it is announced at once, also while the page is hidden.
 """
@@ -22,9 +22,9 @@ from app.records.record import SignedRecord, stored_record
 from app.records.report import suggested_name, write_report
 from app.records.verification import RecordState, Verification, verify_file
 from app.safety.journal import Act
-from app.settings.profiles import Profile, save_or_say_why_not
+from app.settings.profiles import Profile, save_profile
 from app.store.fact_store import StoreTrouble
-from app.system.files import CANNOT_READ
+from app.system.files import CANNOT_READ, CANNOT_WRITE
 from app.text.i18n import tr
 from app.text.messages import MAX_TEXT_LENGTH, UserError, clean, error_text, join_sentences, labelled, not_written
 from protocol.fields import Value
@@ -35,7 +35,6 @@ from ui.files.report_printer import print_pages
 from ui.pages.preflight.checks import LOCK_AND_ENABLE, CheckList
 from ui.pages.preflight.guided import GuidedPanel
 from ui.pages.preflight.past_checks import PastChecks
-from ui.pages.preflight.profile_editor import ProfileEditor
 from ui.pages.preflight.verdict import SPOKEN, VerdictBanner, Work, announcement, work_on
 from ui.services.context import Services
 from ui.services.job_notice import JobNotice
@@ -54,16 +53,13 @@ from ui.widgets.visibility_timer import VisibilityTimer
 
 REFRESH_EVERY_MS: Final = 250
 MAX_NAME_LENGTH: Final = 80
-# The last one has no tab: it is opened from the form.
-VIEWS: Final = ("checks", "guided", "past", "profile")
+VIEWS: Final = ("checks", "guided", "past")
 
 
 class PreflightForm(QWidget):
-    """Person, module, aircraft, profile. `changed`: an entry changed. `edit_wanted`: the profile, or a new one, is to
-    be edited."""
+    """Person, module, aircraft, profile. `changed`: an entry changed."""
 
     changed = Signal()
-    edit_wanted = Signal()
 
     def __init__(self, services: Services, result: JobNotice) -> None:
         super().__init__()
@@ -171,7 +167,9 @@ class PreflightForm(QWidget):
         add_recent(self.menu, "preflight_profile", self._services.preferences.recent_profiles, self.use_profile)
         self.menu.addSeparator()
         add("open", tr("Open profile…"), self.choose_file)
-        add("edit", tr("New profile…") if self.profile is None else tr("Edit profile…"), self.edit_wanted.emit)
+        path = self.path
+        if path is not None:  # in the system's editor of texts; what was saved is read at the next check
+            add("edit", tr("Edit profile…"), lambda: self._result.open_file(path))
 
 
 def ask_record(parent: QWidget, then: ThenPath) -> None:
@@ -196,7 +194,6 @@ class PreflightPage(Page):
         self.list = CheckList(services)
         self.guided = GuidedPanel(services, self._committed_person)
         self.past = PastChecks(services)
-        self.editor = ProfileEditor(services)
         self.strip = named(NoticeBar(), "preflight_notice")
         self.run = named(QPushButton(tr("Start")), "preflight_run")
         # Cancel disappears when the check ends: a press that comes too late must not enable anything.
@@ -226,31 +223,17 @@ class PreflightPage(Page):
 
     # The views
 
-    @property
-    def has_unsaved_profile(self) -> bool:
-        return self.view == "profile" and self.editor.is_edited
-
     def show_view(self, view: str) -> None:
-        """Leaving the profile asks first where something was edited."""
-        if view != "profile" and self.has_unsaved_profile:
-            self.editor.close_editor()
-        else:
-            self._show(view)
-        if self.view != "profile":
-            self.tabs.setCurrentIndex(VIEWS.index(self.view))
-
-    def _show(self, view: str) -> None:
+        if self.tabs.currentIndex() != VIEWS.index(view):
+            self.tabs.setCurrentIndex(VIEWS.index(view))  # which comes back here
+            return
         self.view = view
         for name, part in self._views.items():
             part.setVisible(name == view)
-        self.form.setVisible(view in ("checks", "guided"))
-        self.tabs.setVisible(view != "profile")
-        # Large tabs have no room beside it, and below it would take a line.
-        self._title.setVisible(view == "profile" or not is_text_large())
+        self.form.setVisible(view != "past")
         if view == "past":
             self.past.open()
         if view == "checks":
-            self.tabs.setCurrentIndex(0)
             self._refresh_if_seen()
 
     def go_to(self, view: str) -> None:
@@ -359,12 +342,13 @@ class PreflightPage(Page):
         if not is_read or profile is None or path is None or assessment is None:
             return
         code = assessment.case.settings_code
-        fault = save_or_say_why_not(path, profile._replace(approved_fingerprint=code), source=path)
-        if fault is not None:
-            self.result.notify(Meaning.DANGER, fault.translated())
-            return
-        self.form.use_profile(path)
-        self.check()
+        try:
+            save_profile(path, profile._replace(approved_fingerprint=code), source=path)
+        except OSError as error:
+            self.result.notify(Meaning.DANGER, tr(CANNOT_WRITE, file=path, why=error_text(error)))
+        else:
+            self.form.use_profile(path)
+            self.check()
 
     # Its files
 
@@ -385,7 +369,7 @@ class PreflightPage(Page):
                 self._export(stored_record(store.read(lambda facts: document_of(facts, id_))))
             except UserError as error:
                 self.result.notify(Meaning.DANGER, error.sentence)
-            self._show("checks")  # where what came of it is said
+            self.show_view("checks")  # where what came of it is said
 
     def _export(self, signed: SignedRecord) -> None:
         """Ask for a file name, then write the report as PDF and JSON."""
@@ -435,15 +419,6 @@ class PreflightPage(Page):
 
         self.show_view("checks")
         self.result.begin(tr("Reading: {what}", what=path.name), verify, tell, refuse, writes=False)
-
-    def edit_profile(self) -> None:
-        if self.form.read_again():
-            self.editor.edit(self.form.profile, self.form.path)
-            self.show_view("profile")
-
-    def _use_profile(self, path: Path) -> None:
-        self._show("checks")
-        self.form.use_profile(path)
 
     # What happens
 
@@ -514,7 +489,6 @@ class PreflightPage(Page):
     def ways_back(self) -> WaysBack:
         return (
             (self.guided.work.is_running, self.guided.work.cancel),
-            (self.view == "profile", self.editor.close_editor),
             (self.view != "checks", lambda: self.show_view("checks")),
             (self.work.standing is Standing.CHECKING, self._cancel),
             (self.strip.notice, self.result.dismiss),
@@ -531,9 +505,6 @@ class PreflightPage(Page):
         self.list.mend_wanted.connect(lambda remedy: remedy.act(self))
         self.list.ticked.connect(self._enter)
         self.form.changed.connect(self._on_form)
-        self.form.edit_wanted.connect(self.edit_profile)
-        self.editor.saved.connect(self._use_profile)
-        self.editor.closed.connect(lambda: self._show("checks"))
         self.past.export_wanted.connect(self._export_stored)
         self.result.changed.connect(lambda: self.strip.show_notice(self.result.result_notice()))
         Shortcut(self.run, "Ctrl+Return", self.press_main, holder=self._checks)
@@ -546,7 +517,8 @@ class PreflightPage(Page):
         for title in (tr("Checks"), tr("Guided tests"), tr("Past checks")):
             self.tabs.addTab(title)
         header = self.make_header(tr("Pre-flight"), self.tabs)
-        self._title = header.title
+        # Large tabs have no room beside it, and below it would take a line.
+        header.title.setHidden(is_text_large())
         self._of_report = (
             header.add_rare("preflight_export_any", tr("Export report…"), self.export_check),
             header.add_rare("preflight_print", tr("Print…"), self._print),
@@ -561,7 +533,7 @@ class PreflightPage(Page):
         buttons = in_row(*row, spacing=Space.S, margins=(Space.M, Space.XS))
         parts = ((self.list, 1), self.strip, self.activation, buttons)
         checks = in_column(*parts, of=self._checks, spacing=0, margins=0)
-        self._views = dict(zip(VIEWS, (self._checks, self.guided, self.past, self.editor), strict=True))
+        self._views = dict(zip(VIEWS, (self._checks, self.guided, self.past), strict=True))
         head = in_column(header, spacing=Space.XS, margins=edges)
         if is_text_large():  # they scroll with the rows, so that the main button stays in sight
             for part in (self.form, self.strip, self.banner):
@@ -570,4 +542,4 @@ class PreflightPage(Page):
             head.addWidget(self.form)
             checks.insertLayout(0, in_row(self.banner, margins=edges))
         in_column(head, *((view, 1) for view in self._views.values()), of=self, spacing=0, margins=0)
-        self._show("checks")
+        self.show_view("checks")

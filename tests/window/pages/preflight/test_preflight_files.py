@@ -3,18 +3,16 @@ in the window: loaded, validated, saved, used."""
 
 from pathlib import Path
 
-from PySide6.QtCore import QCoreApplication, QEvent, Qt
+from PySide6.QtCore import Qt
 from PySide6.QtWidgets import QApplication, QComboBox, QGraphicsItem, QLineEdit
 from pytestqt.qtbot import QtBot
 
-from app.guided.results import GuidedKind
 from app.preflight.verdict import Verdict
 from app.records.verification import RecordState, verify_file
-from app.settings.profiles import ActivatedBy, ManualLine, Profile, read_profile
 from app.store.rows import PreflightCheck
 from tests.support.window.fakes_ui import store_of
 from tests.support.window.preflight_window import NOBODY, OnBench, confirm_name, name_module, on_bench, said
-from tests.support.window.steps import choosing, given, notice_text
+from tests.support.window.steps import choosing, given
 from ui.session.check import Standing
 from ui.style.theme import Meaning
 
@@ -138,107 +136,3 @@ def test_an_aircraft_is_entered_for_its_own_module_only(rig: OnBench) -> None:
     rig.assembly.ports.current.treat_as_another()
     rig.until(lambda: not rig.assembly.ports.module.name)
     assert (aircraft.text(), rig.preflight.form.committed[1]) == ("", "")
-
-
-# Looks
-
-
-PROFILE = """
-format = 1
-name = "Survey hexacopter"  # the big one
-notes = "measured in the yard"
-light_inverted = true
-[settings]
-attitude_threshold_deg = 60
-[limits]
-cell_voltage_min_v = 3.85
-tilt_max_deg = 3.0
-[[manual]]
-text = "Bridle free"
-required = true
-"""
-
-
-def _type(qtbot: QtBot, field: QLineEdit, text: str) -> None:
-    field.selectAll()
-    qtbot.keyClick(field, Qt.Key.Key_Delete)
-    qtbot.keyClicks(field, text)
-
-
-def test_a_profile_is_edited_saved_and_used(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
-    path = tmp_path / "hexa.toml"
-    path.write_text(PROFILE, encoding="utf-8")
-    before, spaced = read_profile(path), tmp_path / "spaced.toml"
-    spaced.write_text(PROFILE.replace('text = "', 'text = " '), encoding="utf-8")
-    with on_bench(qtbot, qapp, tmp_path, "editor", "preflight", is_connected=False) as bench:
-        page = bench.preflight
-        page.editor.edit(read_profile(spaced), spaced)
-        assert not page.editor.is_edited
-        page.form.use_profile(path)
-        page.edit_profile()
-        editor = page.editor
-        assert editor.isVisible()
-        assert editor.profile == before  # what is only looked at is not changed
-        assert not editor.save.isEnabled()
-        number = editor.limits["cell_voltage_min_v"]
-        assert (number.text(), editor.limits["round_trip_max_ms"].text()) == ("3.85", "")
-        _type(qtbot, number, "2.0")  # below the bound that no profile goes beyond
-        assert number.text() == "2.0"
-        assert "3.5 V to 4.2 V" in notice_text(editor.strip)
-        assert (editor.save.isEnabled(), editor.save_as.isEnabled(), editor.is_edited) == (False, False, True)
-        _type(qtbot, number, "3.5")
-        _type(qtbot, editor.limits["tilt_max_deg"], "")
-        _type(qtbot, editor.limits["round_trip_max_ms"], "100")
-        _type(qtbot, editor.tests[GuidedKind.BAY], "180")
-        editor.activated_by.setCurrentIndex(1)
-        qtbot.keyClicks(editor.manual[1].text, "Pack date")
-        assert len(editor.manual) == 3  # a line for one more
-        editor.manual[0].text.selectAll()
-        qtbot.keyClick(editor.manual[0].text, Qt.Key.Key_Delete)
-        bench.click(editor.save)
-        assert 'name = "Survey hexacopter"  # the big one' in path.read_text(encoding="utf-8")
-        wanted = before._replace(
-            limits={"round_trip_max_ms": 100, "cell_voltage_min_v": 3.5},
-            tests_within_days={GuidedKind.BAY: 180},
-            activated_by=ActivatedBy.AIRCRAFT,
-            manual=(ManualLine("Pack date"),),
-        )
-        assert read_profile(path) == page.form.profile == wanted
-        assert [row.line for row in page.list.manual] == [ManualLine("Pack date")]
-
-
-def test_edits_are_discarded_only_when_that_is_said(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
-    with on_bench(qtbot, qapp, tmp_path, "editor_new", "preflight", is_connected=False) as bench:
-        page = bench.preflight
-        page.edit_profile()
-        editor = page.editor
-        editor.name.setFocus()
-        qtbot.keyClicks(editor.name, "H6")
-        assert page.on_escape()
-        assert editor.isVisible()
-        window = bench.assembly.window
-        assert not window.close()
-        assert notice_text(window.notice_bar) == "Profile: Unsaved edits."
-        bench.click(window.notice_bar.button("stay"))
-        record = tmp_path / "x.json"
-        record.write_text("{}", encoding="utf-8")
-        bench.drop(record)
-        assert editor.isVisible()
-        bench.click(editor.strip.button("keep"))
-        assert editor.profile == Profile(name="H6")
-        editor.ask_save = choosing(tmp_path / "none" / "x.toml")
-        bench.click(editor.save)
-        assert editor.strip.notice is not None  # the folder is not there
-        editor.ask_save = choosing(tmp_path / "x.toml")
-        bench.click(editor.save)
-        assert read_profile(tmp_path / "x.toml").name == "H6"
-        assert page.form.path == tmp_path / "x.toml"
-        page.edit_profile()
-        editor.name.setText("other")
-        editor.close_editor()
-        bench.click(editor.strip.button("discard"))
-        assert not editor.isVisible()
-        assert read_profile(tmp_path / "x.toml").name == "H6"
-        page.edit_profile()  # with other lines for the manual checks than the last time
-        QCoreApplication.sendPostedEvents(None, QEvent.Type.DeferredDelete)
-        assert editor.manual[0].text.accessibleName() == "Manual checks 1"
