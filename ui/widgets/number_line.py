@@ -27,19 +27,16 @@ _STEPS: Final = {Qt.Key.Key_Up: 1, Qt.Key.Key_Down: -1, Qt.Key.Key_PageUp: _PAGE
 
 
 class NumberKind(NamedTuple):
-    """The numbers that may be used: from `low` to `high`, in steps of `step` from zero.
-
-    Without `decimals` a number is shown without trailing zeros, and the step is too fine to be worth a word.
-    """
+    """The numbers that may be used: from `low` to `high`, in steps of `step` from zero."""
 
     low: Decimal
     high: Decimal
     step: Decimal
-    unit: str = ""
-    decimals: int | None = None
+    unit: str
+    decimals: int
 
     @classmethod
-    def of(cls, low: float, high: float, step: float, unit: str = "", decimals: int | None = None) -> Self:
+    def of(cls, low: float, high: float, step: float, unit: str, decimals: int) -> Self:
         return cls(Decimal(str(low)), Decimal(str(high)), Decimal(str(step)), unit, decimals)
 
     @classmethod
@@ -61,7 +58,7 @@ class NumberKind(NamedTuple):
 
     def shown(self, number: float) -> str:
         """Without the unit."""
-        return f"{number:g}" if self.decimals is None else f"{number:.{self.decimals}f}"
+        return f"{number:.{self.decimals}f}"
 
     def with_unit(self, number: float | Decimal) -> str:
         gap = "" if self.unit in ("°", "") else " "
@@ -71,8 +68,6 @@ class NumberKind(NamedTuple):
     def range_text(self) -> str:
         """What may be typed, in the language in use."""
         low, high, step = (self.with_unit(number) for number in (self.low, self.high, self.step))
-        if self.decimals is None:
-            return tr("{low} to {high}", low=low, high=high)
         return tr("{low} to {high}, in steps of {step}", low=low, high=high, step=step)
 
     def stepped(self, number: float, steps: int) -> float:
