@@ -21,9 +21,8 @@ from PySide6.QtWidgets import QApplication
 
 from tests.campaigns import commands
 from tests.campaigns.confined import confined_home
-from tests.campaigns.gestures.clumsy import run
-from tests.campaigns.lines import LINES, watched
-from tests.campaigns.walk import FAULTS, HAPPENINGS, cells, walk
+from tests.campaigns.hands import run
+from tests.campaigns.walk import FAULTS, HAPPENINGS, LINES, cells, walk, watched
 from tests.support.line import odd_module
 
 
@@ -47,7 +46,7 @@ def _lines(seconds: float, seed: int) -> int:
     broken = 0
     for name, line in LINES.items():
         for streams in (False, True):
-            found = watched(line, seconds, streams=streams, seed=seed)
+            found = watched(*line, seconds, streams=streams, seed=seed)
             ends = ", ".join(f"{count} x {reason}" for reason, count in found.ends.items()) or "no end"
             how = "streamed" if streams else "polled"
             print(f"{name:<40}{how:<10}{ends}, {found.unanswered} not answered in {seconds:.0f} s", flush=True)
@@ -57,7 +56,7 @@ def _lines(seconds: float, seed: int) -> int:
 
 def _commands(seeds: range) -> int:
     with tempfile.TemporaryDirectory() as folder:
-        texts, broken = commands.told(commands.campaign(seeds, Path(folder)))
+        texts, broken = commands.campaign(seeds, Path(folder))
     print("\n".join(texts))
     return broken
 

@@ -5,9 +5,8 @@ import datetime
 import pytest
 
 from protocol.events import EndReason
-from tests.campaigns.lines import LINES, BadLine, watched
-from tests.campaigns.plug import Wear
-from tests.campaigns.walk import EXCHANGES, FAULTS, JOBS, Plan, Run, cells, walk
+from tests.campaigns.walk import EXCHANGES, FAULTS, JOBS, LINES, Plan, Run, cells, walk, watched
+from tests.support.line.module_line import Wear
 from tests.support.processes import ROOT
 from tests.support.thorough import IS_THOROUGH
 
@@ -47,12 +46,12 @@ def test_the_page_has_every_fault() -> None:
 @pytest.mark.parametrize("streams", [False, True])
 @pytest.mark.promise("k")
 def test_no_conversation_ends_without_reason(name: str, *, streams: bool) -> None:
-    found = watched(LINES[name], SECONDS, streams=streams)
+    found = watched(*LINES[name], SECONDS, streams=streams)
     assert (found.begins, found.ends, found.unanswered) == (1, {}, 0)
 
 
 def test_on_a_line_that_is_dead_for_half_a_second_it_ends() -> None:
-    assert watched(BadLine(Wear(loss=0.9)), 20.0, streams=False).ends[EndReason.SILENT.value]
+    assert watched(Wear(loss=0.9), 0.002, 20.0, streams=False).ends[EndReason.SILENT.value]
 
 
 def test_a_port_that_is_lost_ends_everything_and_says_how() -> None:

@@ -23,15 +23,14 @@ from app.procedures.find import RateSearch, find_rate
 from app.procedures.history import History, read_history
 from app.procedures.light import Band, measure_light
 from app.procedures.lock import Locked, lock
-from app.procedures.read import Readings, read_everything, read_settings
+from app.procedures.read import Readings as Read
+from app.procedures.read import read_everything, read_settings
 from app.procedures.stream import StreamSwitch, watch
 from app.procedures.write import BaudChanged, SettingChange, WriteContext, WriteReport, change_baud, set_each, write_all
 from app.safety.journal import REQUESTS, Act, Outcome
-from app.safety.permit import Origin, Permit
 from protocol.catalogue import BY_NAME
-from protocol.events import Ended, EndReason
+from protocol.events import Began, Ended, EndReason, Unanswered
 from protocol.fields import Value
-from tests.campaigns.plug import PlugRig
 from tests.module.module import (
     ACCELERATION,
     ACTIVATION,
@@ -46,16 +45,20 @@ from tests.module.module import (
     TIME,
     ZERO,
     Module,
+    Readings,
 )
 from tests.module.options import Options
 from tests.module.wire import FROM_HOST, answer, with_sum
 from tests.support.journals import FakeJournal
+from tests.support.line.module_line import ModuleRig, Wear
 from tests.support.line.sim_line import FakeClock
 
 LIMIT_S: Final = 180.0
 FLAGS_FREE_S: Final = 3.2  # 16 and 17 may be set so long after a port was opened (E4)
 SETTLED_S: Final = 2.5
 NEW_RATE: Final = 57600
+STEP_S: Final = 0.05
+LEAP: Final = "clock leaps an hour"
 
 # The modules
 
@@ -68,23 +71,20 @@ class _Holds(NamedTuple):
     acceleration: int
     cell: int
     light: int
-    light_threshold: int
-    attitude: int
-    freefall: int
-    time: int
+    settings: Mapping[int, int]
 
 
-HELD: Final = (_Holds(10, 2, 10, 0xC8, 3, 18, 60, 5, 160), _Holds(90, 12, 9, 0xC0, 8, 28, 70, 4, 130))
-"""They have nothing in common."""
+# They have nothing in common.
+HELD: Final = (
+    _Holds(10, 2, 10, 0xC8, 3, {LIGHT_THRESHOLD: 18, ATTITUDE: 60, ACCELERATION: 5, TIME: 160}),
+    _Holds(90, 12, 9, 0xC0, 8, {LIGHT_THRESHOLD: 28, ATTITUDE: 70, ACCELERATION: 4, TIME: 130}),
+)
 
 
 def made_module(held: _Holds, name: str, now: float) -> Module:
     module = Module(Options(light_closed=held.light), name=name, now=now)
-    readings = module.readings
-    readings.boots, readings.tilt_deg, readings.acceleration = held.boots, held.tilt, held.acceleration
-    readings.cell = held.cell
-    module.settings |= {LIGHT_THRESHOLD: held.light_threshold, ATTITUDE: held.attitude}
-    module.settings |= {ACCELERATION: held.freefall, TIME: held.time}
+    module.readings = Readings(held.tilt, held.acceleration, cell=held.cell, boots=held.boots)
+    module.settings |= held.settings
     for _ in range(3):
         module.trigger(now, 0x01)
     module.triggered = False
@@ -123,7 +123,7 @@ CHANGES: Final = [
     SettingChange(BY_NAME["light_threshold"], 2.2),
 ]
 FLAGS: Final = [SettingChange(BY_NAME["freefall_trigger"], True), SettingChange(BY_NAME["attitude_trigger"], True)]
-Begin = Callable[[PlugRig, FakeJournal], Job[Any]]
+Begin = Callable[[ModuleRig, FakeJournal], Job[Any]]
 
 
 def _idle() -> Procedure[None]:
@@ -131,34 +131,29 @@ def _idle() -> Procedure[None]:
 
 
 def _simply(make: Callable[[], Procedure[Any]], *, outlives: bool = False) -> Begin:
-    return lambda rig, _journal: rig.start(make(), outlives=outlives)
+    return lambda rig, _journal: rig.job(make(), outlives=outlives)
 
 
 def _written(count: int) -> Begin:
-    return lambda rig, journal: rig.start(write_all(CHANGES[:count], WriteContext(journal=journal)))
-
-
-def _permit(act: Act, rig: PlugRig) -> Permit:
-    origin = Origin.RITUAL if act is Act.DEPLOY else Origin.COMMAND_LINE
-    return Permit(act, origin, rig.clock.now_s, rig.view.number)
+    return lambda rig, journal: rig.job(write_all(CHANGES[:count], WriteContext(journal=journal)))
 
 
 def _acted(act: Act) -> Begin:
-    def begin(rig: PlugRig, journal: FakeJournal) -> Job[Any]:
-        rig.plug.module.settings[ACTIVATION] = int(act in (Act.DEPLOY, Act.FORBID_DEPLOY))
+    def begin(rig: ModuleRig, journal: FakeJournal) -> Job[Any]:
+        rig.module.settings[ACTIVATION] = int(act in (Act.DEPLOY, Act.FORBID_DEPLOY))
         expects = frozenset({EndReason.SILENT}) if act is Act.SHUTDOWN else frozenset[EndReason]()
-        return rig.start(perform(act, journal, permit=_permit(act, rig)), expects=expects)
+        return rig.job(perform(act, journal, permit=rig.permit(act)), expects=expects)
 
     return begin
 
 
-def _baud(rig: PlugRig, journal: FakeJournal) -> Job[Any]:
-    return rig.start(change_baud(NEW_RATE, journal, permit=_permit(Act.CHANGE_BAUD, rig)), outlives=True)
+def _baud(rig: ModuleRig, journal: FakeJournal) -> Job[Any]:
+    return rig.job(change_baud(NEW_RATE, journal, permit=rig.permit(Act.CHANGE_BAUD)), outlives=True)
 
 
-def _lock(rig: PlugRig, journal: FakeJournal) -> Job[Any]:
-    rig.plug.module.settings[ACTIVATION] = 1
-    return rig.start(lock(journal), is_urgent=True, outlives=True)
+def _lock(rig: ModuleRig, journal: FakeJournal) -> Job[Any]:
+    rig.module.settings[ACTIVATION] = 1
+    return rig.job(lock(journal), is_urgent=True, outlives=True)
 
 
 JOBS: Final[Mapping[str, Begin]] = {
@@ -170,14 +165,14 @@ JOBS: Final[Mapping[str, Begin]] = {
     "find": _simply(lambda: find_rate(115200), outlives=True),
     "write one": _written(1),
     "write four": _written(4),
-    "triggers": lambda rig, journal: rig.start(set_each(FLAGS, WriteContext(journal=journal))),
+    "triggers": lambda rig, journal: rig.job(set_each(FLAGS, WriteContext(journal=journal))),
     "baud": _baud,
     "activate": _acted(Act.ACTIVATE),
     "zero": _acted(Act.ZERO),
     "deploy": _acted(Act.DEPLOY),
     "forbid": _acted(Act.FORBID_DEPLOY),
     "shut down": _acted(Act.SHUTDOWN),
-    "check": lambda rig, journal: rig.start(run_preflight(Evidence(), is_enabling=True, journal=journal)),
+    "check": lambda rig, journal: rig.job(run_preflight(Evidence(), is_enabling=True, journal=journal)),
     "lock": _lock,
 }
 
@@ -194,20 +189,16 @@ class Happening:
     """Keys of what it changes without a sign."""
 
 
-def _exchange(silent_s: float, *, is_announced: bool) -> Happening:
-    """The plug is moved to another module."""
-    return Happening(lambda run: run.exchange(silent_s, is_announced=is_announced), must_end=silent_s >= 0.5)
-
-
 def _worn(**wear: Any) -> Happening:
-    def begin(run: "Run") -> None:
-        run.rig.plug.wear = replace(run.rig.plug.wear, **wear)
-
-    return Happening(begin)
+    return Happening(lambda run: setattr(run.rig.line, "wear", replace(run.rig.line.wear, **wear)))
 
 
 def _next_frame(change: Callable[[bytes], bytes]) -> Happening:
-    return Happening(lambda run: setattr(run.rig.plug, "change_next", change))
+    return Happening(lambda run: setattr(run.rig.line, "change_next", change))
+
+
+def _silent(seconds: float, **more: Any) -> Happening:
+    return Happening(lambda run: run.module.be_silent(run.now_s, seconds), **more)
 
 
 def _comes(data: bytes, **more: Any) -> Happening:
@@ -215,7 +206,7 @@ def _comes(data: bytes, **more: Any) -> Happening:
 
     def begin(run: "Run") -> None:
         for number in range(3):
-            run.rig.plug.inject(data, 0.3 * number)
+            run.rig.line.inject(data, 0.3 * number)
 
     return Happening(begin, **more)
 
@@ -223,11 +214,7 @@ def _comes(data: bytes, **more: Any) -> Happening:
 def _asks_too(run: "Run") -> None:
     """Another program asks, and the answers arrive here."""
     for code in (STATUS, CELL, ATTITUDE):
-        run.module.hear(with_sum(FROM_HOST + bytes((code, 1, 0))), run.rig.clock.now_s)
-
-
-def _stays_silent(run: "Run") -> None:
-    run.module.be_silent(run.rig.clock.now_s, 1000.0)
+        run.module.hear(with_sum(FROM_HOST + bytes((code, 1, 0))), run.now_s)
 
 
 def _streams(run: "Run") -> None:
@@ -235,26 +222,27 @@ def _streams(run: "Run") -> None:
     run.module.settings[OUTPUT] = 1
 
 
-def _leaps(run: "Run") -> None:
-    run.rig.clock.now_s += 3600.0
-
-
 SILENCES_S: Final = (0.0, 0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.8, 1.0, 1.5, 2.0, 3.0)
 EXCHANGES: Final[Mapping[str, Happening]] = {
-    f"another module after {silent_s} s{', announced' * is_announced}": _exchange(silent_s, is_announced=is_announced)
+    f"another module after {silent_s} s{', announced' * is_announced}": Happening(
+        lambda run, silent_s=silent_s, is_announced=is_announced: run.rig.line.move(  # type: ignore[misc]
+            run.modules[1], silent_s, is_announced=is_announced
+        ),
+        must_end=silent_s >= 0.5,
+    )
     for silent_s, is_announced in product(SILENCES_S, (False, True))
 }
 FAULTS: Final[Mapping[str, Happening]] = {
     "port lost": Happening(lambda run: run.fail(PortTrouble.LOST)),
     "a write that blocks": Happening(lambda run: run.fail(PortTrouble.STUCK)),
     "cancelled": Happening(lambda run: run.job.cancel()),
-    "module silent": Happening(_stays_silent, must_end=True),
-    "module silent for 0.3 s": Happening(lambda run: run.module.be_silent(run.rig.clock.now_s, 0.3)),
-    "module silent for 0.6 s": Happening(lambda run: run.module.be_silent(run.rig.clock.now_s, 0.6), must_end=True),
-    "module restarts": Happening(lambda run: run.module.restart(run.rig.clock.now_s), must_end=True),
+    "module silent": _silent(1000.0, must_end=True),
+    "module silent for 0.3 s": _silent(0.3),
+    "module silent for 0.6 s": _silent(0.6, must_end=True),
+    "module restarts": Happening(lambda run: run.module.restart(run.now_s), must_end=True),
     "module switched off": Happening(lambda run: setattr(run.module, "is_on", False), must_end=True),
-    "clock leaps an hour": Happening(_leaps, must_end=True),
-    "request lost": Happening(lambda run: setattr(run.rig.plug, "loses_requests", 1)),
+    LEAP: Happening(lambda run: setattr(run.rig.clock, "now_s", run.now_s + 3600.0), must_end=True),
+    "request lost": Happening(lambda run: setattr(run.rig.line, "loses_requests", 1)),
     "reply lost": _next_frame(lambda _frame: b""),
     "reply corrupted": _next_frame(lambda frame: frame[:-1] + bytes((frame[-1] ^ 0x10,))),
     "reply cut off": _next_frame(lambda frame: frame[: len(frame) // 2]),
@@ -308,56 +296,67 @@ class Result:
 
 
 class Run:
+    """One job on a line, what happens to it, and the judge of both."""
+
+    rig: ModuleRig
+
     def __init__(self, plan: Plan) -> None:
-        self.plan = plan
-        self.result = Result(plan)
-        self.frames = self._frames_before = 0
+        self.plan, self.result, self.frames = plan, Result(plan), 0
+        self.happening = HAPPENINGS.get(plan.happening, Happening(lambda _run: None))
+        self._frames_before = 0
         clock = FakeClock()
-        self.modules = [made_module(held, name, clock.now_s) for held, name in zip(HELD, "AB", strict=True)]
+        self.modules = tuple(made_module(held, name, clock.now_s) for held, name in zip(HELD, "AB", strict=True))
         switch = StreamSwitch(is_wanted=plan.streams)
-        self.rig: PlugRig = PlugRig(self.modules[0], clock, background=lambda: watch(switch, listen_s=0.2))
-        self.rig.on_step = self._look
+        self.rig = ModuleRig(modules=self.modules[:1], clock=clock, background=lambda: watch(switch, listen_s=0.2))
+        self.rig.max_step_s = STEP_S
         self.rig.begin()
         self.rig.step_for(FLAGS_FREE_S if plan.job in ("triggers", "check") else 0.8)
-        self.rig.plug.on_frame = self._before
-        self.rig.plug.on_heard = self._heard
-        self._before_s = clock.now_s
-        self._sent_before = len(self.rig.plug.sent)
+        self.rig.line.on_frame = self._before
+        self.rig.line.on_heard = self._heard
+        self._sent_before = len(self.rig.line.sent)
         self.job: Job[Any] = JOBS[plan.job](self.rig, FakeJournal())
 
     @property
     def module(self) -> Module:
-        return self.rig.plug.module
+        return self.rig.line.modules[0]
 
     @property
-    def happening(self) -> Happening:
-        return HAPPENINGS.get(self.plan.happening, Happening(lambda _run: None))
+    def now_s(self) -> float:
+        return self.rig.clock.now_s
 
     @property
     def sent(self) -> list[bytes]:
-        return self.rig.plug.sent[self._sent_before :]
+        return self.rig.line.sent[self._sent_before :]
 
     def go(self) -> Result:
         rig = self.rig
         reason = EndReason.CLOSED
         try:
-            end_s = rig.clock.now_s + LIMIT_S
-            while not self.job.has_ended and rig.clock.now_s < end_s + 3600.0 * (self.plan.happening in LEAPS):
-                rig.step()
+            ends_s = self.now_s + LIMIT_S + 3600.0 * (self.plan.happening == LEAP)
+            while not self.job.has_ended and self.now_s < ends_s:
+                self._step()
             if not self.job.has_ended:
                 self._find("the job goes on")
-            rig.step_for(SETTLED_S)
-            if rig.view.is_going:
-                self._judge_shown()
+            settled_s = self.now_s + SETTLED_S
+            while self.now_s < settled_s:
+                self._step()
+            if rig.conversation.is_going:
+                self._judge_values({key: rig.conversation.fresh(key, self.now_s) for key in rig.conversation.values})
         except PortError:
             reason = EndReason.PORT_LOST
-        ends = [one for one in rig.events if isinstance(one, Ended)]
-        self.result.is_unnoticed = not ends
+        self.result.is_unnoticed = not any(isinstance(one, Ended) for one in rig.events)
         rig.session.close(reason)
-        if rig.plug.error is not None and reason is EndReason.CLOSED:
+        if rig.line.error is not None and reason is EndReason.CLOSED:
             self._find("the port's error was not seen")
         self._judge()
         return self.result
+
+    def _step(self) -> None:
+        """Nothing shown in one conversation is of two modules."""
+        self.rig.step(STEP_S)
+        owners = {OWNERS.get((key, known.value)) for key, known in self.rig.conversation.values.items()} - {None}
+        if len(owners) > 1:
+            self._find("values of two modules in one conversation")
 
     def _find(self, text: str) -> None:
         if text not in self.result.findings:
@@ -365,11 +364,8 @@ class Run:
 
     # It happens
 
-    def exchange(self, silent_s: float, *, is_announced: bool) -> None:
-        self.rig.plug.move(self.modules[1], silent_s, is_announced=is_announced)
-
     def fail(self, trouble: PortTrouble) -> None:
-        self.rig.plug.error = PortError(trouble, "plug", "failed")
+        self.rig.line.error = PortError(trouble, "line", "failed")
 
     def _before(self, _frame: bytes) -> None:
         if not self.plan.is_heard:
@@ -389,20 +385,6 @@ class Run:
 
     # The judge
 
-    def _look(self) -> None:
-        """Nothing shown in one conversation is of two modules."""
-        owners = {self._owner(key, known.value) for key, known in self.rig.view.values.items()} - {None}
-        if len(owners) > 1:
-            self._find("values of two modules in one conversation")
-
-    def _owner(self, key: str, value: Value) -> str | None:
-        """Whose value it is, where only one of them has or had it."""
-        number = _OWNERS.get((key, value))
-        return None if number is None else self.modules[number].name
-
-    def _judge_shown(self) -> None:
-        self._judge_values({key: self.rig.view.fresh(key, self.rig.clock.now_s) for key in self.rig.view.values})
-
     def _judge_values(self, values: Mapping[str, Value | None], *, may_be_before: bool = False) -> None:
         """`may_be_before`: what was read may have been changed since by a restart, whose count then is another one."""
         holds = truth(self.module)
@@ -414,12 +396,12 @@ class Run:
             self._find(f"{key} is {value}, and the module holds {holds[key]}")
 
     def _judge(self) -> None:
-        rig, job = self.rig, self.job
+        view, job = self.rig.conversation, self.job
         must_end = self.happening.must_end and self.result.has_happened
         if must_end and self.result.is_unnoticed:
             self._find("the conversation goes on")
         must_end = must_end and (self.frames > self._frames_before or not self.plan.is_heard)
-        if any(rig.view.fresh(key, rig.clock.now_s) is not None for key in rig.view.values):
+        if any(view.fresh(key, self.now_s) is not None for key in view.values):
             self._find("shown as certain although the port is closed")
         self._judge_sent()
         if not job.has_ended:
@@ -452,7 +434,7 @@ class Run:
             case Evidence():
                 if must_end and result.void is None:
                     self._find("the check is not void")
-            case Readings():
+            case Read():
                 if self.module is first:
                     self._judge_values(result.values, may_be_before=True)
             case History():
@@ -512,8 +494,7 @@ def _owners() -> Mapping[tuple[str, Value], int]:
     return owners
 
 
-_OWNERS: Final = _owners()
-LEAPS: Final = ("clock leaps an hour",)
+OWNERS: Final = _owners()
 
 
 # The walk
@@ -538,3 +519,47 @@ def cells(*, jobs: Iterable[str] = JOBS, happenings: Iterable[str] = HAPPENINGS,
 
 def walk(plans: Iterable[Plan]) -> Iterator[Result]:
     return (Run(plan).go() for plan in plans)
+
+
+# Lines that do nothing worse than what is common
+
+LINES: Final[Mapping[str, tuple[Wear, float]]] = {
+    "good": (Wear(), 0.002),
+    "loses 5 %": (Wear(loss=0.05), 0.002),
+    "loses 10 %": (Wear(loss=0.10), 0.002),
+    "repeats a fifth, 0.25 to 0.8 s later": (Wear(repeats=0.2), 0.002),
+    "0.7 s late": (Wear(lag_s=0.7), 0.002),
+    "up to 0.7 s late": (Wear(jitter_s=0.7), 0.002),
+    "half duplex": (Wear(is_half_duplex=True), 0.002),
+    "half duplex, loses 5 %": (Wear(is_half_duplex=True, loss=0.05), 0.002),
+    "answers take 50 ms, loses 5 %": (Wear(loss=0.05), 0.05),
+    "answers take 100 ms": (Wear(), 0.1),
+    "answers take 100 ms, loses 5 %": (Wear(loss=0.05), 0.1),
+    "answers take 250 ms": (Wear(), 0.25),
+    "answers take 250 ms, loses 5 %": (Wear(loss=0.05), 0.25),
+}
+"""And in how many seconds the module answers."""
+
+
+class Found(NamedTuple):
+    begins: int
+    ends: Counter[str]  # by reason
+    unanswered: int
+
+
+def watched(wear: Wear, answer_s: float, seconds: float, *, streams: bool, seed: int = 1) -> Found:
+    """Watch one module that answers all the time, streamed or polled, as the window does: how often does a conversation
+    end without reason?"""
+    switch = StreamSwitch(is_wanted=streams)
+    rig = ModuleRig(Options(delay_s=answer_s), wear=wear, background=lambda: watch(switch), seed=seed)
+    rig.max_step_s = STEP_S
+    begins, unanswered, ends = 0, 0, Counter[str]()
+    end_s = rig.clock.now_s + seconds
+    while rig.clock.now_s < end_s:
+        rig.step_for(min(60.0, end_s - rig.clock.now_s))
+        begins += sum(isinstance(event, Began) for event in rig.events)
+        unanswered += sum(isinstance(event, Unanswered) for event in rig.events)
+        ends.update(event.reason.value for event in rig.events if isinstance(event, Ended))
+        for kept in rig.events, rig.module.log, rig.line.sent:
+            kept.clear()
+    return Found(begins, ends, unanswered)

@@ -16,7 +16,8 @@ from app import __main__ as program
 from tests.module.line import Line, now
 from tests.module.module import Module
 from tests.support.flights import log_bytes as made
-from tests.support.processes import ROOT, environment, ran, ran_code
+from tests.support.processes import ROOT, environment, ran_code
+from tests.support.virtual_cli import VirtualCli
 
 FLIGHT_LOGS = (ROOT / "docs" / "flight-logs.md").read_text(encoding="utf-8")
 INTEGRATING = (ROOT / "docs" / "integrating.md").read_text(encoding="utf-8")
@@ -32,9 +33,10 @@ def test_every_command_of_the_readme_does_what_it_says(tmp_path: Path) -> None:
     text = (ROOT / "README.md").read_text(encoding="utf-8")
     lines = re.findall(r"(?m)^\.venv/bin/dps-s (\S.*?)\s+#", text)
     assert len(lines) > 5
+    cli = VirtualCli()
     for line in lines:
         words = [str(tmp_path / word) if word.endswith((".toml", ".pdf")) else word for word in shlex.split(line)]
-        done = ran(sys.executable, "-m", "app", *words, HOME=str(tmp_path), LC_ALL="C.UTF-8")
+        done = cli.run(*words, port="", HOME=str(tmp_path))
         assert done.returncode == (1 if words[0] == "preflight" else 0), f"{line}: {done.stderr}"
 
 

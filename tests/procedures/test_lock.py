@@ -159,7 +159,7 @@ def test_it_is_never_said_of_another_module_that_does_not_report_it(gap_s: float
     rig.module.be_silent(rig.clock(), 60.0)
     deaf.be_silent(rig.clock(), gap_s)
     is_done = job.has_ended
-    rig.line.modules = (deaf,)
+    rig.line.move(deaf, 0.0, is_announced=False)
     locked = rig.end(job)
     assert is_done or locked.is_locked is not True
 
@@ -177,7 +177,7 @@ def test_what_a_locked_module_in_its_place_reports_clears_nothing(frame: int) ->
     job = press(rig, journal)
     rig.step_until(lambda: len(rig.module.log.got()) - heard >= frame)
     other.be_silent(rig.clock(), 0.5)
-    rig.line.modules = (other,)
+    rig.line.move(other, 0.0, is_announced=False)
     locked = rig.end(job)
     assert locked.is_locked
     assert locked.sentence == "The module that answers now reports LOCKED."

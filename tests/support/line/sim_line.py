@@ -22,8 +22,6 @@ from tests.support.line.odd_module import end_faults, odd_bench
 
 Result = TypeVar("Result")
 FINEST_S = 1e-4
-MAX_STEP_S = 1.0
-"""Much less than what counts as a sleep of the computer."""
 
 
 class FakeClock:
@@ -123,7 +121,7 @@ class WatchedLine(SimulatedLine):
         on_leaving: Callable[[Request], None] = lambda _request: None,
     ) -> None:
         super().__init__(clock, baud_rate=baud_rate, bench=bench)
-        self.plug, self._on_leaving, self._parser = bench.plug_number, on_leaving, StreamParser()
+        self.plug_number, self._on_leaving, self._parser = bench.plug_number, on_leaving, StreamParser()
         self.opened_at = clock()
         self.told_active: tuple[float, bool] | None = None
         """When the module told last whether it is ACTIVE, and whether it is."""
@@ -147,7 +145,7 @@ class WatchedLine(SimulatedLine):
         """Has no effect: with one thread nobody waits in a read."""
 
     def _check(self) -> None:
-        if not self.bench.is_plugged_in or self.bench.plug_number != self.plug:
+        if not self.bench.is_plugged_in or self.bench.plug_number != self.plug_number:
             raise PortError(PortTrouble.LOST, "sim", "unplugged")
 
 
@@ -190,6 +188,7 @@ class AnyRig:
 
     clock: FakeClock
     session: Session
+    max_step_s = 1.0  # much less than what counts as a sleep of the computer
 
     @property
     def conversation(self) -> ConversationView:
@@ -227,16 +226,19 @@ class AnyRig:
         origin = Origin.RITUAL if act is Act.DEPLOY else Origin.CONFIRMATION
         return Permit(act, origin, self.clock(), self.conversation.number)
 
+    def step(self, longest_s: float) -> None:
+        self.session.step(longest_s)
+
     def step_until(self, is_enough: Any, *, limit_s: float = 120.0) -> None:
         end_s = self.clock.now_s + limit_s
         while not is_enough():
             assert self.clock.now_s < end_s, "it takes too long"
-            self.session.step(min(MAX_STEP_S, end_s - self.clock.now_s))
+            self.step(min(self.max_step_s, end_s - self.clock.now_s))
 
     def step_for(self, seconds: float) -> None:
         end_s = self.clock.now_s + seconds
         while self.clock.now_s < end_s:
-            self.session.step(min(MAX_STEP_S, end_s - self.clock.now_s))
+            self.step(min(self.max_step_s, end_s - self.clock.now_s))
 
 
 class Rig(AnyRig):

@@ -18,6 +18,8 @@ from app.engine.worker import Batch
 from app.port_urls.protocol_sim import open_bench
 from app.simulator.bench import SimulatedBench
 from protocol.catalogue import SERIAL_OUTPUT, Hazard, Request
+from tests.module.module import Module
+from tests.support.line.module_line import ModuleLine
 from tests.support.line.sim_line import FakeClock, ThreadlessWorker, WatchedLine
 from tests.support.patience import PATIENCE_S
 from tests.support.window.fakes_ui import ListedPorts, simulated, wait_for_disk, window
@@ -44,8 +46,15 @@ class Rig(Driver):
     bench: SimulatedBench
     url: str
     clock: FakeClock
-    worker: ThreadlessWorker
+    workers: list[ThreadlessWorker]
+    """One for each port."""
     requests: list[Request]
+    lines: list[WatchedLine | ModuleLine]
+    """Every opening of a port, the last one last."""
+    devices: dict[str, tuple[Module, ...]]
+    """By port: independent modules, in place of the simulated one."""
+    on_leaving: Callable[[Request], None] = lambda _request: None
+    """Called with each frame as it is sent."""
     beside_s: float = PATIENCE_S
     """So long a turn waits for the disk and for what runs beside the window: less where a test holds them."""
     _due_s: dict[QTimer, float] = field(default_factory=dict)
@@ -60,10 +69,10 @@ class Rig(Driver):
         acts = [request for request in self.requests if request.hazard is not Hazard.NONE]
         return [request for request in acts if request.command is not SERIAL_OUTPUT]
 
-    def turn(self) -> None:
+    def turn(self, longest_s: float = TURN_S) -> None:
         """One step of the line, the window and its timers; no time passes while the disk or a task is at work."""
-        end_s = self.clock.now_s + TURN_S
-        while self.clock.now_s < end_s and self.worker.turn():
+        end_s = self.clock.now_s + longest_s
+        while self.clock.now_s < end_s and sum(worker.turn() for worker in self.workers):
             pass
         self.clock.now_s = max(self.clock.now_s, end_s)
         wait_for_disk(self.assembly, self.beside_s)
@@ -113,13 +122,22 @@ def on_fake_time(
 ) -> Iterator[Made]:  # fmt: skip
     """Open a window and make a module for it; the worker runs in the window's thread, as far as `turn` says."""
     clock, workers, requests = FakeClock(), list[ThreadlessWorker](), list[Request]()
+    lines, rigs, devices = list[WatchedLine | ModuleLine](), list[Made](), dict[str, tuple[Module, ...]]()
 
     def make_worker(callback: Callable[[Batch], None], make_lock: Callable[[], Job[Any]]) -> ThreadlessWorker:
         workers.append(ThreadlessWorker(callback, clock, make_lock))
         return workers[-1]
 
-    def open_line(port: str, baud_rate: int) -> WatchedLine:
-        return WatchedLine(clock, open_bench(port), baud_rate, requests.append)
+    def leaves(request: Request) -> None:
+        requests.append(request)
+        rigs[0].on_leaving(request)
+
+    def open_line(port: str, baud_rate: int) -> WatchedLine | ModuleLine:
+        if port in devices:
+            lines.append(ModuleLine(clock, *devices[port], baud_rate=baud_rate))
+        else:
+            lines.append(WatchedLine(clock, open_bench(port), baud_rate, leaves))
+        return lines[-1]
 
     gestures().clock = clock
     with (
@@ -129,4 +147,6 @@ def on_fake_time(
         simulated(name, **options) as bench,
         window(qapp, folder, listed=ports, entries=entries) as assembly,
     ):
-        yield kind(qtbot, assembly, bench, f"sim://{name}{query}", clock, workers[0], requests)
+        url = f"sim://{name}{query}"
+        rigs.append(kind(qtbot, assembly, bench, url, clock, workers, requests, lines, devices))
+        yield rigs[0]

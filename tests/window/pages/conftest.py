@@ -7,15 +7,15 @@ import pytest
 from PySide6.QtWidgets import QApplication
 from pytestqt.qtbot import QtBot
 
-from tests.campaigns.gestures.gesture_bench import GestureBench, gesture_bench
+from tests.support.window.hand import Hand, hand_at
 from tests.support.window.preflight_window import OnBench, on_bench
 from tests.support.window.settings_bench import Desk, desk
 
 
 @pytest.fixture
-def bench(request: pytest.FixtureRequest, qapp: QApplication, tmp_path: Path) -> Iterator[GestureBench]:
+def bench(request: pytest.FixtureRequest, qapp: QApplication, tmp_path: Path) -> Iterator[Hand]:
     """Commands and the page of the test folder, on a simulated module, with hands and clocks of its own."""
-    with gesture_bench(qapp, tmp_path, pages=("commands", request.path.parent.name)) as made:
+    with hand_at(Hand, qapp, tmp_path, *{"commands", request.path.parent.name}) as made:
         yield made
 
 

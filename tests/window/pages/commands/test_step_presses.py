@@ -6,31 +6,30 @@ import pytest
 from PySide6.QtCore import QPoint, Qt
 
 from app.safety.journal import Act
-from tests.campaigns.gestures.gesture_bench import GestureBench
-from tests.campaigns.gestures.gesture_table import ACTS, first_button, go_to
+from tests.support.window.hand import Hand
 from ui.widgets.gestures import gestures
-from ui.widgets.step_button import StepButton
+from ui.widgets.step_button import StepButton, bring_into_sight
 
 
-def ask_to_forbid(bench: GestureBench) -> StepButton:
+def ask_to_forbid(bench: Hand) -> StepButton:
     """Its last button, which takes both hands."""
     bench.window.resize(1366, 768)
-    go_to(bench, ACTS[3])
-    bench.go_and_click(first_button(bench, ACTS[3]))
+    bench.reset()
     confirm = bench.commands.acts[Act.FORBID_DEPLOY].confirm
+    bring_into_sight(confirm)
+    bench.click(confirm.ask)
     assert confirm.is_asking
-    bench.hand_s += 1.0
+    bench.wait(1.0)
     bench.sent.clear()
-    bench.worker.submitted = 0
     return confirm.go
 
 
-def is_nothing_sent(bench: GestureBench) -> bool:
+def is_nothing_sent(bench: Hand) -> bool:
     bench.wait(0.5)
-    return not bench.sent and not bench.worker.submitted
+    return not bench.sent
 
 
-def a_click_that_does_not_count(bench: GestureBench) -> None:
+def a_click_that_does_not_count(bench: Hand) -> None:
     for is_double in (False, True):
         go = ask_to_forbid(bench)
         bench.move(bench.at(go))
@@ -38,14 +37,14 @@ def a_click_that_does_not_count(bench: GestureBench) -> None:
             go.block_pointer()  # as where a layout brought it there
         go.setFocus()
         bench.key(Qt.Key.Key_Space, is_press=True)
-        (bench.double_press if is_double else bench.press)()
+        bench.press(is_double=is_double)
         bench.release()
         bench.key(Qt.Key.Key_Space, is_press=False)
         assert is_nothing_sent(bench), is_double
         bench.reset()
 
 
-def two_hands_on_one_step(bench: GestureBench) -> None:
+def two_hands_on_one_step(bench: Hand) -> None:
     go = ask_to_forbid(bench)
     bench.move(bench.at(go))
     go.setFocus()
@@ -63,7 +62,7 @@ def two_hands_on_one_step(bench: GestureBench) -> None:
     assert not is_nothing_sent(bench)
 
 
-def the_release_of_a_key_pressed_elsewhere(bench: GestureBench) -> None:
+def the_release_of_a_key_pressed_elsewhere(bench: Hand) -> None:
     go = ask_to_forbid(bench)
     bench.move(bench.at(go))
     bench.window.top_bar.lock.setFocus()
@@ -76,7 +75,7 @@ def the_release_of_a_key_pressed_elsewhere(bench: GestureBench) -> None:
     assert not is_nothing_sent(bench)
 
 
-def a_press_that_left_the_step(bench: GestureBench) -> None:
+def a_press_that_left_the_step(bench: Hand) -> None:
     go = ask_to_forbid(bench)
     bench.move(bench.at(go))
     bench.press()
@@ -87,21 +86,21 @@ def a_press_that_left_the_step(bench: GestureBench) -> None:
     assert is_nothing_sent(bench)
 
 
-def a_press_that_began_before_the_step_moved(bench: GestureBench) -> None:
+def a_press_that_began_before_the_step_moved(bench: Hand) -> None:
     go = ask_to_forbid(bench)
     bench.move(bench.at(go))
     bench.press()
     bench.window.resize(1180, 720)
-    bench.turn()
+    bench.look()
     go.check_place()
     bench.move(QPoint(1, 1))
-    bench.hand_s += 1.0
+    bench.wait(1.0)
     bench.move(bench.at(go))
     bench.release()
     assert is_nothing_sent(bench)
 
 
-def any_click_on_cancel(bench: GestureBench) -> None:
+def any_click_on_cancel(bench: Hand) -> None:
     ask_to_forbid(bench)
     confirm = bench.commands.acts[Act.FORBID_DEPLOY].confirm
     bench.move(bench.at(confirm.cancel))
@@ -117,7 +116,7 @@ def any_click_on_cancel(bench: GestureBench) -> None:
 
 
 @pytest.mark.promise("d")
-def test_what_completes_nothing(bench: GestureBench) -> None:
+def test_what_completes_nothing(bench: Hand) -> None:
     for way in (
         a_click_that_does_not_count, two_hands_on_one_step, the_release_of_a_key_pressed_elsewhere,
         a_press_that_left_the_step, a_press_that_began_before_the_step_moved, any_click_on_cancel,
@@ -127,13 +126,13 @@ def test_what_completes_nothing(bench: GestureBench) -> None:
 
 
 @pytest.mark.promise("d")
-def test_a_held_key_and_a_held_mouse_complete_nothing(bench: GestureBench, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_held_key_and_a_held_mouse_complete_nothing(bench: Hand, monkeypatch: pytest.MonkeyPatch) -> None:
     """What X11 repeats is neither the release of the key nor a press of its own, in whichever order they are let go."""
     monkeypatch.setattr(gestures(), "has_paired_repeats", True)
 
     def repeat(is_marked: bool) -> None:
         for _ in range(10):
-            bench.hand_s += 0.04
+            bench.wait(0.04)
             bench.key(Qt.Key.Key_Space, is_press=False, is_repeat=True, is_marked=is_marked)
             bench.key(Qt.Key.Key_Space, is_press=True, is_repeat=True, is_marked=is_marked)
 

@@ -11,10 +11,9 @@ from PySide6.QtWidgets import QApplication, QPushButton, QScrollArea, QWidget
 from app.safety.journal import Act
 from app.safety.ritual import Stage
 from app.text.i18n import CHINESE, ENGLISH
-from tests.campaigns.gestures.gesture_bench import GestureBench, gesture_bench
-from tests.campaigns.gestures.gesture_table import ACTS, first_button, go_to
 from tests.support.processes import ROOT
 from tests.support.window.controls import place
+from tests.support.window.hand import Hand, hand_at
 from tests.support.window.steps import find
 from ui.style.theme import Meaning
 from ui.widgets.gestures import gestures
@@ -33,16 +32,22 @@ def test_what_cannot_be_undone_is_a_step_in_every_notice() -> None:
     assert set(re.findall(r'Choice\("(\w+)".*is_step=True', sources)) == STEPS
 
 
-def arm(bench: GestureBench) -> None:
-    act = ACTS[-1]
-    go_to(bench, act)
-    bench.go_and_click(first_button(bench, act))
+def choose(bench: Hand) -> None:
+    bench.window.go_to("commands")
+    bench.settle_module(is_active=True)
+    bench.until(bench.commands.ritual.choose.isEnabled)
+    bench.click(bench.commands.ritual.choose)
+
+
+def arm(bench: Hand) -> None:
+    choose(bench)
+    bench.click(bench.commands.ritual.arm)
     assert bench.commands.ritual.ritual.stage is Stage.ARMED
 
 
-def hold_with_space(bench: GestureBench) -> None:
+def hold_with_space(bench: Hand) -> None:
     arm(bench)
-    bench.hand_s += 1.0
+    bench.wait(1.0)
     bench.commands.ritual.hold.setFocus()
     bench.key(Qt.Key.Key_Space, is_press=True)
     assert bench.commands.ritual.ritual.stage is Stage.HOLDING
@@ -51,11 +56,11 @@ def hold_with_space(bench: GestureBench) -> None:
 @pytest.mark.promise("d")
 @pytest.mark.parametrize("spoken", [ENGLISH, CHINESE], indirect=True)
 def test_the_steps_of_an_act_have_places_of_their_own(spoken: str, qapp: QApplication, tmp_path: Path) -> None:
-    with gesture_bench(qapp, tmp_path, pages=("commands", "settings")) as bench:
+    with hand_at(Hand, qapp, tmp_path, "commands", "settings") as bench:
         for size in ((900, 520), (1024, 600)):
             bench.window.resize(*size)
             bench.window.go_to("commands")
-            bench.turn()
+            bench.look()
             page = bench.commands
             ritual = page.ritual
             groups: list[list[QWidget]] = [[ritual.choose, ritual.rehearse, ritual.cancel, ritual.arm, ritual.hold]]
@@ -65,8 +70,12 @@ def test_the_steps_of_an_act_have_places_of_their_own(spoken: str, qapp: QApplic
                 for one, other in combinations(group, 2):
                     assert not place(one).intersects(place(other)), (one.objectName(), other.objectName(), size)
             bench.window.go_to("settings")
-            first_button(bench, next(act for act in ACTS if act.name == "write to an active module"))
+            bench.settle_module(is_active=True)
+            bench.settings.work.choose("attitude_threshold_deg", 30 + size[0] % 7)
+            bench.wait(0.3)
+            bench.click(bench.settings.write)
             strip = bench.settings.strip
+            bench.until(lambda strip=strip: strip.button("write_anyway"))  # type: ignore[misc]
             choices = [strip.button("not_now"), strip.button("write_anyway"), strip.button("unlock_once")]
             groups = [[*(choice for choice in choices if choice is not None), bench.settings.write]]
             assert len(groups[0]) == 4
@@ -76,88 +85,88 @@ def test_the_steps_of_an_act_have_places_of_their_own(spoken: str, qapp: QApplic
 
 
 @pytest.mark.promise("d")
-def test_nothing_moves_while_an_act_goes_on(bench: GestureBench) -> None:
+def test_nothing_moves_while_an_act_goes_on(bench: Hand) -> None:
     """Neither what stands against an act nor what came of one moves the next button."""
     bench.window.resize(1366, 768)
     bench.window.go_to("commands")
     ritual = bench.commands.ritual
-    act = ACTS[-2]
 
     def places() -> list[QRect]:
-        bench.refresh()
-        bench.turn()
+        bench.wait(0.3)
+        bench.look()
         buttons = [one for row in bench.commands.acts.values() for one in (row.confirm.ask, row.confirm.go)]
         return [place(one) for one in (*buttons, ritual, ritual.choose, ritual.arm, ritual.hold, ritual.cancel)]
 
-    go_to(bench, act)
+    bench.settle_module(is_active=True)
+    bench.until(ritual.choose.isEnabled)
     before = places()
-    bench.go_and_click(first_button(bench, act))
+    bench.click(ritual.choose)
     assert ritual.ritual.stage is Stage.CHOSEN
     assert places() == before
-    bench.hand_s += 1.0
-    bench.go_and_click(ritual.arm)
+    bench.wait(1.0)
+    bench.click(ritual.arm)
     assert ritual.ritual.stage is Stage.ARMED
     assert places() == before
-    bench.go_and_click(ritual.cancel)
+    bench.click(ritual.cancel)
     assert ritual.notice_bar.notice is not None
     assert places() == before
     bench.settle_module(is_active=False)  # other conditions are open now
     assert places() == before
     forbid = bench.commands.acts[Act.FORBID_DEPLOY]
-    bench.go_and_click(forbid.confirm.ask)
-    bench.hand_s += 1.0
-    bench.go_and_click(forbid.confirm.go)
+    bench.click(forbid.confirm.ask)
+    bench.wait(1.0)
+    bench.click(forbid.confirm.go)
     bench.until(lambda: forbid.notice_bar.notice is not None)
     assert places() == before
 
 
 @pytest.mark.promise("d")
-def test_a_question_that_nobody_answers_leaves_nothing_dead(bench: GestureBench) -> None:
+def test_a_question_that_nobody_answers_leaves_nothing_dead(bench: Hand) -> None:
     confirm = bench.commands.acts[Act.ACTIVATE].confirm
-    bench.go_and_click(confirm.ask)
+    bench.click(confirm.ask)
     assert (confirm.is_asking, confirm.go.isVisible(), confirm.ask.isVisible()) == (True, True, False)
     assert confirm.left.isVisible()
     assert "10" in confirm.left.text()
-    bench.hand_s += 9.9
+    bench.wait(9.9)
     confirm.check()
     assert confirm.is_asking
     assert confirm.left.text().startswith("1 ")
-    bench.hand_s += 0.2
+    bench.wait(0.2)
     confirm.check()
     assert (confirm.go.isVisible(), confirm.cancel.isVisible(), confirm.ask.isVisible()) == (False, False, True)
-    bench.go_and_click(confirm.ask)
+    bench.click(confirm.ask)
     assert confirm.is_asking
 
 
-def test_a_question_out_of_sight_is_withdrawn_and_half_out_of_sight_not_asked_yet(bench: GestureBench) -> None:
+def test_a_question_out_of_sight_is_withdrawn_and_half_out_of_sight_not_asked_yet(bench: Hand) -> None:
     bench.window.setMinimumHeight(0)
     bench.window.resize(900, 440)
     confirm = bench.commands.acts[Act.FORBID_DEPLOY].confirm
     bring_into_sight(confirm)
-    bench.go_and_click(confirm.ask)
+    bench.click(confirm.ask)
     assert confirm.is_asking
     scroll = find(bench.window, QScrollArea, "commands_scroll")
     scroll.verticalScrollBar().setValue(0)
-    bench.turn()
+    bench.look()
     confirm.check()
     assert not confirm.is_asking
     bar, window = scroll.verticalScrollBar(), bench.window
     top = place(confirm.ask).top()
     limit = scroll.viewport().mapTo(window, QPoint(0, 0)).y() + scroll.viewport().height()
     bar.setValue(bar.value() + top + 10 - limit)
-    bench.turn()
+    bench.look()
     assert not is_in_sight(confirm)
     bench.move(QPoint(1, 1))
-    bench.hand_s += 1.0
+    bench.wait(1.0)
     bench.move(bench.at(confirm.ask, QPoint(30, 5)))
     bench.click()
     assert not confirm.is_asking
-    bench.turn()
+    bench.look()
     assert is_in_sight(confirm)
 
 
 @pytest.mark.promise("d")
-def test_what_is_armed_stays_in_sight_or_is_disarmed(bench: GestureBench) -> None:
+def test_what_is_armed_stays_in_sight_or_is_disarmed(bench: Hand) -> None:
     ritual = bench.commands.ritual
     cover = QWidget(bench.window)
     cover.setAutoFillBackground(True)
@@ -173,7 +182,7 @@ def test_what_is_armed_stays_in_sight_or_is_disarmed(bench: GestureBench) -> Non
         assert is_in_sight(ritual.cancel), size
         cover.setGeometry(place(ritual.hold).translated(40, 0))
         cover.show()
-        bench.turn()
+        bench.look()
         bench.wait(0.1)
         assert ritual.ritual.stage is Stage.IDLE, size
         assert ritual.notice_bar.notice is not None, size
@@ -181,11 +190,11 @@ def test_what_is_armed_stays_in_sight_or_is_disarmed(bench: GestureBench) -> Non
 
 
 @pytest.mark.promise("d")
-def test_after_an_act_the_focus_is_nowhere(bench: GestureBench) -> None:
+def test_after_an_act_the_focus_is_nowhere(bench: Hand) -> None:
     confirm = bench.commands.acts[Act.FORBID_DEPLOY].confirm
     bring_into_sight(confirm)
-    bench.go_and_click(confirm.ask)
-    bench.go_and_click(confirm.go)
+    bench.click(confirm.ask)
+    bench.click(confirm.go)
     assert QApplication.focusWidget() is None
     bench.wait(1.0)
     assert [one.encode()[2:5].hex() for one in bench.sent] == ["110200"]
@@ -193,7 +202,7 @@ def test_after_an_act_the_focus_is_nowhere(bench: GestureBench) -> None:
 
 
 @pytest.mark.promise("d")
-def test_a_held_space_bar_completes_and_then_counts_for_nothing(bench: GestureBench) -> None:
+def test_a_held_space_bar_completes_and_then_counts_for_nothing(bench: Hand) -> None:
     hold_with_space(bench)
     ritual = bench.commands.ritual
     for _ in range(30):
@@ -203,7 +212,7 @@ def test_a_held_space_bar_completes_and_then_counts_for_nothing(bench: GestureBe
     assert [one.encode()[2:5].hex() for one in bench.sent] == ["110201"]
     assert QApplication.focusWidget() is None
     ritual.rehearse.setFocus()
-    bench.hand_s += 1.0
+    bench.wait(1.0)
     for _ in range(3):  # the key is still down; X11 may not mark a repeat
         bench.key(Qt.Key.Key_Space, is_press=True)
         bench.wait(0.1)
@@ -222,14 +231,14 @@ def test_a_held_space_bar_completes_and_then_counts_for_nothing(bench: GestureBe
     other.hide()
     bench.wait(3.0)
     assert ritual.ritual.stage is Stage.IDLE
-    bench.hand_s += 1.0
+    bench.wait(1.0)
     ritual.rehearse.setFocus()
     bench.key(Qt.Key.Key_Space, is_press=True)
     bench.key(Qt.Key.Key_Space, is_press=False)
     assert ritual.ritual.stage is Stage.CHOSEN
 
 
-def test_a_second_press_ends_a_hold(bench: GestureBench) -> None:
+def test_a_second_press_ends_a_hold(bench: Hand) -> None:
     for is_key in (False, True):
         hold_with_space(bench)
         bench.wait(0.5)
@@ -248,14 +257,14 @@ def test_a_second_press_ends_a_hold(bench: GestureBench) -> None:
 @pytest.mark.parametrize("is_let_go", [False, True])
 @pytest.mark.promise("d")
 def test_a_repeat_that_x11_does_not_mark_is_no_release(
-    bench: GestureBench, monkeypatch: pytest.MonkeyPatch, is_let_go: bool
+    bench: Hand, monkeypatch: pytest.MonkeyPatch, is_let_go: bool
 ) -> None:
     """A release and a press of the same time: measured under Xvfb, where 5 of 48 repeats came without the mark."""
     hold_with_space(bench)
     monkeypatch.setattr(gestures(), "has_paired_repeats", True)
     ritual = bench.commands.ritual
     for _ in range(10):
-        bench.hand_s += 0.04
+        bench.wait(0.04)
         bench.key(Qt.Key.Key_Space, is_press=False, is_repeat=True, is_marked=False)
         assert gestures().is_release_uncertain
         assert ritual.ritual.stage is Stage.HOLDING
@@ -276,23 +285,24 @@ def test_a_repeat_that_x11_does_not_mark_is_no_release(
 
 
 @pytest.mark.promise("d")
-def test_what_comes_to_lie_under_the_pointer_counts_only_after_it_left(bench: GestureBench) -> None:
+def test_what_comes_to_lie_under_the_pointer_counts_only_after_it_left(bench: Hand) -> None:
     """Uncovered, scrolled or moved there by a layout: the same."""
     bench.reset()
     confirm = bench.commands.acts[Act.ACTIVATE].confirm
-    bench.go_and_click(confirm.ask)
+    bench.click(confirm.ask)
     cover = QPushButton("over it", bench.window)
     cover.setGeometry(place(confirm.go))
     cover.clicked.connect(cover.hide)
     cover.show()
-    bench.hand_s += 2.0
+    bench.wait(2.0)
     bench.move(QPoint(1, 1))
     bench.move(bench.at(confirm.go))
     bench.click()
-    bench.hand_s += 2.0
+    bench.wait(2.0)
     bench.click()
     assert confirm.is_asking
-    assert bench.worker.submitted == 0
+    bench.wait(0.5)
+    assert bench.sent == []
     bench.move(QPoint(1, 1))
     bench.move(bench.at(confirm.go))
     bench.click()

@@ -14,9 +14,9 @@ from app.guided.guided_tests import GUIDED_TESTS, PersonSteps, StatusWatch
 from app.guided.results import TITLES, GuidedKind, GuidedResult, GuidedVerdict
 from app.safety.journal import REQUESTS, Act
 from app.text.messages import UserError
-from tests.campaigns.gestures.gesture_bench import GestureBench
 from tests.support.hands import Hands
 from tests.support.line.frames import at_frame
+from tests.support.window.hand import Hand
 from tests.support.window.steps import given, notice_text
 from ui.acts.act_row import ActRow
 from ui.session.guided import Stage
@@ -30,7 +30,7 @@ LOCK, ACTIVATE = REQUESTS[Act.LOCK], REQUESTS[Act.ACTIVATE]
 
 
 @pytest.fixture
-def bench(bench: GestureBench, monkeypatch: pytest.MonkeyPatch) -> GestureBench:
+def bench(bench: Hand, monkeypatch: pytest.MonkeyPatch) -> Hand:
     monkeypatch.setattr("app.guided.guided_tests.SHAKEN_S", 2.0)
     bench.assembly.storage.open_store()
     bench.preflight.form.who.setText("Li")
@@ -38,18 +38,18 @@ def bench(bench: GestureBench, monkeypatch: pytest.MonkeyPatch) -> GestureBench:
     return bench
 
 
-def confirm(bench: GestureBench) -> None:
+def confirm(bench: Hand) -> None:
     """As a careful person does it: ask, then confirm, each by a press of its own."""
     row: ActRow = bench.guided.activate
     bench.until(row.confirm.ask.isEnabled)
     for button in (row.confirm.ask, row.confirm.go):
         bring_into_sight(row)
         bench.until(button.isVisible)
-        bench.hand_s += 1.0
-        bench.go_and_click(button)
+        bench.wait(1.0)
+        bench.click(button)
 
 
-def run(bench: GestureBench, kind: GuidedKind, *, height_m: float = 0.5) -> GuidedResult:
+def run(bench: Hand, kind: GuidedKind, *, height_m: float = 0.5) -> GuidedResult:
     """From Start to the result, with hands that do what the page says."""
     page = bench.guided
     start(bench, kind)
@@ -61,7 +61,7 @@ def run(bench: GestureBench, kind: GuidedKind, *, height_m: float = 0.5) -> Guid
     return outcome
 
 
-def act_as_told(bench: GestureBench, hands: Hands) -> None:
+def act_as_told(bench: Hand, hands: Hands) -> None:
     """Until the test is over."""
     page, ends_at = bench.guided, bench.clock.now_s + 300.0
     while page.work.is_running:
@@ -75,7 +75,7 @@ def act_as_told(bench: GestureBench, hands: Hands) -> None:
         bench.wait(0.1)
 
 
-def start(bench: GestureBench, kind: GuidedKind) -> None:
+def start(bench: Hand, kind: GuidedKind) -> None:
     page = bench.guided
     bench.show_guided()
     page.choose(kind)
@@ -84,12 +84,12 @@ def start(bench: GestureBench, kind: GuidedKind) -> None:
         assert not page.primary.isEnabled()
         page.made_safe.click()
     bench.until(page.primary.isEnabled)
-    bench.hand_s += 1.0
-    bench.go_and_click(page.primary)
+    bench.wait(1.0)
+    bench.click(page.primary)
     bench.until(lambda: page.work.stage is not Stage.PREPARING)
 
 
-def activated(bench: GestureBench) -> None:
+def activated(bench: Hand) -> None:
     """In the middle of the tilt, on an active module."""
     start(bench, GuidedKind.TILT)
     confirm(bench)
@@ -97,21 +97,21 @@ def activated(bench: GestureBench) -> None:
     assert bench.bench.module.state.is_active
 
 
-def is_locked(bench: GestureBench) -> bool:
+def is_locked(bench: Hand) -> bool:
     return not bench.bench.module.state.is_active
 
 
-def said(bench: GestureBench) -> str:
+def said(bench: Hand) -> str:
     return notice_text(bench.guided.notice_bar)
 
 
-def kept(bench: GestureBench, kind: GuidedKind) -> None:
+def kept(bench: Hand, kind: GuidedKind) -> None:
     """Until the store's thread has told the page."""
     bench.until(lambda: kind in bench.guided.work.last, limit_s=10_000.0)
 
 
 @pytest.mark.promise("c")
-def test_each_test_can_be_done_on_the_simulated_module(bench: GestureBench) -> None:
+def test_each_test_can_be_done_on_the_simulated_module(bench: Hand) -> None:
     acts = {GuidedKind.TILT: [ACTIVATE, LOCK]}
     page = bench.guided
     for number, kind in enumerate(KINDS, start=1):
@@ -133,7 +133,7 @@ def test_each_test_can_be_done_on_the_simulated_module(bench: GestureBench) -> N
 
 @pytest.mark.promise("i")
 def test_what_can_fire_is_said_and_confirmed_each_time_and_start_sends_nothing_but_questions(
-    bench: GestureBench,
+    bench: Hand,
 ) -> None:
     page = bench.guided
     bench.show_guided()
@@ -161,7 +161,7 @@ def test_what_can_fire_is_said_and_confirmed_each_time_and_start_sends_nothing_b
 
 @pytest.mark.promise("c")
 def test_an_active_module_is_not_tested_and_one_that_becomes_active_in_somebodys_hands_is_locked(
-    bench: GestureBench,
+    bench: Hand,
 ) -> None:
     bench.settle_module(is_active=True)
     bench.show_guided()
@@ -185,25 +185,25 @@ def test_an_active_module_is_not_tested_and_one_that_becomes_active_in_somebodys
         bench.until(lambda: not bench.guided.work.owes_lock)
 
 
-def _minimise(bench: GestureBench) -> None:
+def _minimise(bench: Hand) -> None:
     bench.window.setWindowState(Qt.WindowState.WindowMinimized)
-    bench.turn()
+    bench.look()
     bench.window.setWindowState(Qt.WindowState.WindowNoState)
 
 
-def _error_in_the_procedure(bench: GestureBench) -> None:
+def _error_in_the_procedure(bench: Hand) -> None:
     with patch.object(StatusWatch, "_check", side_effect=RuntimeError("a mistake of ours")):
         bench.wait(0.5)
     assert "program error" in bench.guided.verdict.text()
 
 
-def _done(bench: GestureBench) -> None:
+def _done(bench: Hand) -> None:
     bench.bench.module.state.attitude_is_enabled = False
     bench.bench.module.activate(is_active=True)
     act_as_told(bench, Hands(bench.bench, PersonSteps()))
 
 
-WAYS_OUT: dict[str, Callable[[GestureBench], object]] = {
+WAYS_OUT: dict[str, Callable[[Hand], object]] = {
     "cancel": lambda bench: bench.guided.cancel.click(),
     "escape": lambda bench: QTest.keyClick(bench.window, Qt.Key.Key_Escape),
     "another page": lambda bench: bench.window.go_to("commands"),
@@ -216,7 +216,7 @@ WAYS_OUT: dict[str, Callable[[GestureBench], object]] = {
 
 
 @pytest.mark.promise("c")
-def test_the_module_is_locked_whatever_ends_the_tilt(bench: GestureBench, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_the_module_is_locked_whatever_ends_the_tilt(bench: Hand, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("app.guided.guided_tests.PERSON_LIMIT_S", 5.0)
     for way, leave in WAYS_OUT.items():
         bench.sent.clear()
@@ -233,18 +233,17 @@ def test_the_module_is_locked_whatever_ends_the_tilt(bench: GestureBench, monkey
 
 
 @pytest.mark.promise("c")
-def test_the_module_is_locked_when_another_one_is_chosen(bench: GestureBench) -> None:
+def test_the_module_is_locked_when_another_one_is_chosen(bench: Hand) -> None:
     activated(bench)
-    ports, worker = bench.assembly.ports, bench.worker
+    ports = bench.assembly.ports
     ports.choose(ports.add())
-    bench.worker = worker  # that of the port that was left
     bench.wait(1.0)
     assert LOCK in bench.sent
     assert is_locked(bench)
 
 
 @pytest.mark.promise("c")
-def test_an_error_anywhere_in_the_window_locks(bench: GestureBench, qtbot: QtBot) -> None:
+def test_an_error_anywhere_in_the_window_locks(bench: Hand, qtbot: QtBot) -> None:
     def fail() -> None:
         raise RuntimeError("a mistake of ours")
 
@@ -259,7 +258,7 @@ def test_an_error_anywhere_in_the_window_locks(bench: GestureBench, qtbot: QtBot
 
 
 @pytest.mark.promise("l")
-def test_that_the_module_reports_locked_is_not_said_while_it_is_silent(bench: GestureBench) -> None:
+def test_that_the_module_reports_locked_is_not_said_while_it_is_silent(bench: Hand) -> None:
     activated(bench)
     bench.guided.work.cancel()
     reported = "The module reports LOCKED."
@@ -273,7 +272,7 @@ def test_that_the_module_reports_locked_is_not_said_while_it_is_silent(bench: Ge
 
 
 @pytest.mark.promise("c")
-def test_a_pulled_plug_is_said_and_lock_waits_for_the_port(bench: GestureBench) -> None:
+def test_a_pulled_plug_is_said_and_lock_waits_for_the_port(bench: Hand) -> None:
     activated(bench)
     port = bench.assembly.ports.current
     bench.bench.unplug()
@@ -292,7 +291,7 @@ def test_a_pulled_plug_is_said_and_lock_waits_for_the_port(bench: GestureBench) 
 
 
 @pytest.mark.promise("c")
-def test_an_activation_that_is_not_confirmed_locks(bench: GestureBench) -> None:
+def test_an_activation_that_is_not_confirmed_locks(bench: Hand) -> None:
     start(bench, GuidedKind.TILT)
     at_frame(bench.bench, 1, lambda: bench.bench.change(drop=1.0, direction="to-host"), code=ACTIVATE.command.code)
     confirm(bench)
@@ -303,7 +302,7 @@ def test_an_activation_that_is_not_confirmed_locks(bench: GestureBench) -> None:
     assert bench.assembly.ports.current.lock.failed is not None
 
 
-def test_an_order_that_was_refused_leaves_the_test_where_it_is(bench: GestureBench) -> None:
+def test_an_order_that_was_refused_leaves_the_test_where_it_is(bench: Hand) -> None:
     """Tilted beyond the threshold it may not be activated; levelled it may, and never if it is cancelled between the
     confirmation and the frame."""
     start(bench, GuidedKind.TILT)
@@ -327,7 +326,7 @@ def test_an_order_that_was_refused_leaves_the_test_where_it_is(bench: GestureBen
     [("", WITHOUT_A_NAME, WITHOUT_A_NAME), ("M-07", "", "The result is that of M-07.")],
 )
 def test_a_result_stays_that_of_the_name_under_which_it_was_measured(
-    bench: GestureBench, name: str, said: str, later: str
+    bench: Hand, name: str, said: str, later: str
 ) -> None:
     say_name = bench.guided.module.say_name
     say_name(name)
@@ -340,13 +339,13 @@ def test_a_result_stays_that_of_the_name_under_which_it_was_measured(
     assert (notice_text(bench.guided.notice_bar), bool(bench.guided.work.last)) == (later, False)
 
 
-def test_a_step_is_confirmed_by_the_pointer_that_pressed_start_and_a_double_click_is_one(bench: GestureBench) -> None:
+def test_a_step_is_confirmed_by_the_pointer_that_pressed_start_and_a_double_click_is_one(bench: Hand) -> None:
     """It looked enabled, and was dead until the pointer had left: held for hung."""
     page = bench.guided
     start(bench, GuidedKind.BAY)
     bench.until(lambda: page.work.confirm_words == "Bay closed")
     bench.click()
-    bench.double_press()
+    bench.press(is_double=True)
     bench.release()
     while page.work.stage is Stage.MEASURING and page.work.confirm_words != "Bay open":
         assert page.work.step == 0, "as long as it measures, the bay stays closed"
@@ -360,7 +359,7 @@ def test_a_step_is_confirmed_by_the_pointer_that_pressed_start_and_a_double_clic
     assert outcome.verdict is GuidedVerdict.PASSED
 
 
-def test_the_banner_does_not_contradict_the_test_that_makes_the_module_fire(bench: GestureBench) -> None:
+def test_the_banner_does_not_contradict_the_test_that_makes_the_module_fire(bench: Hand) -> None:
     bar, module = bench.window.notice_bar, bench.assembly.ports.module
     activated(bench)
     bench.bench.set_world(tilt_deg=70)
@@ -374,7 +373,7 @@ def test_the_banner_does_not_contradict_the_test_that_makes_the_module_fire(benc
 
 
 @pytest.mark.promise("l")
-def test_beside_a_doubt_the_test_says_what_the_top_bar_says(bench: GestureBench) -> None:
+def test_beside_a_doubt_the_test_says_what_the_top_bar_says(bench: Hand) -> None:
     port = bench.assembly.ports.current
     bench.settle_module(is_active=True)
     before = port.module.number

@@ -1,1 +1,0 @@
-"""Tests complete and careless gestures at the window."""

@@ -1,0 +1,433 @@
+"""Random hands at the real window, on a simulated module to which accidents happen; on a clock that they alone move.
+
+Events go to the window's `QWindow`, as a platform sends them: Qt finds the widget under the pointer itself. Beside it
+stands a second account of what the hands did (`ledger.py`): a dangerous frame without a whole gesture of its own is a
+fault, and so is a LOCK that does not leave.
+"""
+
+import random
+import tempfile
+from collections import Counter
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Final
+
+from PySide6.QtCore import QPoint, QPointF, Qt
+from PySide6.QtGui import QWheelEvent
+from PySide6.QtWidgets import QApplication, QComboBox, QPushButton, QWidget
+
+from app.engine.target import Target
+from app.guided.results import GuidedKind
+from app.simulator import bench as benches
+from app.text.i18n import set_language
+from protocol.catalogue import LOCK, Request
+from protocol.fields import Value
+from tests.campaigns.ledger import DEAD_S, HOLD, HOLD_S, WATCHED, Ledger
+from tests.support.line.odd_module import end_faults
+from tests.support.window.hand import KINDS, NO_BUTTON, NO_KEY, Hand, hand_at
+from tests.support.window.rig import TURN_S
+from tests.support.window.steps import given
+from ui.acts.confirm import Confirm
+from ui.session.check import Standing
+from ui.widgets.gestures import gestures
+from ui.widgets.step_button import bring_into_sight
+
+SIZES: Final = ((900, 520), (1024, 600), (1180, 720), (1366, 768))
+LANGUAGES: Final = ("en", "zh_CN")
+KEYS: Final = (Qt.Key.Key_Space, Qt.Key.Key_Return, Qt.Key.Key_Tab, Qt.Key.Key_Backtab, Qt.Key.Key_Escape)
+VALUES: Final[Mapping[str, tuple[Value, ...]]] = {
+    "attitude_threshold_deg": (30, 58, 62, 130),
+    "freefall_time_s": (0.2, 1.2, 1.8),
+    "light_threshold_v": (0.5, 2.0),
+    "attitude_trigger": (True, False),
+}
+# Of the line. An act waits behind a slow one; slower, it would not leave at all.
+FAULTS: Final[tuple[Mapping[str, object], ...]] = ({"drop": 0.2}, {"delay_ms": 220.0}, {"echo": True}, {"mute": True})
+# Menus would grab the mouse, and the top bar would end the connection.
+UNSAFE_NAMES: Final = ("top_bar", "navigation", "status_line")
+UNSAFE_KINDS: Final = ("QMenuBar", "QToolButton", "QComboBox")
+CHECK_S: Final = 13.0  # longer than a pre-flight check takes
+WINDOW_LASTS: Final = 400  # sequences; the next window has another language and size
+
+
+@dataclass
+class Report:
+    sequences: int = 0
+    frames: Counter[str] = field(default_factory=Counter)
+    faults: list[str] = field(default_factory=list)
+
+
+@dataclass
+class Hands(Hand):
+    """One pair, at one window."""
+
+    dice: random.Random = field(default_factory=lambda: random.Random(1))
+    report: Report = field(default_factory=Report)
+    trail: list[str] = field(default_factory=list)
+    _key: Qt.Key | None = None
+    _is_begun = False
+
+    def __post_init__(self) -> None:
+        self.ledger = Ledger(self)
+
+    def begin(self, report: Report, dice: random.Random) -> None:
+        self.report, self.dice, self._is_begun = report, dice, True
+        self.put_in_order()
+        self.wait(DEAD_S)  # what the window shows has been there for a while
+
+    def buttons(self) -> list[QPushButton]:
+        """Those in sight on the page that is shown."""
+        pages = [page for page in (self.commands, self.preflight, self.settings) if page.isVisible()]
+        return [one for page in pages for one in page.findChildren(QPushButton) if one.isVisible()]
+
+    def turn(self, longest_s: float = TURN_S) -> None:
+        super().turn(longest_s)
+        self._look()
+
+    def _look(self) -> None:
+        if self._is_begun:
+            self.ledger.is_checking = self.preflight.work.standing is Standing.CHECKING
+            self.ledger.owes_lock |= self.guided.work.owes_lock
+            self.ledger.look()
+
+    def note(self, request: Request) -> None:
+        """Compare a frame, as it is sent, with the gestures before it."""
+        super().note(request)
+        if self.sent and self.sent[-1] is request:
+            self._look()
+            kind, wrong = self.ledger.feed(request, is_active=self.bench.module.state.is_active)
+            self.report.frames[kind] += 1
+            if wrong:
+                self.report.faults.append(f"{request.encode().hex(' ')} {wrong} after {', '.join(self.trail)}")
+
+    # Pointer and keys
+
+    def move(self, to: QPoint) -> None:
+        window = self.window
+        to = QPoint(min(max(to.x(), 1), window.width() - 2), min(max(to.y(), 60), window.height() - 2))
+        self.ledger.moved(to)
+        super().move(to)
+
+    def press(self, *, is_double: bool = False) -> None:
+        under: QWidget | None = self.window.childAt(self.pointer)
+        while under is not None:
+            if under.objectName() in UNSAFE_NAMES or any(under.inherits(kind) for kind in UNSAFE_KINDS):
+                return
+            under = under.parentWidget()
+        if not self.is_down:
+            self.ledger.mouse_down(is_double=is_double)
+            super().press(is_double=is_double)
+
+    def release(self) -> None:
+        if self.is_down:
+            self.ledger.mouse_up()
+            super().release()
+
+    def _double_click(self) -> None:
+        self.click()
+        self.wait(self.dice.choice((0.0, 0.06, 0.2, 0.35)))
+        self.click(is_double=True)
+
+    def _press_key(self) -> None:
+        if self._key is None:
+            self._key = self.dice.choice(KEYS)
+            self.ledger.key_down(self._key)
+            self.key(self._key, is_press=True)
+
+    def _repeat_key(self) -> None:
+        self._press_key()
+        for _ in range(self.dice.randint(1, 20)):
+            if self._key is not None:
+                is_marked = not gestures().has_paired_repeats or self.dice.random() < 0.9
+                self.key(self._key, is_press=False, is_repeat=True, is_marked=is_marked)
+                self.key(self._key, is_press=True, is_repeat=True, is_marked=is_marked)
+
+    def _key_up(self) -> None:
+        if self._key is not None:
+            key, self._key = self._key, None
+            self.ledger.key_up(key)
+            self.key(key, is_press=False)
+
+    # At random
+
+    def sequence(self) -> None:
+        """Some random actions."""
+        self.trail = []
+        for _ in range(self.dice.randint(3, 9)):
+            actions = (
+                (self._go_somewhere, 6), (self.click, 7), (self._double_click, 3), (self.press, 2),
+                (self.release, 2), (self._pause, 6), (self._press_key, 4), (self._key_up, 3), (self._repeat_key, 2),
+                (self._scroll, 1), (self._resize, 1), (self._turn_page, 1), (self._edit, 1), (self._change_state, 1),
+                (self.press_lock, 0.5), (self._accident, 1),
+            )  # fmt: skip
+            whole = (
+                (self._whole_gesture, 1), (self._hurry, 3), (self._check, 0.15), (self._guided_test, 0.5),
+                (self._write, 3), (self._act_and_then, 2),
+            )  # fmt: skip
+            has_free_hands = not self.is_down and self._key is None
+            possible = [*actions, *whole] if has_free_hands else [*actions]
+            action = self.dice.choices([one for one, _ in possible], [weight for _, weight in possible])[0]
+            self.trail.append(action.__name__)
+            action()
+            self.look()
+        self.release()
+        self._key_up()
+        self.wait(0.3)
+        self.report.sequences += 1
+        module = self.bench.module
+        is_in_order = self.is_reachable and module.is_on and not module.is_triggered
+        if not (is_in_order and self.assembly.ports.module.is_read) or self.dice.random() < 0.1:
+            self.put_in_order()
+
+    def _go_somewhere(self) -> None:
+        buttons = self.buttons()
+        if buttons and self.dice.random() < 0.85:
+            one = self.dice.choice(buttons)
+            self.move(
+                one.mapTo(self.window, QPoint(self.dice.randrange(one.width()), self.dice.randrange(one.height())))
+            )
+        elif self.dice.random() < 0.5:
+            self.move(self.pointer + QPoint(self.dice.randint(-3, 3), self.dice.randint(-3, 3)))
+        else:
+            self.move(QPoint(self.dice.randrange(self.window.width()), self.dice.randrange(self.window.height())))
+
+    def _pause(self) -> None:
+        self.wait(self.dice.choice((0.0, 0.05, 0.2, 0.4, 0.5, 0.6, 0.6, 0.9, 2.3)))
+
+    def _scroll(self) -> None:
+        place, way = QPointF(self.pointer), QPoint(0, self.dice.choice((-360, -120, 120, 360)))
+        phase = Qt.ScrollPhase.NoScrollPhase
+        event = QWheelEvent(place, self.window.mapToGlobal(place), QPoint(), way, NO_BUTTON, NO_KEY, phase, False)
+        QApplication.sendEvent(given(self.window.windowHandle()), event)
+
+    def _resize(self) -> None:
+        self.window.resize(*self.dice.choice(SIZES))
+
+    def _turn_page(self) -> None:
+        self.window.go_to(self.dice.choice(("commands", "commands", "settings", "preflight", "preflight")))
+        self.preflight.show_view(self.dice.choice(("checks", "checks", "guided")))
+
+    def _edit(self) -> None:
+        self.settings.work.choose("attitude_threshold_deg", self.dice.choice((30, 58, 62)))
+        box = self.settings.baud.editor
+        if isinstance(box, QComboBox):
+            box.setCurrentIndex(self.dice.randrange(box.count()))
+            box.activated.emit(box.currentIndex())
+
+    # On purpose
+
+    def do_whole(self, one: QWidget) -> None:
+        """Press it as a careful person does, from elsewhere and after a while."""
+        self.move(QPoint(1, 60))
+        self.wait(0.6)
+        if one.isVisible():
+            self.move(self.at(one))
+            self.look()
+            self.press()
+            self.wait(HOLD_S + 0.4 if one.objectName() == HOLD else 0.0)
+            self.release()
+            self.look()
+
+    def _whole_gesture(self) -> None:
+        """Complete a gesture properly now and then, which proves that the rest tests something."""
+        buttons = [button for button in self.buttons() if button.isEnabled() and button.objectName() in WATCHED]
+        if buttons:
+            self.do_whole(self.dice.choice(buttons))
+
+    def _hurry(self) -> None:
+        """Two steps in a hurry: the second one sooner than half a second after it appeared, or without leaving it."""
+        before = set(self.buttons())
+        self._whole_gesture()
+        appeared = [one for one in self.buttons() if one not in before]
+        if not appeared:
+            return
+        step = self.dice.choice(appeared)
+        if self.dice.random() < 0.3:
+            step.setFocus()
+        self.move(self.at(step))
+        self.wait(self.dice.choice((0.0, 0.1, 0.25, 0.35, 0.4, 0.44, 0.6)))
+        if self.dice.random() < 0.3:
+            self._press_key()
+            self.look()
+            self._key_up()
+        else:
+            self.click()
+
+    def _check(self) -> None:
+        """A whole pre-flight check of a locked module, which leads to the activation if it ends READY."""
+        self.bench.module.activate(is_active=False)
+        self.window.go_to("preflight")
+        self.preflight.show_view("checks")
+        if not self.preflight.enable.isVisible():
+            self.wait(CHECK_S)
+        self.do_whole(self.preflight.enable)
+        self.wait(CHECK_S)
+
+    def _guided_test(self) -> None:
+        """A guided test up to the activation, which takes a whole gesture, too."""
+        module, work = self.bench.module, self.guided.work
+        if self.is_reachable and module.is_on and not module.is_triggered:
+            self.window.go_to("preflight")
+            self.preflight.show_view("guided")
+            module.activate(is_active=False)
+            work.choose(GuidedKind.TILT)
+            work.state_safe(True)
+            self.wait(1.0)
+            work.start()
+            self.wait(3.0)
+
+    def press_lock(self) -> None:
+        """By its key, which counts whatever is open; it leaves at once."""
+        before, is_possible = self.requests.count(LOCK), self.is_reachable
+        self.ledger.lock_pressed()
+        self.key(Qt.Key.Key_F12, is_press=True)
+        self.key(Qt.Key.Key_F12, is_press=False)
+        self.wait(0.1)
+        if is_possible and self.requests.count(LOCK) == before:
+            self.report.faults.append(f"LOCK did not leave after {', '.join(self.trail)}")
+
+    def _write(self) -> None:
+        """Edit some values and write them; risks are accepted, and perhaps something happens at once."""
+        if self.dice.random() < 0.7:
+            self.put_in_order()
+        self.window.go_to("settings")
+        chosen = self.dice.sample(sorted(VALUES), self.dice.randint(1, len(VALUES)))
+        self.settings.work.fill({key: self.dice.choice(VALUES[key]) for key in chosen})
+        self.settings.refresh()
+        self.look()
+        if self.dice.random() < 0.5:
+            self._accident()
+        self.press_write()
+        self.wait(self.dice.choice((0.1, 1.0, 8.0)))
+
+    def press_write(self) -> None:
+        """And accept what it asks."""
+        settings = self.settings
+        settings.refresh()
+        for key in ("", "write_anyway", "unlock_once"):
+            button = settings.strip.button(key) if key else settings.write
+            if button is not None and button.isVisible() and button.isEnabled():
+                self.do_whole(button)
+                ends_at_s = self.clock() + 4.0
+                while settings.work.job.is_running and self.clock() < ends_at_s:
+                    self.wait(TURN_S)
+
+    def _act_and_then(self) -> None:
+        """Confirm an act on a module in order, and let something follow at once."""
+        self.put_in_order()
+        self.window.go_to("commands")
+        self.turn()
+        confirm = self.dice.choice(list(self.commands.acts.values())).confirm
+        if self.dice.random() < 0.5:
+            self.bench.change(delay_ms=220.0)
+            self.settings.work.read_all()
+        for button in (confirm.ask, confirm.go):
+            if button.isVisible() and button.isEnabled():
+                self.do_whole(button)
+        self.wait(self.dice.choice((0.0, 0.02, 0.1)))
+        follows = self.dice.choice((self.press_lock, self._accident, self.slip, self.restart))
+        self.trail.append(follows.__name__)
+        follows()
+        self.wait(3.0)
+
+    # What happens to the module and its line
+
+    @property
+    def is_reachable(self) -> bool:
+        bench, is_open = self.bench, self.assembly.ports.current.is_open
+        return is_open and bench.plug_number == self.lines[-1].plug_number and bench.is_plugged_in
+
+    def _accident(self) -> None:
+        what = self.dice.choice((self._disturb, self._disturb, self._heal, self.restart, self.slip, self._exchange))
+        self.trail.append(what.__name__)
+        what()
+
+    def _heal(self) -> None:
+        end_faults(self.bench)
+
+    def _disturb(self) -> None:
+        self._heal()
+        self.bench.change(**self.dice.choice(FAULTS))
+
+    def restart(self) -> None:
+        self.bench.restart()
+
+    def slip(self) -> None:
+        """The plug slips out and in again; the port is opened again."""
+        self.bench.unplug()
+        self.wait(self.dice.choice((0.02, 0.3)))
+        self.bench.plug()
+        self._open()
+
+    def _open(self) -> None:
+        self.assembly.ports.connect_to(Target(self.url, self.bench.module.baud_rate))
+        self.turn()
+
+    def _exchange(self) -> None:
+        """Another module hangs at the port."""
+        self.assembly.ports.current.disconnect_port()
+        self.turn()
+        name = self.url.removeprefix("sim://")
+        benches.remove_bench(name)
+        self.bench = benches.module(name, {"seed": self.dice.randrange(1000), "rate": 20})
+        self._open()
+
+    def _change_state(self) -> None:
+        self.bench.module.activate(is_active=self.dice.random() < 0.6)
+
+    def put_in_order(self, *, is_active: bool = False) -> None:
+        """No fault, nothing asked, connected, switched on and read; LOCKED, or ACTIVE."""
+        self._heal()
+        bench, ports = self.bench, self.assembly.ports
+        if not bench.module.is_on:
+            bench.press_switch()
+            self.wait(1.0)  # until it is noticed
+        bench.module.activate(is_active=False)  # locked once, it is triggered no more
+        bench.module.activate(is_active=is_active)
+        if not self.is_reachable:
+            bench.plug()
+            ports.current.disconnect_port()
+            self.turn()
+            self._open()
+        ends_at_s = self.clock() + 8.0
+        while self.clock() < ends_at_s and not (ports.module.is_read and ports.current.is_active is is_active):
+            self.wait(0.4)
+
+    def confirm(self, question: Confirm) -> None:
+        self.bring(question.ask)
+        self.do_whole(question.ask)
+        self.do_whole(question.go)
+
+    def bring(self, one: QWidget) -> None:
+        """Into sight, once it can be pressed."""
+        self.until(lambda: one.isVisible() and one.isEnabled())
+        bring_into_sight(one.parentWidget() or one)
+        self.turn()
+
+
+@contextmanager
+def at_the_window(qapp: QApplication, folder: Path, report: Report, dice: random.Random) -> Iterator[Hands]:
+    with hand_at(Hands, qapp, folder, *KINDS) as hands:
+        hands.begin(report, dice)
+        yield hands
+
+
+def run(qapp: QApplication, sequences: int, seed: int) -> Report:
+    """Run this many sequences, in one window after the other, or until something is wrong."""
+    report, number = Report(), 0
+    while report.sequences < sequences and not report.faults:
+        dice = random.Random(f"{seed} {number}")
+        set_language(LANGUAGES[number % len(LANGUAGES)])
+        with (
+            tempfile.TemporaryDirectory() as folder,
+            at_the_window(qapp, Path(folder), report, dice) as hands,
+        ):
+            hands.window.resize(*SIZES[number // 2 % len(SIZES)])
+            number += 1
+            for _ in range(min(WINDOW_LASTS, sequences - report.sequences)):
+                hands.sequence()
+                if report.faults:
+                    break
+    return report

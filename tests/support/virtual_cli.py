@@ -1,0 +1,139 @@
+"""`dps-s` in this process, at independent modules and in virtual time: nobody waits, and no busy machine interferes."""
+
+import io
+import json
+import os
+import sys
+import time
+from collections.abc import Callable, Sequence
+from concurrent import futures
+from contextlib import ExitStack
+from functools import cached_property
+from typing import Any, Final
+from unittest.mock import patch
+
+import app.__main__ as program
+from app.cli.commands import ENTRIES
+from app.engine.procedure import Await
+from app.port_urls.protocol_sim import open_bench
+from app.simulator.bench import SimulatedBench
+from app.system import clock
+from app.terminal.connection import OpenPort
+from app.terminal.console import check_signals
+from tests.module.module import Module
+from tests.module.options import Options
+from tests.support.line.module_line import ModuleLine, Wear
+from tests.support.line.sim_line import FakeClock, ThreadlessWorker, WatchedLine
+from tests.support.patience import PATIENCE_S
+
+PORT: Final = "/dev/ttyUSB9"
+WAIT_S: Final = 0.1  # as the command line waits for a batch
+IDLE_S: Final = 0.001  # while nothing is done on the line: something else is waited for
+BETWEEN_S: Final = 0.5  # from one command to the next
+
+
+class Ran:
+    """What a command said, and how it ended."""
+
+    def __init__(self, returncode: int, stdout: str, stderr: str, took_s: float) -> None:
+        self.returncode, self.stdout, self.stderr, self.took_s = returncode, stdout, stderr, took_s
+
+    @cached_property
+    def said(self) -> dict[str, Any]:
+        """The last object on standard output."""
+        lines = self.stdout.splitlines()
+        found: dict[str, Any] = json.loads(lines[-1]) if lines else {}
+        return found
+
+
+class _Worker(ThreadlessWorker):
+    def turn(self) -> bool:
+        """While the disk is at work no time passes."""
+        for job in () if self._session is None else self._session._jobs:
+            if isinstance(job.effect, Await):
+                futures.wait([job.effect.future], PATIENCE_S)
+        return super().turn()
+
+
+class VirtualCli:
+    """One command after the other, at the modules on one line; `line` is that of the last one."""
+
+    line: ModuleLine
+
+    def __init__(
+        self, *options: Options, modules: Sequence[Module] = (), wear: Wear | None = None, seed: int = 1
+    ) -> None:
+        self.clock, self.wear = FakeClock(), wear
+        self._simulated: dict[str, SimulatedBench] = {}
+        self.modules = list(modules) or [
+            Module(each, name=f"{number}", seed=seed + number, now=self.clock.now_s)
+            for number, each in enumerate(options or (Options(),))
+        ]
+
+    @property
+    def module(self) -> Module:
+        return self.modules[0]
+
+    def run(
+        self,
+        *words: str,
+        port: str = PORT,
+        meanwhile: Callable[[], object] | None = None,
+        after_s: float = 0.0,
+        **own: str,
+    ) -> Ran:
+        """`port`: "" for what has none, or has it among its words; at `sim://` is the simulated module. `meanwhile`
+        happens so long after the port was opened. `own`: variables of the environment."""
+        planned = [] if meanwhile is None else [meanwhile]
+
+        def open_line(name: str, baud_rate: int) -> ModuleLine | WatchedLine:
+            if name.startswith("sim:"):
+                return WatchedLine(self.clock, open_bench(name), baud_rate)
+            self.line = ModuleLine(self.clock, *self.modules, wear=self.wear, baud_rate=baud_rate)
+            while planned:
+                self.line.plan(after_s, planned.pop())
+            return self.line
+
+        def wait(opened: OpenPort) -> None:
+            check_signals()
+            worker = opened.worker
+            assert isinstance(worker, _Worker)
+            session = worker._session
+            is_idle = session is not None and not session.is_busy
+            if is_idle:
+                time.sleep(IDLE_S)
+            ends_s = self.clock.now_s + (IDLE_S if is_idle else WAIT_S)
+            while opened._batches.empty() and self.clock.now_s < ends_s:
+                if not worker.turn():
+                    self.clock.now_s = ends_s
+            if not opened._batches.empty():
+                opened._receive(opened._batches.get_nowait())
+            check_signals()
+
+        for entry in ENTRIES:
+            entry.load()  # so that none of them keeps this clock
+        out, err = (io.TextIOWrapper(io.BytesIO(), encoding="utf-8", write_through=True) for _ in range(2))
+        began_s, steady = self.clock.now_s, clock.steady_time
+        with ExitStack() as stack:
+            for module in list(sys.modules.values()):
+                if getattr(module, "steady_time", None) is steady:
+                    stack.enter_context(patch.object(module, "steady_time", self.clock))
+            for what in (
+                patch.dict(os.environ, {"LC_ALL": "C.UTF-8", **own}),
+                patch.object(sys, "stdout", out),
+                patch.object(sys, "stderr", err),
+                patch.object(OpenPort, "wait", wait),
+                patch("app.simulator.bench._benches", self._simulated),
+                patch.dict(SimulatedBench.__init__.__kwdefaults__ or {}, clock=self.clock),
+                patch("app.engine.worker.open_line", open_line),
+                patch(
+                    "app.terminal.connection.Worker",
+                    lambda callback, make_lock=None: _Worker(callback, self.clock, make_lock),
+                ),
+            ):
+                stack.enter_context(what)
+            code = program.main([words[0], *(("--port", port) if port else ()), *words[1:]])
+        took_s = self.clock.now_s - began_s
+        self.clock.now_s += BETWEEN_S
+        said, told = (one.buffer.getvalue().decode() for one in (out, err))
+        return Ran(code, said, told, took_s)
