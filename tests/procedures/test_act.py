@@ -1,4 +1,7 @@
-"""Acts: refused in the engine, at most one frame for one permit, logged before and after, never claimed too much."""
+"""Acts: refused in the engine, at most one frame for one permit, logged before and after, never claimed too much.
+
+Change of baud rate: in all three behaviours (E9) the program says where the module is, and the port is there too.
+"""
 
 from collections.abc import Callable
 from dataclasses import replace
@@ -6,20 +9,24 @@ from typing import Any
 
 import pytest
 
-from app.engine.conversation import StatusSample
+from app.engine.conversation import Interrupted, StatusSample
 from app.engine.procedure import TOO_SLOW
 from app.procedures.act import Armed, Performed, checked_inputs, perform
+from app.procedures.find import look_for
 from app.procedures.lock import lock
 from app.procedures.read import Present
-from app.procedures.write import SettingChange, WriteContext, write_all
+from app.procedures.write import BaudChanged, SetReply, SettingChange, WriteContext, WriteFault, change_baud, write_all
 from app.safety.journal import REQUESTS, Act, Outcome
 from app.safety.permit import Interlock, Permit
 from app.text.i18n import CHINESE, set_language
-from protocol.catalogue import BY_NAME, STATUS, Hazard
+from protocol.catalogue import BY_NAME, STATUS
+from protocol.events import EndReason
+from tests.module.options import Options
+from tests.module.wire import Question
 from tests.support.journals import FakeJournal
 from tests.support.line.frames import at_each_frame
 from tests.support.line.module_line import ModuleRig
-from tests.support.line.sim_line import Rig, engine_view, settled_rig, watched_rig
+from tests.support.line.sim_line import Rig, engine_view, settled_rig
 
 READY: dict[Act, dict[str, Any]] = {
     Act.ACTIVATE: {},
@@ -193,21 +200,6 @@ def test_a_report_from_before_the_act_is_not_taken_for_one_from_after_it() -> No
 # The disk
 
 
-@pytest.mark.parametrize("act", READY)
-def test_a_disk_that_takes_its_time_does_not_hold_the_line_up(act: Act) -> None:
-    """The intent is not on disk yet: the module is heard, its answers come, and nothing dangerous leaves."""
-    rig, journal = watched_rig(**READY[act]), FakeJournal()
-    journal.is_held = True
-    job = rig.job(perform(act, journal, permit=rig.permit(act)))
-    rig.step_until(lambda: journal.intents)
-    heard = rig.session.link_view().counters.bytes_received
-    rig.step_for(0.7)
-    assert rig.session.link_view().counters.bytes_received > heard + 40
-    assert not [request for request in rig.line.requests if request.hazard is Hazard.DANGEROUS]
-    journal.flush()
-    assert rig.end(job).outcome is Outcome.CONFIRMED
-
-
 @pytest.mark.promise("h")
 def test_an_intent_that_is_never_durable_is_given_up() -> None:
     rig, journal = settled_rig(active=True), FakeJournal()
@@ -240,3 +232,84 @@ def test_a_status_is_as_old_as_the_question_before_it(age_s: float, is_fresh: bo
     status = StatusSample(100.0, 7, 1.0, triggered=False, active=False)
     present = Present(active=False, triggered=False, status=status, asked_at=100.0 - age_s)
     assert checked_inputs(present, engine_view(100.0)).is_status_fresh is is_fresh
+
+
+BAUD, ACTIVATION = 0x24, 0x10
+RATES = {"old": 115200, "new": 9600}
+
+
+def change(rig: ModuleRig, journal: FakeJournal) -> BaudChanged:
+    return rig.run(change_baud(9600, journal, permit=rig.permit(Act.CHANGE_BAUD)), outlives=True)
+
+
+@pytest.mark.parametrize(
+    ("options", "fault", "heard"),
+    [
+        ({}, None, SetReply.ACKNOWLEDGED),
+        ({"acknowledged_by_one": {BAUD}}, None, SetReply.ACKNOWLEDGED),
+        ({"baud_answer": "new"}, None, SetReply.NOTHING),
+        ({"baud_answer": "none"}, None, SetReply.NOTHING),
+        ({"baud_at_once": False}, WriteFault.AT_RESTART, SetReply.ACKNOWLEDGED),
+        ({"lost_sets": {BAUD: -1}}, WriteFault.UNCHANGED, SetReply.NOTHING),
+    ],
+)
+def test_every_behaviour_is_said_as_what_it_is(
+    options: dict[str, Any], fault: WriteFault | None, heard: SetReply
+) -> None:
+    rig, journal = ModuleRig(Options(**options)).begin(), FakeJournal()
+    journal.line_length = lambda: len(rig.module.log.sets(BAUD))
+    written = change(rig, journal).written
+    assert (written.fault, written.heard, written.verified) == (fault, heard, fault is None)
+    assert written.read_back == rig.line.baud_rate == rig.module.rate
+    assert len(rig.module.log.sets(BAUD)) == 1
+    assert rig.conversation.is_going
+    assert [detail for _act, _frame, detail in journal.intents] == [RATES]
+    outcome = {None: Outcome.CONFIRMED, WriteFault.UNCHANGED: Outcome.REFUSED}.get(fault, Outcome.UNKNOWN)
+    assert journal.outcomes == {0: outcome}
+    assert journal.sent_before == [0]
+
+
+def test_a_lost_module_says_how_to_get_it_back_and_stays_written_down() -> None:
+    rig, journal = ModuleRig().begin(), FakeJournal()
+
+    def fall_silent(question: Question) -> None:
+        if question.code == BAUD:
+            rig.module.be_silent(rig.clock() + 0.005, 120.0)
+
+    rig.module.at_frame = fall_silent
+    rig.module.options.baud_answer = "none"
+    changed = change(rig, journal)
+    assert (changed.written.fault, changed.written.read_back) == (WriteFault.MODULE_LOST, None)
+    assert "Find the baud rate" in changed.sentence
+    assert rig.line.baud_rate == 115200
+    assert journal.outcomes == {0: Outcome.UNKNOWN}, "it may have been carried out"
+    rig.module.be_silent(rig.clock(), 0.0)
+    assert rig.run(look_for(9600, 115200), outlives=True) == rig.module.rate
+
+
+def test_a_break_in_the_middle_stays_written_down_as_unknown() -> None:
+    rig, journal = ModuleRig().begin(), FakeJournal()
+    job = rig.job(change_baud(9600, journal, permit=rig.permit(Act.CHANGE_BAUD)), outlives=True)
+    rig.step_until(lambda: rig.module.log.sets(BAUD))
+    rig.session.close(EndReason.PORT_LOST)
+    assert isinstance(job.error, Interrupted)
+    assert journal.outcomes == {0: Outcome.UNKNOWN}
+
+
+@pytest.mark.parametrize("what", ["no permit", "active", "log", "another conversation"])
+def test_what_is_not_allowed_is_not_sent(what: str) -> None:
+    rig, journal = ModuleRig(), FakeJournal()
+    rig.module.settings[ACTIVATION] = what == "active"
+    rig.begin()
+    permit = None if what == "no permit" else rig.permit(Act.CHANGE_BAUD)
+    journal.is_broken = what == "log"
+    if what == "another conversation":
+        rig.session.treat_as_another()
+        rig.begin()
+    changed = rig.run(change_baud(9600, journal, permit=permit), outlives=True)
+    assert changed.written.fault is WriteFault.NOT_ALLOWED
+    assert changed.refusals
+    assert changed.sentence.startswith("Nothing was sent. ")
+    assert changed.sentence.endswith("The disk is full.") is (what == "log")
+    assert not changed.written.is_sent
+    assert rig.module.log.sets(BAUD) == []

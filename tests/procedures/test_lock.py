@@ -13,7 +13,7 @@ from app.procedures.find import find_rate
 from app.procedures.lock import Locked, lock
 from app.safety.journal import REQUESTS, Act, Outcome
 from app.safety.permit import Interlock
-from protocol.catalogue import BY_NAME, LOCK, Hazard, Request
+from protocol.catalogue import LOCK, Hazard, Request
 from tests.module.module import Module
 from tests.module.options import Options
 from tests.support.journals import FakeJournal
@@ -21,7 +21,6 @@ from tests.support.line.frames import at_each_frame
 from tests.support.line.module_line import ModuleRig
 from tests.support.line.sim_line import Rig, settled_rig
 
-LIGHT = BY_NAME["light_threshold"]
 ACTIVATION = 0x10
 CONFIRMED_ACTS = [Act.ACTIVATE, Act.ZERO, Act.SHUTDOWN, Act.FORBID_DEPLOY]
 

@@ -1,7 +1,5 @@
 """A stream left on by a killed program is switched off by the next session."""
 
-import json
-import sys
 import time
 from collections.abc import Iterator
 from concurrent.futures import Future
@@ -10,14 +8,12 @@ from pathlib import Path
 
 import pytest
 
-from app.cli.monitor import LEFT_ON
 from app.procedures.stream import LISTEN_S, StreamSwitch, watch
 from app.store.acts import StreamMemory
 from app.store.fact_store import Store
 from protocol.catalogue import SERIAL_OUTPUT, Request
 from tests.support.line.sim_line import Rig
 from tests.support.patience import PATIENCE_S
-from tests.support.processes import PROGRAM, ran, run_module, running
 from tests.support.records.stored import open_store
 
 ON, OFF = SERIAL_OUTPUT.set(True), SERIAL_OUTPUT.set(False)
@@ -111,23 +107,3 @@ def test_another_module_on_the_same_adapter_is_left_as_it_was_found(store: Store
     assert changes(rig) == []
     assert rig.bench.module.is_streaming
     wait_stored(store, is_on=False)
-
-
-@pytest.mark.skipif(sys.platform == "win32", reason="pseudo-terminals and SIGKILL are POSIX")
-@pytest.mark.promise("c")
-def test_after_a_kill_the_next_session_switches_the_stream_off(user_files: Path) -> None:
-    with run_module("--uptime", "60") as module:
-        words = [*PROGRAM, "monitor", "--port", module.port, "--json"]
-        with running(*words) as first:
-            deadline = time.monotonic() + PATIENCE_S
-            with closing(open_store()) as store:
-                while store.state(f"stream:{module.port}") is None:
-                    assert time.monotonic() < deadline
-                    time.sleep(0.05)
-            while json.loads(first.out.readline())["t_s"] < LISTEN_S + 1.5:
-                pass  # what came before the module was told is read, too
-        again = ran(*words, "--seconds", "2.5")
-        assert again.returncode == 0
-        assert LEFT_ON in again.stderr
-        with closing(open_store()) as store:
-            assert store.state(f"stream:{module.port}") is None

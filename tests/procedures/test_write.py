@@ -16,7 +16,7 @@ from app.procedures.write import (
     why_not_verified,
     write_all,
 )
-from app.safety.journal import Act, NoJournal, Outcome
+from app.safety.journal import Act, Outcome
 from app.safety.permit import Interlock
 from protocol.catalogue import BOOT_COUNT, BY_NAME, HEARTBEAT_REPLY
 from protocol.fields import Value, ValueRefused
@@ -210,15 +210,6 @@ def test_the_module_is_asked_after_a_wait_for_the_disk(what: str) -> None:
     journal.flush()
     assert [refusal.condition for refusal in rig.end(job).refusals] == [Interlock.MAY_WRITE]
     assert sets(rig) == []
-
-
-def test_a_setting_is_written_also_where_the_log_cannot_be_or_takes_too_long() -> None:
-    for journal in (NoJournal(), FakeJournal()):
-        if isinstance(journal, FakeJournal):
-            journal.is_held = True
-        rig = settled_rig()
-        assert write(rig, WriteContext(journal=journal), freefall_time=1.2).is_fine
-        assert sets(rig) == ["freefall_time"]
 
 
 def test_what_was_found_is_kept_before_the_first_set() -> None:

@@ -1,6 +1,5 @@
 """The table of conditions, the permit, every place where a write begins, and which tests hold docs/safety.md."""
 
-import ast
 import re
 from dataclasses import replace
 from itertools import product
@@ -109,11 +108,6 @@ def test_every_open_condition_is_named_whatever_else_is_open(act: Act) -> None:
             assert [refusal.condition for refusal in refusals(act, inputs, only=ASKS_NOTHING)] == known
 
 
-def test_who_unlocked_a_write_is_not_asked_for_the_state_again() -> None:
-    inputs = InterlockInputs(now=NOW, conversation=TALK, active=True, is_unlocked=True)
-    assert refusals(Act.WRITE, inputs) == ()
-
-
 def test_every_act_has_its_conditions_and_words() -> None:
     assert set(CONDITIONS) == set(TITLES) == set(EFFECTS) == set(Act)
     for act, request in REQUESTS.items():
@@ -125,22 +119,6 @@ def test_every_act_has_its_conditions_and_words() -> None:
 def sentences(act: Act, **known: Any) -> list[str]:
     inputs = InterlockInputs(now=NOW, **({"conversation": TALK} | known))
     return [refusal.sentence for refusal in refusals(act, inputs)]
-
-
-@pytest.mark.parametrize(
-    ("act", "known", "sentence"),
-    [
-        (Act.ZERO, {"status_age_s": 1.125}, "The status is 1.1 s old."),
-        (Act.ZERO, {"active": True}, "The module is ACTIVE: lock it first."),
-        (Act.ZERO, {}, "Unknown: ACTIVE or LOCKED."),
-        (Act.ACTIVATE, {"tilt_deg": 70, "attitude_threshold_deg": 60},
-         "Tilt 70° (threshold 60°): it would fire at once."),
-        (Act.ZERO, {"tilt_deg": 12}, "Tilt 12°: lay it level (≤ 10°)."),
-        (Act.ACTIVATE, {"armed": Act.DEPLOY}, "Already armed: Deploy."),
-    ],
-)  # fmt: skip
-def test_the_sentence_names_the_open_condition(act: Act, known: dict[str, Any], sentence: str) -> None:
-    assert sentence in sentences(act, **known)
 
 
 @pytest.mark.parametrize(
@@ -177,11 +155,6 @@ def test_what_is_stale_or_only_acknowledged_is_not_known() -> None:
     assert (inputs_at(ended, NOW).conversation, inputs_at(ended, NOW).active) == (None, None)
 
 
-def test_a_permit_is_used_once() -> None:
-    permit = Permit(Act.ZERO, Origin.COMMAND_LINE, NOW, TALK)
-    assert [permit.spend(), permit.spend()] == [True, False]
-
-
 @pytest.mark.parametrize(
     ("origin", "seconds"), [(Origin.RITUAL, 3), (Origin.CONFIRMATION, 6), (Origin.COMMAND_LINE, 10)]
 )
@@ -192,46 +165,6 @@ def test_a_permit_lasts_as_long_as_its_origin_says(origin: Origin, seconds: int)
     assert permit.is_in_time(NOW + seconds)
     assert not permit.is_in_time(NOW + seconds + 0.125)
     assert not permit.is_in_time(NOW - 0.125)
-
-
-ROOT = Path(__file__).parents[2]
-SENDS = frozenset({"write_all", "set_each"})
-"""The procedures that set settings; that they refuse what nobody accepted is held by `test_write.py`."""
-BEGINNINGS = {
-    "app/cli/set.py": "test_goldens.py::test_what_is_said_and_sent",
-    "app/integration.py": "test_integration.py::test_what_takes_protection_away_is_sent_only_where_that_was_accepted",
-    "app/fleet/batch.py": "test_cli_provision.py::test_without_consent_or_where_no_module_can_pass_nothing_is_sent",
-    "app/preflight/run.py": "test_interlocks.py::test_a_check_only_enables",
-    "ui/pages/fleet/group_jobs.py": "test_fleet_groups.py::"
-    "test_a_profile_that_takes_protection_away_is_asked_about_before_it_is_written_to_any",
-    "ui/session/settings_draft.py": "test_settings_page.py::test_against_the_advice_needs_a_second_click",
-}
-"""Files that write settings, and the test that shows how each asks: what is applied, restored or proposed becomes an
-edit of the Settings page and is written there."""
-
-
-def _calls(source: str) -> set[str]:
-    tree = ast.parse(source)
-    return {node.func.id for node in ast.walk(tree) if isinstance(node, ast.Call) and isinstance(node.func, ast.Name)}
-
-
-@pytest.mark.promise("g")
-def test_every_place_where_a_write_begins_is_in_the_table() -> None:
-    texts = {path: path.read_text(encoding="utf-8") for room in ("app", "ui") for path in (ROOT / room).rglob("*.py")}
-    # Parsing all of them takes a second.
-    named = {path: text for path, text in texts.items() if any(name in text for name in SENDS)}
-    writing = {path.relative_to(ROOT).as_posix() for path, text in named.items() if _calls(text) & SENDS}
-    assert writing == BEGINNINGS.keys()
-    for file, function in (row.split("::") for row in BEGINNINGS.values()):
-        (path,) = (ROOT / "tests").rglob(file)
-        assert f"def {function}(" in path.read_text(encoding="utf-8")
-
-
-def test_a_check_only_enables() -> None:
-    tree = ast.parse((ROOT / "app/preflight/run.py").read_text(encoding="utf-8"))
-    changes = [ast.unparse(node) for node in ast.walk(tree)
-               if isinstance(node, ast.Call) and ast.unparse(node.func) == "SettingChange"]  # fmt: skip
-    assert changes == ["SettingChange(command, True)"]
 
 
 TESTS = Path(__file__).parents[1]

@@ -8,7 +8,6 @@ import pytest
 from app.engine.conversation import ConversationView, How, Known
 from app.safety.last_known import Activation, keep_away, seen_activation, was_heard_active
 from app.safety.left_active import (
-    LEFT,
     FiringDoubt,
     KnownAs,
     LeftActive,
@@ -76,15 +75,6 @@ def test_a_named_one_ends_when_a_module_reports_locked_that_was_named_so_afterwa
     assert state.kept == {}
 
 
-def test_one_that_is_active_again_after_a_name_was_said_elsewhere_is_not_ended_by_that_name() -> None:
-    state = State()
-    keep_left(state, left("a", "M-07"))
-    note_named(state, KnownAs("M-07", "b"))
-    keep_left(state, left("a", "M-07"))
-    note_locked(state, "b")
-    assert state.names() == ["M-07"]
-
-
 @pytest.mark.promise("l")
 def test_one_without_a_name_ends_by_a_persons_word_only() -> None:
     state = State()
@@ -146,13 +136,6 @@ def test_after_go_it_is_a_plain_line_and_else_a_warning() -> None:
     assert unconfirmed.sentence.startswith("M-07: LOCK not confirmed on 2026-01-02 ")
 
 
-def test_what_an_older_build_kept_is_read() -> None:
-    state = State()
-    state.kept[f"{LEFT}former 3"] = {"module": "", "run": "x", "port": PORT, "adapter": "", "at": "2026-01-01T00:00:00"}
-    (one,) = all_left(state)
-    assert one.sentence.startswith(f"The module at {PORT} was left ACTIVE on ")
-
-
 # What is shown
 
 
@@ -210,10 +193,6 @@ def test_a_report_of_locked_after_the_restart_takes_no_doubt_away() -> None:
     doubt = FiringDoubt()
     doubt.note_ended(view(False, EndReason.RESTARTED), was_active=True)
     assert doubt.is_open
-
-
-def test_the_boot_count_goes_around() -> None:
-    assert is_in_doubt(view(True, EndReason.SILENT, boots=255), view(False, number=2, boots=0))
 
 
 @pytest.mark.promise("f")

@@ -84,14 +84,6 @@ def test_auto_repeat_and_double_clicks_never_count() -> None:
     assert ritual.stage is Stage.IDLE
 
 
-def test_the_ten_seconds_end_it_also_while_held() -> None:
-    ritual = armed()
-    hold(ritual, T0, 8.5)
-    ritual.press(T0 + 8.5)
-    assert hold(ritual, T0 + 8.5, 3.0) == []
-    assert (ritual.stage, ritual.ended_by) == (Stage.IDLE, Input.RAN_OUT)
-
-
 @pytest.mark.parametrize("why", DISARMING)
 @pytest.mark.parametrize("is_held", [False, True])
 def test_everything_that_disarms_disarms(why: Input, is_held: bool) -> None:
@@ -222,27 +214,6 @@ def test_a_hold_is_known_while_ticks_come_a_quarter_of_a_second_apart(gap_s: flo
     assert (ritual.stage, ritual.ended_by) == (stage, Input.HOLD_BROKEN if stage is Stage.IDLE else None)
 
 
-def test_the_hold_is_complete_at_two_seconds() -> None:
-    ritual = armed()
-    ritual.press(T0)
-    for step in range(1, 16):
-        assert ritual.tick(T0 + step / 8) is None
-    assert (ritual.held_s(T0 + 1.875), ritual.held_s(T0 + 2.5), ritual.held_s(T0 - 1)) == (1.875, HOLD_S, 0.0)
-    permit = ritual.tick(T0 + 2.0)
-    assert permit is not None
-    assert (permit.granted_at, permit.is_spent) == (T0 + 2.0, False)
-    assert ritual.held_s(T0 + 2.0) == 0.0
-
-
-def test_it_is_armed_for_less_than_ten_seconds() -> None:
-    ritual = armed()
-    assert ritual.tick(T0 + 9.875) is None
-    assert (ritual.stage, ritual.armed_left_s(T0 + 9.875)) == (Stage.ARMED, 0.125)
-    assert ritual.armed_left_s(T0 + 11) == 0.0
-    ritual.tick(T0 + ARMED_FOR_S)
-    assert (ritual.stage, ritual.ended_by, ritual.armed_left_s(T0 + 1)) == (Stage.IDLE, Input.RAN_OUT, 0.0)
-
-
 @pytest.mark.parametrize(
     ("name", "value", "sentences"),
     [
@@ -263,11 +234,6 @@ def test_sentences(name: str, value: Value, sentences: list[str]) -> None:
 def test_a_trigger_that_is_switched_off_needs_a_second_click(name: str) -> None:
     assert [one.weight for one in consequences(BY_NAME[name], True)] == [Weight.PLAIN]
     assert [one.weight for one in consequences(BY_NAME[name], False)] == [Weight.AGAINST_ADVICE]
-
-
-def test_a_threshold_that_counts_rest_as_falling_is_grave() -> None:
-    said = consequences(BY_NAME["freefall_acceleration"], 1.0)
-    assert [one.weight for one in said] == [Weight.GRAVE, Weight.AGAINST_ADVICE]
 
 
 def test_every_value_of_a_byte_has_a_consequence() -> None:

@@ -2,11 +2,11 @@
 
 import pytest
 
-from app.engine.conversation import FRESH_FOR_S, Conversation, ConversationView, How, Known, reason_message
+from app.engine.conversation import FRESH_FOR_S, Conversation, ConversationView, How, Known
 from app.safety.journal import REQUESTS, Act
-from protocol.catalogue import ACTIVATION, BY_NAME, LOCK, SERIAL_OUTPUT, STATUS, Command, Request
-from protocol.events import Answered, Contradiction, Ended, EndReason, OutcomeUnknown, Received, Role
-from protocol.messages import Acknowledgement, Direction, Frame, Reading, decode, encode_long, encode_reply
+from protocol.catalogue import ACTIVATION, BY_NAME, LOCK, STATUS, Command, Request
+from protocol.events import Answered, Ended, EndReason, OutcomeUnknown, Received, Role
+from protocol.messages import Acknowledgement, Direction, Frame, decode, encode_long, encode_reply
 from protocol.stale_replies import FlagAnswers
 from protocol.timing import SLOW_S
 
@@ -92,13 +92,6 @@ def test_after_an_act_what_it_changes_is_unknown_until_it_is_reported(
     assert key in talk.view(NOW).values
 
 
-@pytest.mark.parametrize("request_", [TRIGGER.set(False), TIME.set(1.2), SERIAL_OUTPUT.set(True)])
-def test_a_set_without_an_answer_leaves_the_setting_unknown(talk: Conversation, request_: Request) -> None:
-    talk.apply(read(TIME, 160))
-    talk.apply(OutcomeUnknown(request_, 1.0, NOW))
-    assert request_.command.key not in talk.view(NOW).values
-
-
 @pytest.mark.parametrize("role", [Role.LATE, Role.ECHO])
 @pytest.mark.promise("a")
 def test_a_status_that_answers_nothing_of_now_is_no_value(talk: Conversation, role: Role) -> None:
@@ -170,9 +163,3 @@ def test_with_its_end_nothing_is_fresh_any_more(talk: Conversation, reason: EndR
     assert view.settings(NOW + 0.1) == {}
     assert view.boot_count == 37, "what it was is still to be seen"
     assert view.reported == (False, False)
-
-
-def test_a_contradiction_says_the_setting_and_both_values() -> None:
-    contradiction = Contradiction(Reading(THRESHOLD, 60), Reading(THRESHOLD, 85))
-    said = reason_message(EndReason.CONTRADICTED, contradiction).in_english()
-    assert said == "Attitude threshold: 60°, then 85°. Two modules on this line?"

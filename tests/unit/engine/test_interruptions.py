@@ -8,7 +8,7 @@ import pytest
 from app.engine.conversation import Interrupted
 from app.engine.procedure import Ask, Inspect, Pause, Procedure, UseRate
 from app.procedures.lock import lock
-from protocol.catalogue import ACTIVATION, BY_NAME, HEARTBEAT, LOCK, STATUS, Request
+from protocol.catalogue import ACTIVATION, BY_NAME, HEARTBEAT, STATUS, Request
 from protocol.events import Answered, Began, Ended, EndReason, Unanswered
 from tests.support.line.link_bench import BOOTS
 from tests.support.line.odd_module import restart_silently
@@ -233,10 +233,8 @@ def _ask(*requests: Request) -> Procedure[None]:
         yield Ask(request, is_deliberate=True)
 
 
-def activating(after: Procedure[None] | None = None) -> Procedure[None]:
+def activating() -> Procedure[None]:
     yield Ask(ACTIVATE, is_deliberate=True)
-    if after is not None:
-        yield from after
     yield Pause(10.0)
 
 
@@ -258,11 +256,3 @@ def test_lock_itself_is_owed_when_the_port_is_lost() -> None:
     rig.step_for(0.2)
     lost(rig)
     assert rig.session.owes_lock
-
-
-def test_nothing_is_owed_after_a_lock_that_was_reported() -> None:
-    rig = settled_rig()
-    rig.job(activating(_ask(LOCK, STATUS.query())))
-    rig.step_for(0.5)
-    silent(rig)
-    assert not rig.session.owes_lock

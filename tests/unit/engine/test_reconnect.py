@@ -53,10 +53,6 @@ def test_the_same_adapter_is_opened_again_under_any_name() -> None:
     assert made.absence is None
 
 
-def test_by_its_serial_number_it_may_come_back_in_another_socket() -> None:
-    assert lost(MINE).poll([MINE._replace(location="1-9:1.0")], 100.0) is not None
-
-
 def test_without_a_serial_number_only_in_the_same_socket() -> None:
     made = lost(NAMELESS)
     assert made.poll([NAMELESS._replace(location="1-9:1.0")], 100.0) is None
@@ -109,12 +105,6 @@ def test_what_was_never_open_or_was_closed_on_purpose_is_not_opened(trouble: Por
     made.feed(closed(trouble), 100.0)
     assert (made.absence, made.is_waiting) == (None, False)
     assert made.poll([MINE], 100.0) is None
-
-
-def test_who_disconnects_waits_for_nothing() -> None:
-    made = lost(MINE)
-    made.request(None)
-    assert (made.absence, made.is_waiting, made.is_due(200.0)) == (None, False, False)
 
 
 def test_the_thread_that_lists_the_ports_holds_nobody_up_at_the_end(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -135,16 +135,6 @@ def test_nothing_dangerous_that_was_decided_before_lock_leaves_after_it(when: st
     assert ACTIVATE not in rig.line.requests
 
 
-def test_a_second_lock_replaces_the_first() -> None:
-    rig = settled_rig(active=True)
-    rig.bench.change(mute=True)
-    first = rig.job(lock(), is_urgent=True, outlives=True)
-    rig.step_for(0.2)
-    second = rig.job(lock(), is_urgent=True, outlives=True)
-    assert rig.end(first).is_replaced
-    assert not second.has_ended
-
-
 def test_the_background_has_the_line_while_the_foreground_waits_for_a_disk() -> None:
     def waiting() -> Procedure[None]:
         yield Await(Future(), 0.5)
@@ -221,16 +211,3 @@ def test_a_dangerous_request_never_leaves_without_an_explicit_act(request_: Requ
         rig.run(careless())
     assert request_ not in rig.line.requests
     rig.run(ask(LIGHT.query()))
-
-
-@pytest.mark.promise("a")
-@pytest.mark.parametrize("request_", [SET, ACTIVATE, BY_NAME["serial_output"].set(True)])
-def test_16_on_a_slow_line_only_questions_and_lock_leave(request_: Request) -> None:
-    rig = Rig({"uptime": 60, "delay_ms": 350}).begin()
-    rig.run(read_everything())
-    (refused,) = rig.run(ask(request_))
-    assert refused == Unanswered(request_, 0, 0.0, refused.at)  # type: ignore[attr-defined]
-    assert request_ not in rig.line.requests
-    assert rig.conversation.is_slow
-    rig.end(rig.job(lock(), is_urgent=True, outlives=True))
-    assert LOCK in rig.line.requests

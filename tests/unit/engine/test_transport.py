@@ -1,20 +1,42 @@
-"""The opened port: what opening reports, who has it open, and how a read waits."""
+"""The opened port: what opening reports, who has it open, and how a read waits.
+
+Real ports, on pseudo-terminals: errors of the system and of pyserial become our own, and everything ends in time.
+
+The settings of the line, read at its far end, and who else may open it.
+"""
 
 import errno
+import fcntl
 import os
 import socket
+import struct
 import sys
-from collections.abc import Iterator
+import termios
+from collections.abc import Callable, Iterator
 from contextlib import ExitStack, nullcontext
 from pathlib import Path
+from types import SimpleNamespace
+from typing import Any
 
 import pytest
 import serial
 
 from app.engine import transport
+from app.engine.conversation import Interrupted
+from app.engine.procedure import Job
 from app.engine.transport import PortError, PortHolder, PortTrouble, SerialLine, holder_of, open_line
+from app.engine.worker import Batch, Worker
+from app.procedures.read import read_everything
+from app.procedures.stream import StreamSwitch, watch
+from protocol.catalogue import STATUS
+from protocol.events import EndReason
+from tests.module.line import Line
+from tests.support.line.batches import Batches
+from tests.support.patience import PATIENCE_S
+from tests.support.processes import RunningModule, ran_code
+from tests.support.terminals import STATUS_FRAME, Terminal
 
-pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="pipes cannot be selected on Windows")
+pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="pseudo-terminals are POSIX")
 HOLDER = PortHolder("other", 42)
 
 
@@ -64,16 +86,9 @@ def test_a_port_that_does_not_open_says_why_and_who_has_it_if_it_is_busy(
 def test_a_port_is_opened_for_this_program_only_and_with_its_control_lines_low(
     port: str, is_exclusive: bool | None, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    given: dict[str, object] = {}
     fake = FakeSerial()
-
-    def made(_port: str, **options: object) -> FakeSerial:
-        given.update(options)
-        return fake
-
-    monkeypatch.setattr(serial, "serial_for_url", made)
+    monkeypatch.setattr(serial, "serial_for_url", lambda *_port, **_options: fake)
     open_line(port, 9600).close()
-    assert given == {"do_not_open": True, "baudrate": 9600, "timeout": 0.01, "write_timeout": 0.3}
     assert fake.opened_with == {"exclusive": is_exclusive, "dtr": False, "rts": False}
 
 
@@ -104,20 +119,6 @@ def test_what_the_driver_took_is_written_however_long_this_thread_was_kept_waiti
     monkeypatch.setattr("serial.serialutil.Timeout.expired", lambda _timeout: True)
     line.write(b"Ba 123")
     assert os.read(far, 100) == b"Ba 123"
-
-
-def test_only_a_stuck_port_is_emptied_before_closing(
-    opened: tuple[SerialLine, int], monkeypatch: pytest.MonkeyPatch
-) -> None:
-    """Else the system would wait half a minute for the bytes to be sent."""
-    line, _far = opened
-    emptied: list[bool] = []
-    monkeypatch.setattr(line._serial, "reset_output_buffer", lambda: emptied.append(True))
-    with pytest.raises(PortError, match=PortTrouble.STUCK.value):
-        line.write(bytes(16_000_000))
-    line.close()
-    assert emptied == [True]
-    line.interrupt()  # has no effect: its pipe's number may be another file's
 
 
 class Uninterrupted:
@@ -176,3 +177,208 @@ def test_the_only_other_program_that_has_it_open_is_named(tmp_path: Path) -> Non
     assert holder_of(str(device), folder) == PortHolder("minicom", 42)
     runs(43, "screen", device)
     assert holder_of(str(device), folder) is None, "it is not certain which one"
+
+
+NOBODY = 65534
+"""An unprivileged user that exists on every system."""
+
+
+def test_a_port_without_permission(terminal: Terminal) -> None:
+    """Root may open everything, so the child process changes its user first."""
+    Path(terminal.name).chmod(0)
+    code = (
+        "import os, sys\nfrom app.engine.transport import PortError, open_line\n"
+        "nobody = int(sys.argv[2])\n"
+        "if os.geteuid() == 0:\n    os.setgroups([])\n    os.setgid(nobody)\n    os.setuid(nobody)\n"
+        "try:\n    open_line(sys.argv[1], 115200)\nexcept PortError as error:\n    print(error.trouble.value)"
+    )
+    done = ran_code(code, terminal.name, NOBODY)
+    assert done.stdout.strip() == "not allowed", done.stderr
+
+
+RAISED = pytest.mark.parametrize(
+    "error",
+    [
+        serial.SerialException("device reports readiness to read but returned no data"),
+        termios.error(errno.EIO, "Input/output error"),
+        TypeError("'NoneType' object cannot be interpreted as an integer"),
+    ],
+    ids=["SerialException", "termios.error", "TypeError"],
+)
+
+
+@pytest.fixture
+def fail(error: Exception) -> Callable[..., Any]:
+    def fail(*_: object) -> Any:
+        raise error
+
+    return fail
+
+
+@pytest.fixture
+def line(terminal: Terminal) -> Iterator[SerialLine]:
+    line = open_line(terminal.name, 115200)
+    yield line
+    line.close()
+
+
+@RAISED
+@pytest.mark.parametrize("where", ["write", "reset_input_buffer", "close"])
+@pytest.mark.promise("k")
+def test_any_error_of_pyserial_is_a_lost_port(
+    where: str, fail: Callable[..., Any], line: SerialLine, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    with monkeypatch.context() as patch:
+        patch.setattr(os if where == "write" else serial.Serial, where, fail)
+        match where:
+            case "close":
+                line.close()  # never raises
+            case "write":
+                with pytest.raises(PortError):
+                    line.write(STATUS.query().encode())
+            case _:
+                with pytest.raises(PortError):
+                    line.use_rate(9600)
+    line.close()
+
+
+@RAISED
+@pytest.mark.parametrize("where", ["select", "os.read", "fileno", "read", "pyserial's read", "pyserial's in_waiting"])
+@pytest.mark.promise("k")
+def test_any_error_of_a_read_is_a_lost_port(
+    where: str, fail: Callable[..., Any], line: SerialLine, terminal: Terminal, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    with monkeypatch.context() as patch:
+        if "pyserial" in where:  # the way used on Windows, and for ports given by a URL
+            patch.setattr(line, "_interrupts", None)
+        match where:
+            case "select":
+                patch.setattr(transport, "select", SimpleNamespace(select=fail))
+            case "os.read":
+                patch.setattr(transport, "os", SimpleNamespace(read=fail))
+            case "fileno":
+                patch.setattr(serial.Serial, "fileno", fail)
+            case "pyserial's in_waiting":
+                patch.setattr(serial.Serial, "read", lambda *_: STATUS_FRAME[:1])
+                patch.setattr(serial.Serial, "in_waiting", property(fail))
+            case _:  # an unplugged adapter is readable and has nothing; then pyserial is asked
+                patch.setattr(transport, "os", SimpleNamespace(read=lambda *_: b""))
+                patch.setattr(serial.Serial, "read", fail)
+        terminal.send(STATUS_FRAME)
+        with pytest.raises(PortError) as lost:
+            line.read(10.0, 0.0)
+    assert lost.value.trouble is PortTrouble.LOST
+
+
+@pytest.mark.parametrize("longest_s", [0.0, 0.01])
+@pytest.mark.parametrize("port", ["terminal", "terminal, by pyserial", "loop://", "sim://read-after-close"])
+@pytest.mark.promise("k")
+def test_a_read_after_the_close_is_a_lost_port(
+    port: str, longest_s: float, terminal: Terminal, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    line = open_line(port if "://" in port else terminal.name, 115200)
+    if "pyserial" in port:
+        monkeypatch.setattr(line, "_interrupts", None)
+    line.close()
+    with pytest.raises(PortError) as lost:
+        line.read(longest_s, 0.0)
+    assert lost.value.trouble is PortTrouble.LOST
+
+
+# An open port: it is closed in time with one of our messages and no invented value
+
+
+def trouble_of(batch: Batch) -> PortTrouble | None:
+    return None if batch.connection.trouble is None else batch.connection.trouble.trouble
+
+
+def test_unplugged_in_the_middle_of_everything(worker: Worker, batches: Batches, module: RunningModule) -> None:
+    worker.open(module.port, 115200, lambda: watch(StreamSwitch()))
+    batches.until(
+        lambda batch: batch.conversation.is_going and batch.conversation.known("active", batch.at) is not None
+    )
+    job = worker.submit(Job(read_everything()))
+    module.process.kill()  # its pseudo-terminal goes with it
+    lost = batches.until(lambda batch: trouble_of(batch) is PortTrouble.LOST)
+    assert "active" in lost.conversation.values
+    assert all(lost.conversation.fresh(key, lost.at) is None for key in lost.conversation.values)
+    assert job.wait(PATIENCE_S)
+    assert isinstance(job.error, Interrupted)
+    assert job.error.reason is EndReason.PORT_LOST
+
+
+INPUT, OUTPUT, CONTROL, LOCAL = 0, 1, 2, 3
+TIOCGEXCL = 0x80045440  # Linux
+
+
+@pytest.fixture
+def spoiled() -> Iterator[Line]:
+    with Line() as made:
+        spoil(made)
+        yield made
+
+
+def spoil(spoiled: Line) -> None:
+    """Leave it as badly as another program could: breaks, XON/XOFF, RTS/CTS, two stop bits, an echo."""
+    left = spoiled.host_termios()
+    left[INPUT] |= termios.BRKINT | termios.IXON | termios.IXOFF | termios.ICRNL | termios.PARMRK | termios.ISTRIP
+    left[CONTROL] |= termios.CSTOPB | termios.CRTSCTS
+    left[LOCAL] |= termios.ICANON | termios.ECHO | termios.ISIG
+    termios.tcsetattr(spoiled.slave, termios.TCSANOW, left)
+
+
+def is_plain(spoiled: Line) -> bool:
+    """Whether the far end sees 8N1 and nothing that changes, adds or holds back bytes."""
+    now = spoiled.host_termios()
+    changing = termios.BRKINT | termios.IXON | termios.IXOFF | termios.ICRNL | termios.PARMRK | termios.ISTRIP
+    other_than_8n1 = termios.CSTOPB | termios.CRTSCTS | termios.PARENB
+    return (
+        now[CONTROL] & termios.CSIZE == termios.CS8
+        and not now[INPUT] & changing
+        and not now[OUTPUT] & termios.OPOST
+        and not now[CONTROL] & other_than_8n1
+        and not now[LOCAL] & (termios.ICANON | termios.ECHO | termios.ISIG)
+    )
+
+
+@pytest.mark.promise("a")
+def test_the_line_is_set_at_opening_and_at_a_change_of_rate(spoiled: Line) -> None:
+    assert not is_plain(spoiled)
+    opened = open_line(spoiled.port, 115200)
+    try:
+        assert is_plain(spoiled)
+        assert spoiled.host_rate() == 115200
+        for rate in (4800, 57600, 9600):
+            spoil(spoiled)
+            opened.use_rate(rate)
+            assert is_plain(spoiled)
+            assert spoiled.host_rate() == rate
+    finally:
+        opened.close()
+
+
+@pytest.mark.promise("a")
+def test_a_second_one_of_these_programs_is_kept_off(spoiled: Line) -> None:
+    opened = open_line(spoiled.port, 115200)
+    try:
+        with pytest.raises(PortError) as failed:
+            open_line(spoiled.port, 115200)
+    finally:
+        opened.close()
+    assert failed.value.trouble is PortTrouble.BUSY
+    open_line(spoiled.port, 115200).close()
+
+
+@pytest.mark.promise("a")
+def test_other_programs_are_kept_off_an_adapter(spoiled: Line, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(transport, "is_pseudo_terminal", lambda _port: False)
+    opened = open_line(spoiled.port, 115200)
+    try:
+        answer = fcntl.ioctl(spoiled.slave, TIOCGEXCL, bytes(4))
+        assert struct.unpack("i", answer) == (1,)
+        if os.geteuid() != 0:
+            with pytest.raises(OSError) as refused:
+                os.open(spoiled.port, os.O_RDWR | os.O_NOCTTY)
+            assert refused.value.errno == errno.EBUSY
+    finally:
+        opened.close()

@@ -17,7 +17,6 @@ from app.records.report import report_html
 from app.records.verification import RecordState, StationNames, verify
 from app.settings.profiles import Profile
 from app.store.fact_store import Store
-from app.store.rows import GuidedTestDone
 from app.text.messages import message
 from tests.support.records.preflight_rig import check
 from tests.support.records.stored import open_store
@@ -73,12 +72,6 @@ def test_a_simulated_run_never_counts_for_a_real_module(store: Store) -> None:
     add(store, GuidedKind.TILT, PASSED, sim=True)
     assert last(store) == {GuidedKind.TILT: FAILED}
     assert last(store, sim=True) == {GuidedKind.TILT: PASSED}
-
-
-def test_what_a_newer_version_wrote_is_left_out(store: Store) -> None:
-    add(store, GuidedKind.TILT)
-    store.add(GuidedTestDone(test="spin", verdict="passed"), "M-07").result()
-    assert last(store) == {GuidedKind.TILT: PASSED}
 
 
 # The pre-flight check

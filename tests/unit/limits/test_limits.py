@@ -1,25 +1,21 @@
 """No profile goes below the hard limits; softer ones are said beside the verdict."""
 
-from types import MappingProxyType
 from typing import Any
 
 import numpy as np
 import pytest
 
 from app.cli.history import page_of as records_page
-from app.engine.conversation import ConversationView, How, Known
 from app.limits.limits import (
     SETTING_BOUNDS,
     LimitsInUse,
     OutOfLimit,
     Outside,
-    bay_outside,
     cell_outside,
     line_outside,
     outside_of,
     record_outside,
     softened,
-    value_outside,
 )
 from app.preflight.checks import CheckResult
 from app.preflight.verdict import Verdict
@@ -85,13 +81,6 @@ def test_a_setting_outside_the_advice_is_worth_a_look() -> None:
 # What is outside its limit is marked wherever it is shown, with its limit: one judgement for all places.
 
 
-NOW = 100.0
-
-
-def conversation(values: dict[str, Known]) -> ConversationView:
-    return ConversationView(number=1, values=MappingProxyType(values))
-
-
 RECORD = TriggerRecord(8, 100, ("attitude",), 60, 0.5, 1.6, True, False, 1.2, 3.9, b"")
 OURS = NO_PROFILE
 
@@ -115,14 +104,6 @@ def test_cell(volts: float, is_charging: bool | None, fault: OutOfLimit | None) 
     assert (None if found is None else found.fault) is fault
 
 
-def test_bay() -> None:
-    assert bay_outside(1.7, 1.8) is None
-    assert bay_outside(1.8, 1.8) == Outside(OutOfLimit.BAY_OPEN, "1.8 V")
-    assert bay_outside(1.7, 1.8, is_inverted=True) == Outside(OutOfLimit.BAY_OPEN, "1.8 V")
-    assert bay_outside(1.9, 1.8, is_inverted=True) is None
-    assert bay_outside(1.8, 1.8, is_inverted=True) == Outside(OutOfLimit.BAY_OPEN, "1.8 V")
-
-
 def test_line() -> None:
     fine: dict[str, Any] = {"lag_s": 0.1, "round_trip_s": 0.02, "has_damaged": False, "in_use": LimitsInUse()}
     unknown: dict[str, Any] = {"lag_s": None, "round_trip_s": None}
@@ -133,16 +114,6 @@ def test_line() -> None:
     found = line_outside(**(fine | {"has_damaged": True}))
     assert found is not None
     assert found.fault is OutOfLimit.DAMAGED
-
-
-def test_the_limit_of_the_chosen_profile_counts() -> None:
-    in_use = LimitsInUse()
-    device = conversation({"cell_voltage_v": Known(3.9, How.READ, NOW), "charging": Known(False, How.READ, NOW)})
-    assert value_outside("cell_voltage_v", device, NOW, in_use) is None
-    in_use.use(Profile(name="cold", limits={"cell_voltage_min_v": 4.0}))
-    assert value_outside("cell_voltage_v", device, NOW, in_use) == Outside(OutOfLimit.CELL_LOW, "4.00 V")
-    in_use.use(None)
-    assert value_outside("cell_voltage_v", device, NOW, in_use) is None
 
 
 @pytest.mark.promise("g")

@@ -9,7 +9,7 @@ import serial
 
 from app.simulator import bench as benches
 from protocol.catalogue import BY_NAME, STATUS
-from tests.support.patience import PATIENCE_S, quickest
+from tests.support.patience import PATIENCE_S
 
 ASK = STATUS.query().encode()
 ANSWER = bytes.fromhex("41 75 32 00 0a 00 00 3c")
@@ -28,17 +28,6 @@ def fresh() -> Iterator[None]:
 def port(url: str = URL, *, timeout_s: float | None = 0.5, baud_rate: int = 115200) -> serial.Serial:
     opened: serial.Serial = serial.serial_for_url(url, baudrate=baud_rate, timeout=timeout_s)
     return opened
-
-
-def test_a_read_waits_for_its_time_out_and_not_longer() -> None:
-    with port(timeout_s=0.05) as opened:
-
-        def read_in_s() -> float:
-            began_s = time.monotonic()
-            assert opened.read(1) == b""
-            return time.monotonic() - began_s
-
-        assert 0.045 <= quickest(read_in_s, 0.5) <= 0.5
 
 
 def test_what_waits_can_be_counted_read_in_part_and_thrown_away() -> None:
@@ -61,27 +50,6 @@ def test_the_same_name_is_the_same_module() -> None:
     with port() as opened:
         opened.write(BY_NAME["attitude_threshold"].query().encode())
         assert opened.read(6)[4] == 70
-
-
-def test_one_user_at_a_time() -> None:
-    with port(), pytest.raises(serial.SerialException, match="busy"):
-        port()
-    port().close()
-
-
-def test_an_unknown_option_is_named() -> None:
-    with pytest.raises(serial.SerialException, match="speed"):
-        port(URL + "?speed=9")
-
-
-def test_the_wrong_rate_garbles() -> None:
-    with port(baud_rate=9600, timeout_s=0.05) as opened:
-        opened.write(ASK)
-        assert ANSWER not in opened.read(100)
-        opened.baudrate = 115200
-        opened.reset_input_buffer()
-        opened.write(ASK)
-        assert opened.read(8) == ANSWER
 
 
 def test_unplugged_it_fails_as_an_adapter_does_and_the_old_port_stays_dead() -> None:

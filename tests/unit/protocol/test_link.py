@@ -41,17 +41,6 @@ def test_a_set_goes_out_once_and_unanswered_its_outcome_is_unknown(bench: Bench,
     assert bench.sent(request_) == 1
 
 
-@pytest.mark.parametrize(("name", "outcome"), [("light_threshold", OutcomeUnknown), ("light", Unanswered)])
-def test_what_is_abandoned_is_of_unknown_outcome_if_it_may_have_changed_something(
-    bench: Bench, name: str, outcome: type[OutcomeUnknown | Unanswered]
-) -> None:
-    bench.ask(named(name).set(2.0) if outcome is OutcomeUnknown else named(name).query())
-    bench.wait(0.15)
-    (ended,) = bench.link.abandon(bench.now)
-    assert isinstance(ended, outcome)
-    assert ended.waited_s == pytest.approx(0.15)
-
-
 @pytest.mark.promise("i")
 @pytest.mark.parametrize("name", ["deploy", "activation", "shutdown"])
 def test_a_dangerous_request_needs_an_explicit_act_and_goes_out_once(bench: Bench, name: str) -> None:
@@ -89,14 +78,6 @@ def test_e06_a_record_after_half_a_second_of_silence_is_none_of_the_answer(
     bench.wait(0.6)
     (answered,) = bench.taken(Answered)
     assert len(answered.messages) == (2 if belongs else 1)
-
-
-def test_e06_no_record_at_all_is_unanswered_and_asked_only_once(bench: Bench) -> None:
-    bench.ask(TRIGGER_RECORDS.query())
-    bench.wait(5)
-    (given_up,) = bench.taken(Unanswered)
-    assert given_up.attempts == 1
-    assert bench.sent(TRIGGER_RECORDS.query()) == 1
 
 
 REQUESTS = [

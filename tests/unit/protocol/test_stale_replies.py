@@ -82,14 +82,6 @@ def test_a_fence_that_this_module_does_not_know_is_replaced_by_the_boot_count_be
     assert bench.reasons == []
 
 
-def test_abandoning_frees_the_link_and_the_reply_is_late(bench: Bench) -> None:
-    bench.ask(named("light").query())
-    bench.link.abandon(bench.now)
-    assert bench.link.is_idle
-    bench.hear(encode_reply(0x14, 3))
-    assert bench.roles() == [Role.LATE]
-
-
 @pytest.mark.promise("f")
 def test_the_second_reply_to_a_repeated_question_acknowledges_no_set(bench: Bench) -> None:
     bench.ask(THRESHOLD.query())
@@ -97,17 +89,6 @@ def test_the_second_reply_to_a_repeated_question_acknowledges_no_set(bench: Benc
     bench.hear(encode_reply(0x20, 60))
     assert bench.sent(THRESHOLD.query()) == 2
     assert bench.begin_to_ask(THRESHOLD.set(70)) in (b"", FENCE)
-    bench.hear(encode_reply(0x20, 60), after_s=0.001)
-    assert bench.roles() == [Role.ANSWER, Role.DUPLICATE]
-    bench.wait(0.1)
-    assert bench.sent(THRESHOLD.set(70)) == 1
-
-
-@pytest.mark.promise("f")
-def test_a_copy_of_a_reading_acknowledges_no_set(bench: Bench) -> None:
-    bench.ask(THRESHOLD.query())
-    bench.hear(encode_reply(0x20, 60))
-    bench.begin_to_ask(THRESHOLD.set(70))
     bench.hear(encode_reply(0x20, 60), after_s=0.001)
     assert bench.roles() == [Role.ANSWER, Role.DUPLICATE]
     bench.wait(0.1)

@@ -102,17 +102,6 @@ def test_rejected_bytes_carry_their_reason(hex_text: str, reason: Reason) -> Non
     assert (noise.raw, noise.reason, noise.offset) == (raw, reason, 0)
 
 
-def test_what_comes_after_a_pause_is_not_blamed_on_the_frame_before_it() -> None:
-    parser = StreamParser()
-    assert parser.feed(LIKE_A_VOLTAGE[:8]) == []
-    (broken_off,) = parser.flush()
-    assert isinstance(broken_off, Noise)
-    assert broken_off.reason is Reason.INCOMPLETE
-    (noise,) = parser.feed(b"\0\0")
-    assert isinstance(noise, Noise)
-    assert (noise.raw, noise.reason, noise.offset) == (b"\0\0", Reason.NO_HEADER, 8)
-
-
 def test_a_header_within_rejected_bytes_begins_a_frame() -> None:
     pieces = parse(b"Au\x20\x01" + STREAMED)
     assert frames(pieces) == [STREAMED]

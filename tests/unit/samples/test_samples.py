@@ -103,15 +103,6 @@ def test_a_gap_stays_a_gap_and_a_line_goes_on_beyond_both_edges() -> None:
     assert (few[0], few[-1] > 25.005) == (pytest.approx(9.98), True)
 
 
-def test_the_sample_around_an_instant() -> None:
-    series = Series()
-    series.append(np.arange(0, 20, 0.1), np.arange(200))
-    assert series.around(15.04, within_s=0.2) == pytest.approx(SeriesSample(15.0, 150))
-    assert series.around(19.95, within_s=0.2) == pytest.approx(SeriesSample(19.9, 199))
-    assert series.around(20.5, within_s=0.2) is None
-    assert series.around(-1, within_s=0.2) is None
-
-
 def test_steps_hold_what_stood_when() -> None:
     steps = StepFunction()
     assert steps.value is None

@@ -79,6 +79,10 @@ def test_pty_link_is_its_port_and_goes_with_it(tmp_path: Path) -> None:
     assert not link.is_symlink()
 
 
+def parse(*words: str) -> argparse.Namespace:
+    return BY_NAME["simulate"].parse_words([*words])
+
+
 @posix_only
 def test_pty_never_takes_the_place_of_a_file(tmp_path: Path) -> None:
     taken = tmp_path / "precious"
@@ -86,17 +90,6 @@ def test_pty_never_takes_the_place_of_a_file(tmp_path: Path) -> None:
     with pytest.raises(FileExistsError):
         pty(taken)
     assert taken.read_text(encoding="utf-8") == "data"
-
-
-def parse(*words: str) -> argparse.Namespace:
-    return BY_NAME["simulate"].parse_words([*words])
-
-
-@pytest.mark.parametrize("words", [("--tcp", "here"), ("--link", "a", "--tcp", "b:1"), ("--speed",)])
-def test_wrong_use_is_code_2(words: tuple[str, ...]) -> None:
-    with pytest.raises(Refused) as refused:
-        parse(*words)
-    assert refused.value.code is ErrorCode.USAGE
 
 
 def test_no_port_to_be_had_is_code_3() -> None:
