@@ -15,7 +15,8 @@ from PySide6.QtWidgets import QApplication
 from app.limits.limits import LimitsInUse
 from app.recordings.markers import ModuleLimits
 from tests.bench.kit import Figure, apart
-from ui.pages.live.data import LiveData, live_lanes
+from ui.pages.live.data import LiveData
+from ui.plots.lanes import measured_lanes
 from ui.plots.time_plot import TimePlot
 
 AIM_MS: Final = 4.0
@@ -76,8 +77,8 @@ def _ours(app: QApplication, length_s: int, rate_hz: int, draws: int) -> list[fl
     data.acceleration.append(times, 1 + noise / 60)
     data.light.append(slow, np.full(len(slow), 0.3))
     data.cell.append(slow, np.full(len(slow), 3.9))
-    data.put(0.0, ModuleLimits(60.0, 50.0, 0.5, 1.8))
-    plot = TimePlot(live_lanes(data, LimitsInUse()), wall_offset_s=0.0)
+    data.acting.put(0.0, ModuleLimits(60.0, 50.0, 0.5, light_v=1.8))
+    plot = TimePlot(measured_lanes(data, LimitsInUse(), data.acting, data.unproven), wall_offset_s=0.0)
     plot.resize(*SIZE)
     plot.show()
     plot.time_range.choose_length(length_s)

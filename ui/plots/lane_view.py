@@ -1,4 +1,5 @@
-"""One lane of a plot as items of pyqtgraph: curve, limits, axis, grid, and the words and lines that lie in front.
+"""One lane on the canvas: its view, axis, grid, curve and limits, as items of pyqtgraph; and what lies in front of all
+lanes: words and icons, none of which covers another, lines and dots.
 
 Times are drawn relative to the end of the span, so that the range of the view, its ticks and its grid stand still while
 the curve moves below them.
@@ -15,25 +16,206 @@ from PySide6.QtCore import QLineF, QPointF, QRectF, QSizeF, Qt
 from PySide6.QtGui import QColor, QFontMetricsF, QPainter, QPen, QStaticText, QTransform
 from PySide6.QtWidgets import QGraphicsItem, QGraphicsRectItem, QGraphicsScene, QStyleOptionGraphicsItem, QWidget
 
-from app.samples.samples import Envelope, StepFunction
+from app.samples.samples import SeriesSample
 from app.text.i18n import tr
 from ui.plots.axis import LabelAxis
-from ui.plots.lanes import Lane, Limit, Span, fitting_scale, value_text
+from ui.plots.lanes import Lane, Limit, Span, value_text
 from ui.style import icons
 from ui.style.icons import Icon
 from ui.style.theme import Size, current, font
 from ui.widgets.readout import pen
 
+_MAX_BUCKETS: Final = 1000
+# One and a half logical pixels at 200 %; more would take longer than a person notices.
+_MAX_PX: Final = 3
+# Of the view around the box, so that lines on its edge are whole.
+EDGE_PX: Final = 2
+# A recording ends this much after what is lost as its port is closed.
+_CLOSING_S: Final = 0.1
+# Distinguishable from the module's own limits without colour.
+_STALE_DASHES: Final = [1, 4]
+# Beside a word, between it and others; and around a word on a ground.
 GAP_PX: Final = 4
-"""Beside a word, between it and others."""
-PAD_PX: Final = 6
-_PAD_Y_PX: Final = 2
-"""Around a word on a ground."""
+_PAD_PX: Final = QPointF(6, 2)
 ICON_PX: Final = 14
-_ROUND_PX: Final = 4
-_DOT_PX: Final = 4
 _MAX_TEXTS: Final = 200
-"""Kept laid out."""
+
+
+class Curve(pg.PlotCurveItem):  # type: ignore[misc]
+    """Lines somewhere in `bounds`, which is the view: to look for their own takes long."""
+
+    def __init__(self) -> None:
+        self.bounds = QRectF()
+        self.line_px = 1
+        super().__init__(antialias=False, skipFiniteCheck=True)
+
+    def boundingRect(self) -> QRectF:
+        return self.bounds
+
+    def paint(self, painter: QPainter, _option: QStyleOptionGraphicsItem, _widget: QWidget | None = None) -> None:
+        """Draws lines of one pixel side by side, which are far cheaper than a wider pen."""
+        ratio, path = painter.device().devicePixelRatioF(), self.getPath()
+        painter.setPen(self.opts["pen"])
+        painter.drawPath(path)
+        # To the right, then down: diagonally, lines that rise would have gaps and lines that fall would stay thin.
+        for x, y in ((1, 0), (0, 1)) * (min(_MAX_PX, round(self.line_px * ratio)) - 1):
+            painter.setWorldTransform(painter.worldTransform() * QTransform.fromTranslate(x / ratio, y / ratio))
+            painter.drawPath(path)
+
+
+class LimitLine(Curve):
+    """Steps through the values of a limit; `value` is the one at the right edge."""
+
+    def __init__(self, limit: Limit) -> None:
+        super().__init__()
+        self.limit = limit
+        self.value: float | None = None
+        # Begin and end, in seconds before the end of the span, and value.
+        self.parts: list[tuple[float, float, float]] = []
+
+    def ink(self) -> str:
+        return current().muted if self.limit.is_stale else current().tint(self.limit.meaning).ink
+
+    def apply_theme(self, ratio: float) -> None:
+        line = pen(self.ink(), current().line_px * ratio, is_dashed=True)
+        if self.limit.is_stale:
+            line.setDashPattern(_STALE_DASHES)
+        line.setCosmetic(True)
+        self.setPen(line)
+
+    def draw(self, span: Span) -> None:
+        changes = self.limit.steps.between(*span)
+        if len(changes) > 1 and changes[-1].value is None and changes[-1].time_s > span.end_s - _CLOSING_S:
+            changes.pop()  # else the limits of a recording would have no labels
+        self.value = changes[-1].value if changes else None
+        ends_s = [*(change.time_s for change in changes[1:]), span.end_s]
+        parts = [
+            (max(change.time_s, span.start_s) - span.end_s, end_s - span.end_s, change.value)
+            for change, end_s in zip(changes, ends_s, strict=False)
+            if change.value is not None
+        ]
+        if parts != self.parts:
+            self.parts = parts
+            self.setVisible(bool(parts))  # it takes time even with nothing in it
+            x = [time_s for start_s, end_s, _value in parts for time_s in (start_s, end_s)]
+            self.setData(np.array(x), np.repeat([part[2] for part in parts], 2).astype(float), connect="pairs")
+
+
+class LaneView:
+    """Made once for a lane; `box` is the rectangle of its view in the scene."""
+
+    def __init__(self, lane: Lane, scene: QGraphicsScene) -> None:
+        self.lane = lane
+        self.box = QRectF()
+        self.scale = lane.scales[0]
+        self.gaps: list[Span] = []
+        self.ink = ""
+        self._least_scale = 0
+        self._span = Span(-1.0, 0.0)
+        # What range and grid depend on.
+        self._range: object = None
+        self.view = pg.ViewBox(enableMouse=False, enableMenu=False)
+        self.view.disableAutoRange()
+        self.view.setFlag(QGraphicsItem.GraphicsItemFlag.ItemIsFocusable, False)
+        self.values = LabelAxis("left", self.view)
+        self.curve, self.grid = Curve(), Curve()  # the grid of an axis would be a picture as large as the lane
+        self.limits = [LimitLine(limit) for limit in lane.limits]
+        self._lines = (self.grid, *self.limits, self.curve)
+        for line in self._lines:
+            self.view.addItem(line, ignoreBounds=True)
+        scene.addItem(self.view)
+        scene.addItem(self.values)
+
+    def apply_theme(self, ink: str, ratio: float) -> None:
+        """`ink`: of the curve; `ratio`: device pixels per logical pixel, since cosmetic pens are in the former."""
+        theme = current()
+        self.values.apply_theme(None)
+        # Black hairlines would hide the curve.
+        self.grid.setPen(theme.divider if theme.border_px == 1 else "#9A9A9A", width=ratio)
+        self.ink = ink
+        self.curve.setPen(ink)
+        self.curve.line_px = theme.line_px + 1
+        for line in self.limits:
+            line.apply_theme(ratio)
+
+    def place(self, box: QRectF) -> None:
+        """Puts the lane at `box`, with the labels of its values at the left."""
+        self.box, self._range = box, None
+        whole = box.adjusted(0, -EDGE_PX, EDGE_PX, EDGE_PX)
+        self.values.setWidth(box.left())
+        self.values.setGeometry(QRectF(0, whole.top(), box.left(), whole.height()))
+        self.view.setGeometry(whole)
+
+    def fit(self) -> None:
+        """Lets the next draw choose a smaller scale; otherwise the scale only grows."""
+        self._least_scale = 0
+
+    def draw(self, span: Span, times: list[float]) -> None:
+        """Draws curve and limits of a time span, grows the scale where it must, and lines at these times."""
+        lane, self._span = self.lane, span
+        envelope = lane.series.decimated(*span, min(_MAX_BUCKETS, max(50, int(self.box.width()))))
+        # The lowest and the highest value of each bucket are joined, interrupted where samples are missing.
+        x = np.column_stack((envelope.start_s, envelope.end_s)).ravel() - span.end_s
+        y = np.column_stack((envelope.low, envelope.high)).ravel().astype(np.float64)
+        breaks = np.flatnonzero(envelope.start_s[1:] - envelope.end_s[:-1] > lane.gap_s)
+        self.gaps = [Span(float(envelope.end_s[n]), float(envelope.start_s[n + 1])) for n in breaks]
+        connect: NDArray[np.bool_] | str = "all"
+        if self.gaps:
+            connect = np.ones(len(x), np.bool_)
+            connect[breaks * 2 + 1] = False
+        self.curve.setData(x, y, connect=connect)
+        newest = lane.series.last
+        if newest is not None and newest.time_s < span.end_s - lane.gap_s:
+            self.gaps.append(Span(newest.time_s, span.end_s))
+        for line in self.limits:
+            line.draw(span)
+        seen = [value for line in self.limits for _start_s, _end_s, value in line.parts]
+        if len(y):
+            seen += [float(y.min()), float(y.max())]
+        low, high = (min(seen), max(seen)) if seen else lane.scales[0][:2]
+        scales = lane.scales[self._least_scale :]
+        self.scale = next((scale for scale in scales if scale.low <= low and high <= scale.high), scales[-1])
+        self._least_scale = lane.scales.index(self.scale)
+        if (self.scale, span.length_s, times) != self._range:
+            self._range = self.scale, span.length_s, times
+            self._draw_grid(times)
+
+    def _draw_grid(self, times: list[float]) -> None:
+        length_s, (low, high, step) = self._span.length_s, self.scale
+        across = EDGE_PX * length_s / max(1.0, self.box.width())
+        up = EDGE_PX * (high - low) / max(1.0, self.box.height())
+        self.view.setRange(
+            xRange=(-length_s, across), yRange=(low - up, high + up), padding=0.0, disableAutoRange=False
+        )
+        for line in self._lines:
+            line.prepareGeometryChange()
+            line.bounds = self.view.viewRect()
+        self.values.setTickSpacing(levels=[(step, 0.0)] if step else None)
+        values = self.values.tickValues(low, high, self.box.height())[0][1]
+        lines = [place for value in values for place in ((-length_s, value), (0.0, value))]
+        lines += [(time_s, end) for time_s in times for end in (low, high)]
+        x, y = np.array(lines, np.float64).reshape(-1, 2).T
+        self.grid.setData(x, y, connect="pairs")
+
+    def x(self, time_s: float) -> float:
+        """The place of a time in the scene."""
+        return self.box.left() + (time_s - self._span.start_s) / self._span.length_s * self.box.width()
+
+    def y(self, value: float) -> float:
+        """The place of a value in the scene, clamped to the scale."""
+        part = (value - self.scale.low) / (self.scale.high - self.scale.low)
+        return self.box.bottom() - min(1.0, max(0.0, part)) * self.box.height()
+
+    def reading(self, at_s: float) -> tuple[str, SeriesSample | None]:
+        """The value at a time with its unit, or "no data" where no curve is drawn; and the sample."""
+        lane = self.lane
+        near = lane.series.around(at_s, within_s=lane.gap_s / 2)
+        if near is None:
+            return tr("no data"), None
+        gap = "" if lane.unit == "°" else " "
+        text = f"{value_text(near.value, lane.decimals)}{gap}{lane.unit}"
+        outside = None if lane.outside is None else lane.outside(near.value, at_s)
+        return text if outside is None else outside.beside(text), near
 
 
 class Shown(NamedTuple):
@@ -54,8 +236,8 @@ class Overlay(QGraphicsRectItem):
         super().__init__()
         self.setZValue(10)
         self.shown: list[Shown] = []
+        # Lines through all lanes: their places across, and their colours.
         self.lines: list[tuple[float, QColor | str]] = []
-        """Their places across, and their colours."""
         self.dots: list[tuple[QPointF, str]] = []
         self._box = QRectF()
         self._has_focus = False
@@ -77,7 +259,7 @@ class Overlay(QGraphicsRectItem):
         if isinstance(what, Icon):
             return QSizeF(ICON_PX, ICON_PX)
         size = self._laid_out(what, is_bold).size()
-        return size + QSizeF(2 * PAD_PX, _PAD_Y_PX * 2) if is_on_ground else size
+        return size + QSizeF(2 * _PAD_PX.x(), 2 * _PAD_PX.y()) if is_on_ground else size
 
     def _lay_out(self, text: str, is_bold: bool, /) -> QStaticText:
         laid_out = QStaticText(text)
@@ -112,7 +294,7 @@ class Overlay(QGraphicsRectItem):
         painter.setPen(QPen(QColor(theme.surface), 1.5))
         for place, ink in self.dots:
             painter.setBrush(QColor(ink))
-            painter.drawEllipse(place, _DOT_PX, _DOT_PX)
+            painter.drawEllipse(place, 4, 4)
         for what, room, ink, is_bold, ground in self.shown:
             if isinstance(what, Icon):
                 icons.draw(painter, what, room, ink)
@@ -120,265 +302,7 @@ class Overlay(QGraphicsRectItem):
             if ground:
                 painter.setPen(Qt.PenStyle.NoPen)
                 painter.setBrush(QColor(ground))
-                painter.drawRoundedRect(room, _ROUND_PX, _ROUND_PX)
+                painter.drawRoundedRect(room, 4, 4)
             painter.setFont(self.fonts[is_bold])
             painter.setPen(QColor(ink))
-            corner = room.topLeft() + QPointF(PAD_PX, _PAD_Y_PX) if ground else room.topLeft()
-            painter.drawStaticText(corner, self._laid_out(what, is_bold))
-
-
-def beside(x: float, y: float, size: QSizeF, within: QRectF) -> QPointF:
-    """The corner of a word beside a point: at its right, or at its left where there is no room."""
-    left = x + 8 if x + 8 + size.width() <= within.right() else max(0.0, x - 8 - size.width())
-    top = min(max(y - size.height() / 2, within.top()), max(within.top(), within.bottom() - size.height()))
-    return QPointF(left, top)
-
-
-_MAX_BUCKETS: Final = 1000
-# One and a half logical pixels at 200 %; more would take longer than a person notices.
-_MAX_PX: Final = 3
-EDGE_PX: Final = 2
-"""Of the view around the box, so that lines on its edge are whole."""
-_FURTHEST_PX: Final = 60
-"""The label of a limit from its line."""
-_CLOSING_S: Final = 0.1
-"""Between what is lost as the port is closed and the end of a recording."""
-_STALE_DASHES: Final = [1, 4]
-"""Distinguishable from the module's own limits without colour."""
-
-
-class Points(NamedTuple):
-    """A curve: `connect` says which points are joined to the next, "all" without gaps."""
-
-    x: NDArray[np.float64]
-    y: NDArray[np.float64]
-    connect: NDArray[np.bool_] | str
-    gaps: list[Span]
-
-
-def points(envelope: Envelope, *, origin_s: float, gap_s: float) -> Points:
-    """Joins the lowest and the highest value of each bucket, interrupted where samples are missing."""
-    x = np.column_stack((envelope.start_s, envelope.end_s)).ravel() - origin_s
-    y = np.column_stack((envelope.low, envelope.high)).ravel().astype(np.float64)
-    breaks = np.flatnonzero(envelope.start_s[1:] - envelope.end_s[:-1] > gap_s)
-    gaps = [Span(float(envelope.end_s[n]), float(envelope.start_s[n + 1])) for n in breaks]
-    if not gaps:
-        return Points(x, y, "all", gaps)
-    connect = np.ones(len(x), np.bool_)
-    connect[breaks * 2 + 1] = False
-    return Points(x, y, connect, gaps)
-
-
-class Curve(pg.PlotCurveItem):  # type: ignore[misc]
-    """Lines somewhere in `bounds`, which is the view: to look for their own takes long."""
-
-    line_px = 1
-    """Lines of one pixel side by side, which are far cheaper than a wider pen."""
-
-    def __init__(self) -> None:
-        self.bounds = QRectF()
-        super().__init__(antialias=False, skipFiniteCheck=True)
-
-    def boundingRect(self) -> QRectF:
-        return self.bounds
-
-    def paint(self, painter: QPainter, _option: QStyleOptionGraphicsItem, _widget: QWidget | None = None) -> None:
-        ratio, path = painter.device().devicePixelRatioF(), self.getPath()
-        painter.setPen(self.opts["pen"])
-        painter.drawPath(path)
-        # To the right, then down: diagonally, lines that rise would have gaps and lines that fall would stay thin.
-        for x, y in ((1, 0), (0, 1)) * (min(_MAX_PX, round(self.line_px * ratio)) - 1):
-            painter.setWorldTransform(painter.worldTransform() * QTransform.fromTranslate(x / ratio, y / ratio))
-            painter.drawPath(path)
-
-
-class _Segment(NamedTuple):
-    """A limit that stands, in seconds before the end of the span; `word` names a value of the past at its end,
-    `is_current` the one at the right edge."""
-
-    start_s: float
-    end_s: float
-    value: float
-    word: str
-    is_current: bool
-
-
-class LimitLine(Curve):
-    """The line of a limit, or of what was last known of it."""
-
-    def __init__(self, limit: Limit, steps: StepFunction) -> None:
-        super().__init__()
-        self.limit, self._steps = limit, steps
-        self.is_stale = steps is limit.stale
-        self.segments: list[_Segment] = []
-
-    @property
-    def value(self) -> float | None:
-        return self._steps.value
-
-    @property
-    def label(self) -> str:
-        return (self.is_stale and self.limit.stale_label) or self.limit.label
-
-    def ink(self) -> str:
-        return current().muted if self.is_stale else current().tint(self.limit.meaning).ink
-
-    def apply_theme(self, ratio: float) -> None:
-        line = pen(self.ink(), current().line_px * ratio, is_dashed=True)
-        if self.is_stale:
-            line.setDashPattern(_STALE_DASHES)
-        line.setCosmetic(True)
-        self.setPen(line)
-
-    def draw(self, span: Span) -> None:
-        """Steps through the values of a time span."""
-        limit, changes = self.limit, self._steps.between(*span)
-        is_replaced = limit.stale is not None and (self.is_stale or limit.stale.value is not None)
-        is_lost_at_edge = (
-            len(changes) > 1 and changes[-1].value is None and changes[-1].time_s > span.end_s - _CLOSING_S
-        )
-        if is_lost_at_edge and not is_replaced:
-            changes.pop()  # it is still named, as at the end of a recording
-        segments = []
-        for number, change in enumerate(changes):
-            if change.value is None:
-                continue
-            later = changes[number + 1 :]
-            following = next((change.value for change in later if change.value is not None), None)
-            # An equal value that follows is named at its own end.
-            word = value_text(change.value, limit.decimals) if later and change.value != following else ""
-            word = tr(limit.stale_word) if self.is_stale else word
-            start_s = max(change.time_s, span.start_s) - span.end_s
-            end_s = later[0].time_s - span.end_s if later else 0.0
-            segments.append(_Segment(start_s, end_s, change.value, word, not later))
-        if segments != self.segments:
-            self.segments = segments
-            self.setVisible(bool(segments))  # it takes time even with nothing in it
-            x = [time_s for part in segments for time_s in (part.start_s, part.end_s)]
-            self.setData(np.array(x), np.repeat([part.value for part in segments], 2).astype(float), connect="pairs")
-
-
-class LaneView:
-    """Made once for a lane; `box` is the rectangle of its view in the scene."""
-
-    def __init__(self, lane: Lane, scene: QGraphicsScene) -> None:
-        self.lane = lane
-        self.box = QRectF()
-        self.scale = lane.scales[0]
-        self.gaps: list[Span] = []
-        self._least_scale = 0
-        self._span = Span(-1.0, 0.0)
-        self._range: object = None
-        """What range and grid depend on."""
-        self.view = pg.ViewBox(enableMouse=False, enableMenu=False)
-        self.view.disableAutoRange()
-        self.view.setFlag(QGraphicsItem.GraphicsItemFlag.ItemIsFocusable, False)
-        self.values = LabelAxis("left", self.view)
-        self.curve, self.grid = Curve(), Curve()  # the grid of an axis would be a picture as large as the lane
-        self.limits = [LimitLine(limit, limit.steps) for limit in lane.limits]
-        self.limits += [LimitLine(limit, limit.stale) for limit in lane.limits if limit.stale is not None]
-        self._lines = (self.grid, *self.limits, self.curve)
-        for line in self._lines:
-            self.view.addItem(line, ignoreBounds=True)
-        for item in (self.view, self.values):
-            scene.addItem(item)
-
-    def apply_theme(self, ink: str, ratio: float) -> None:
-        """`ink`: of the curve; `ratio`: device pixels per logical pixel, since cosmetic pens are in the former."""
-        theme = current()
-        self.values.apply_theme(None)
-        # Black hairlines would hide the curve.
-        self.grid.setPen(theme.divider if theme.border_px == 1 else "#9A9A9A", width=ratio)
-        self.ink = ink
-        self.curve.setPen(ink)
-        self.curve.line_px = theme.line_px + 1
-        for line in self.limits:
-            line.apply_theme(ratio)
-
-    def place(self, box: QRectF) -> None:
-        """Puts the lane at `box`, with the labels of its values at the left."""
-        self.box, self._range = box, None
-        whole = box.adjusted(0, -EDGE_PX, EDGE_PX, EDGE_PX)
-        self.values.setWidth(box.left())
-        self.values.setGeometry(QRectF(0, whole.top(), box.left(), whole.height()))
-        self.view.setGeometry(whole)
-
-    def fit(self) -> None:
-        """Lets the next draw choose a smaller scale; otherwise the scale only grows."""
-        self._least_scale = 0
-
-    def draw(self, span: Span, times: list[float]) -> None:
-        """Draws curve and limits of a time span, grows the scale where it must, and lines at these times."""
-        lane, self._span = self.lane, span
-        envelope = lane.series.decimated(*span, min(_MAX_BUCKETS, max(50, int(self.box.width()))))
-        curve = points(envelope, origin_s=span.end_s, gap_s=lane.gap_s)
-        self.curve.setData(curve.x, curve.y, connect=curve.connect)
-        self.gaps, newest = curve.gaps, lane.series.last
-        if newest is not None and newest.time_s < span.end_s - lane.gap_s:
-            self.gaps.append(Span(newest.time_s, span.end_s))
-        for line in self.limits:
-            line.draw(span)
-        seen = [segment.value for line in self.limits for segment in line.segments]
-        if len(envelope.low):
-            seen += [float(envelope.low.min()), float(envelope.high.max())]
-        seen = seen or list(lane.scales[0][:2])
-        self.scale = fitting_scale(lane.scales[self._least_scale :], min(seen), max(seen))
-        self._least_scale = lane.scales.index(self.scale)
-        if (self.scale, span.length_s, times) != self._range:
-            self._range = self.scale, span.length_s, times
-            self._draw_grid(times)
-
-    def _draw_grid(self, times: list[float]) -> None:
-        length_s, (low, high, step) = self._span.length_s, self.scale
-        across = EDGE_PX * length_s / max(1.0, self.box.width())
-        up = EDGE_PX * (high - low) / max(1.0, self.box.height())
-        self.view.setRange(
-            xRange=(-length_s, across), yRange=(low - up, high + up), padding=0.0, disableAutoRange=False
-        )
-        for line in self._lines:
-            line.prepareGeometryChange()
-            line.bounds = self.view.viewRect()
-        self.values.setTickSpacing(levels=[(step, 0.0)] if step else None)
-        values = self.values.tickValues(low, high, self.box.height())[0][1]
-        lines = [place for value in values for place in ((-length_s, value), (0.0, value))]
-        lines += [(time_s, end) for time_s in times for end in (low, high)]
-        x, y = np.array(lines, np.float64).reshape(-1, 2).T
-        self.grid.setData(x, y, connect="pairs")
-
-    def x(self, time_s: float) -> float:
-        """The place of a time in the scene."""
-        return self.box.left() + (time_s - self._span.start_s) / self._span.length_s * self.box.width()
-
-    def y(self, value: float) -> float:
-        """The place of a value in the scene, clamped to the scale."""
-        part = (value - self.scale.low) / (self.scale.high - self.scale.low)
-        return self.box.bottom() - min(1.0, max(0.0, part)) * self.box.height()
-
-    # Words
-
-    def name_limits(self, overlay: Overlay) -> None:
-        """Names the current limits beside the lane, as near to their lines as there is room."""
-        for line in self.limits:
-            for part in (part for part in line.segments if part.is_current):
-                text = tr(line.label, value=value_text(part.value, line.limit.decimals))
-                left, top = self.box.right() + 6, self.y(part.value) - overlay.line_px / 2
-                ways = (sign * way for way in range(_FURTHEST_PX) for sign in (1, -1))
-                overlay.put(text, line.ink(), (QPointF(left, top + way) for way in ways), is_bold=True)
-
-    def name_past(self, overlay: Overlay) -> None:
-        """Names past and stale limits at their ends and writes "no data" into gaps, where there is room."""
-        end_s, box = self._span.end_s, self.box
-        for line in self.limits:
-            for part in (part for part in line.segments if part.word):
-                size = overlay.size(part.word, is_bold=True)
-                left, y = self.x(part.end_s + end_s) - 4 - size.width(), self.y(part.value)
-                if left > self.x(part.start_s + end_s) + 4:
-                    places = QPointF(left, y - size.height() - 1), QPointF(left, y + 1)
-                    overlay.put(part.word, line.ink(), places, is_bold=True)
-        for gap in self.gaps:
-            left, right = max(box.left(), self.x(gap.start_s)), min(box.right(), self.x(gap.end_s))
-            size = overlay.size(tr("no data"), is_on_ground=True)
-            if right - left > size.width():
-                tops = (box.top() + part * box.height() - size.height() / 2 for part in (0.5, 0.25, 0.75))
-                middles = (QPointF((left + right - size.width()) / 2, top) for top in tops)
-                overlay.put(tr("no data"), current().text, middles, ground=current().surface)
+            painter.drawStaticText(room.topLeft() + (_PAD_PX if ground else QPointF()), self._laid_out(what, is_bold))

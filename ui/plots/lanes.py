@@ -9,9 +9,7 @@ from PySide6.QtCore import QObject, Signal
 from app.limits.limits import LimitsInUse, Outside, outside_of
 from app.recordings.excerpt import LimitSteps, Measured
 from app.recordings.markers import Marker, MarkerKind
-from app.safety.last_known import TRIGGER_NOT_KNOWN
-from app.samples.samples import Readable, SeriesSample, StepFunction
-from app.text.i18n import tr
+from app.samples.samples import Readable, StepFunction
 from protocol.fields import Value
 from protocol.translatable import marked
 from ui.style.icons import Icon
@@ -28,7 +26,7 @@ class Span(NamedTuple):
 
 
 class Scale(NamedTuple):
-    """A vertical scale with a line at every ``step``; 0: wherever there is room."""
+    """A vertical scale with a line at every `step`; 0: wherever there is room."""
 
     low: float
     high: float
@@ -36,26 +34,21 @@ class Scale(NamedTuple):
 
 
 class Limit(NamedTuple):
-    """A limit over time; `label` is English with `{value}`, `meaning` that of exceeding it.
-
-    `stale` is the last known value while it is not confirmed; it has a `stale_label` of its own, and its line is named
-    by `stale_word`.
-    """
+    """A limit over time; `label` is English with `{value}`, `meaning` that of exceeding it. `is_stale`: what was last
+    known of one that is not known to act, which is greyed."""
 
     steps: StepFunction
     label: str
     meaning: Meaning
     decimals: int = 0
-    stale: StepFunction | None = None
-    stale_label: str = ""
-    stale_word: str = marked("stale")
+    is_stale: bool = False
 
 
 class Lane(NamedTuple):
     """One plot of the stack.
 
     The first of `scales` that covers all values in sight is used, else the last. `weight` is the share of the height.
-    The curve is interrupted where no sample came for more than `gap_s`.
+    The curve is interrupted where no sample came for more than `gap_s`. `outside` judges a value at a time.
     """
 
     title: str
@@ -67,7 +60,6 @@ class Lane(NamedTuple):
     weight: float = 1.0
     gap_s: float = 1.0
     outside: Callable[[float, float], Outside | None] | None = None
-    """Judges a value at a time."""
 
 
 class Mark(NamedTuple):
@@ -101,33 +93,34 @@ _MARKS: Final[dict[MarkerKind, tuple[str, Icon, Meaning | None]]] = {
     MarkerKind.CHARGER_CONNECTED: (marked("charger connected"), Icon.BOLT, None),
     MarkerKind.CHARGER_REMOVED: (marked("charger removed"), Icon.PLUG, None),
 }
-_RANKS: Final = {kind: rank for rank, kind in enumerate(_MARKS)}
 
 
 def mark_of(marker: Marker) -> Mark:
-    word, icon, meaning = _MARKS[marker.kind]
-    return Mark(marker.time_s, word, icon, meaning, _RANKS[marker.kind])
+    return Mark(marker.time_s, *_MARKS[marker.kind], list(_MARKS).index(marker.kind))
 
 
+# A limit that the module acts on over time, and what was last known of it otherwise.
 Steps = tuple[StepFunction, StepFunction | None]
-"""A limit that the module acts on over time, and what was last known of it otherwise."""
+
+
+def _limits(steps: Steps, label: str, stale_label: str, meaning: Meaning, decimals: int = 0) -> tuple[Limit, ...]:
+    acting, stale = steps
+    firm = Limit(acting, label, meaning, decimals)
+    return (firm,) if stale is None else (firm, Limit(stale, stale_label, meaning, decimals, is_stale=True))
 
 
 def tilt_lane(series: Readable, fires: Steps, rearms: Steps, *, gap_s: float = 1.0) -> Lane:
     limits = (
-        Limit(fires[0], marked("{value}° fires"), Meaning.DANGER, stale=fires[1],
-              stale_label=marked("{value}° fires?"), stale_word=TRIGGER_NOT_KNOWN),
-        Limit(rearms[0], marked("{value}° rearms"), Meaning.INFORMATION, stale=rearms[1],
-              stale_label=marked("{value}° rearms?"), stale_word=TRIGGER_NOT_KNOWN),
-    )  # fmt: skip
+        *_limits(fires, marked("{value}° fires"), marked("{value}° fires?"), Meaning.DANGER),
+        *_limits(rearms, marked("{value}° rearms"), marked("{value}° rearms?"), Meaning.INFORMATION),
+    )
     return Lane(marked("Tilt"), "°", series, (Scale(0, 90, 30), Scale(0, 180, 45)), limits, weight=3, gap_s=gap_s)
 
 
 def acceleration_lane(series: Readable, falls: Steps, *, gap_s: float = 1.0) -> Lane:
-    limit = Limit(falls[0], marked("{value} g free fall"), Meaning.DANGER, 1, stale=falls[1],
-                  stale_label=marked("{value} g free fall?"), stale_word=TRIGGER_NOT_KNOWN)  # fmt: skip
+    limits = _limits(falls, marked("{value} g free fall"), marked("{value} g free fall?"), Meaning.DANGER, 1)
     scales = Scale(0, 2, 1), Scale(0, 4, 2), Scale(0, 8, 4), Scale(0, 16, 8), Scale(0, 26, 13)
-    return Lane(marked("Acceleration"), "g", series, scales, (limit,), decimals=1, weight=2, gap_s=gap_s)
+    return Lane(marked("Acceleration"), "g", series, scales, limits, decimals=1, weight=2, gap_s=gap_s)
 
 
 # Voltage and light count as fresh for 5 s.
@@ -142,19 +135,13 @@ def measured_lanes(data: Measured, in_use: LimitsInUse, acting: LimitSteps, unpr
         known: dict[str, Value] = {} if charging is None else {"charging": charging}
         return outside_of("cell_voltage_v", {"cell_voltage_v": volts, **known}, in_use)
 
+    lights = (acting.lights, unproven.lights)
+    threshold = _limits(lights, marked("{value} V threshold"), marked("{value} V threshold?"), Meaning.ATTENTION, 1)
+    light_scales = (Scale(0, 4, 2), Scale(0, 8, 4), Scale(0, 26, 13))
     return (
         tilt_lane(data.tilt, (acting.fires, unproven.fires), (acting.rearms, unproven.rearms)),
         acceleration_lane(data.acceleration, (acting.falls, unproven.falls)),
-        Lane(
-            marked("Light"),
-            "V",
-            data.light,
-            (Scale(0, 4, 2), Scale(0, 8, 4), Scale(0, 26, 13)),
-            (Limit(acting.lights, marked("{value} V threshold"), Meaning.ATTENTION, 1, stale=unproven.lights),),
-            decimals=1,
-            weight=1.2,
-            gap_s=SLOW_GAP_S,
-        ),
+        Lane(marked("Light"), "V", data.light, light_scales, threshold, decimals=1, weight=1.2, gap_s=SLOW_GAP_S),
         Lane(
             marked("Cell voltage"),
             "V",
@@ -168,38 +155,14 @@ def measured_lanes(data: Measured, in_use: LimitsInUse, acting: LimitSteps, unpr
     )
 
 
-def fitting_scale(scales: tuple[Scale, ...], low: float, high: float) -> Scale:
-    """The first scale that covers both values, else the last."""
-    return next((scale for scale in scales if scale.low <= low and high <= scale.high), scales[-1])
-
-
 def value_text(value: float, decimals: int) -> str:
     """A value with a typographic minus sign."""
     return f"{value:.{decimals}f}".replace("-", "−")
 
 
-class Reading(NamedTuple):
-    """What is read at a time: its text, and the sample."""
-
-    text: str
-    near: SeriesSample | None
-
-
-def reading(lane: Lane, at_s: float) -> Reading:
-    """The value at a time with its unit, or "no data" where no curve is drawn."""
-    near = lane.series.around(at_s, within_s=lane.gap_s / 2)
-    if near is None:
-        return Reading(tr("no data"), None)
-    gap = "" if lane.unit == "°" else " "
-    text = f"{value_text(near.value, lane.decimals)}{gap}{lane.unit}"
-    outside = None if lane.outside is None else lane.outside(near.value, at_s)
-    return Reading(text if outside is None else outside.beside(text), near)
-
-
+# The shortest span is some forty status frames at line rate, the longest what a series keeps.
 _SHORTEST_S: Final = 0.03
-"""Limit of zooming in: some forty status frames at line rate."""
 _LONGEST_S: Final = 10 * 3600.0
-"""Limit of panning back: what a series keeps."""
 
 
 class TimeRange(QObject):
@@ -214,10 +177,10 @@ class TimeRange(QObject):
     def __init__(self, bounds: Span | None) -> None:
         super().__init__()
         self.now_s = 0.0
+        # Of the plots, in device pixels.
         self.width_px = 1.0
-        """Of the plots, in device pixels."""
+        # The place of the cursor within the span, 0 to 1.
         self.cursor: float | None = None
-        """The place of the cursor within the span, 0 to 1."""
         self._live_s = 60.0
         self._held: Span | None = None
         self._bounds = bounds
@@ -243,10 +206,11 @@ class TimeRange(QObject):
         return self.span_at(self.now_s)
 
     def span_at(self, now_s: float) -> Span:
-        """What is in sight then; live it moves by whole pixels, so that lines do not flicker."""
+        """What is in sight then."""
         return self._held or self._bounds or self._live_span(now_s)
 
     def _live_span(self, now_s: float) -> Span:
+        # It moves by whole pixels, so that lines do not flicker.
         pixel_s = self._live_s / self.width_px
         end_s = math.ceil(max(now_s, self.now_s) / pixel_s) * pixel_s
         return Span(end_s - self._live_s, end_s)
@@ -284,8 +248,8 @@ class TimeRange(QObject):
         if self.is_live:
             self.changed.emit()
         else:
-            later_s = (length_s - span.length_s) / 2 if self.is_recorded else 0.0
-            self._hold(Span(span.end_s + later_s - length_s, span.end_s + later_s))
+            end_s = span.end_s + ((length_s - span.length_s) / 2 if self.is_recorded else 0.0)
+            self._hold(Span(end_s - length_s, end_s))
 
     def show_instant(self, time_s: float) -> None:
         """Pauses with `time_s` and the cursor in the middle."""
@@ -293,10 +257,9 @@ class TimeRange(QObject):
         self._hold(Span(time_s - length_s / 2, time_s + length_s / 2))
         self.point_at(time_s)
 
-    def pan(self, part: float, cursor: float | None = None) -> None:
-        """By a part of the span, negative to the past; the cursor moves within the span if it is given."""
+    def pan(self, part: float) -> None:
+        """By a part of the span, negative to the past."""
         span = self.span
-        self.cursor = self.cursor if cursor is None else cursor
         self._hold(Span(span.start_s + part * span.length_s, span.end_s + part * span.length_s))
 
     def zoom(self, factor: float, part: float) -> None:

@@ -7,8 +7,8 @@ from collections.abc import Iterable
 from enum import Enum
 from typing import ClassVar
 
-from PySide6.QtCore import QEvent, QLineF, QRectF, QSize, Qt
-from PySide6.QtGui import QAccessible, QColor, QFont, QFontMetrics, QFontMetricsF, QPainter, QPainterPath, QPen
+from PySide6.QtCore import QEvent, QSize, Qt
+from PySide6.QtGui import QAccessible, QColor, QFont, QFontMetrics, QPainter, QPen
 from PySide6.QtWidgets import QFrame, QHBoxLayout, QLabel, QSizePolicy, QVBoxLayout, QWidget
 
 from app.engine.conversation import Known
@@ -17,7 +17,7 @@ from app.text.i18n import tr
 from app.text.messages import duration
 from ui.style.appearance import Spoken
 from ui.style.icons import MEANING_ICONS, Icon
-from ui.style.theme import IconSize, Meaning, Size, Space, Theme, current, font
+from ui.style.theme import IconSize, Meaning, Size, Space, current, font
 from ui.widgets.controls import IconLabel, set_look
 
 
@@ -69,9 +69,6 @@ class PaintedWidget(Spoken, QWidget):
         self.update()
 
 
-_HATCH_PX = 7.0
-
-
 def pen(colour: QColor | str, width: float, *, is_dashed: bool = False) -> QPen:
     """A pen with flat ends, so that dashes keep their length."""
     flat_pen = QPen(QColor(colour), width)
@@ -85,35 +82,6 @@ def mixed(colour: QColor | str, other: QColor | str, share: float) -> QColor:
     """`share` of `other`, the rest of `colour`."""
     ends = zip(QColor(colour).getRgb()[:3], QColor(other).getRgb()[:3], strict=True)  # type: ignore[index]
     return QColor(*(round(first + (last - first) * share) for first, last in ends))
-
-
-def hatch(painter: QPainter, outline: QPainterPath, colour: QColor | str) -> None:
-    """Fill an outline with thin diagonals: the shape of "unknown"."""
-    painter.save()
-    painter.setClipPath(outline, Qt.ClipOperation.IntersectClip)
-    box = outline.boundingRect()
-    painter.setPen(QPen(QColor(colour), 1))
-    count = int((box.width() + box.height()) / _HATCH_PX) + 1
-    painter.drawLines(
-        [
-            QLineF(box.left() + n * _HATCH_PX, box.top(), box.left() + n * _HATCH_PX - box.height(), box.bottom())
-            for n in range(1, count)
-        ]
-    )
-    painter.restore()
-
-
-def cleared_word(painter: QPainter, theme: Theme, box: QRectF, word: str, font: QFont) -> None:
-    """A word in the middle of a box, on ground that makes it readable over anything."""
-    metrics = QFontMetricsF(font)
-    ground = QRectF(0, 0, metrics.horizontalAdvance(word) + 10, metrics.height() + 2)
-    ground.moveCenter(box.center())
-    painter.setPen(Qt.PenStyle.NoPen)
-    painter.setBrush(QColor(theme.surface))
-    painter.drawRoundedRect(ground, 4, 4)
-    painter.setPen(QColor(theme.text))
-    painter.setFont(font)
-    painter.drawText(ground, Qt.AlignmentFlag.AlignCenter, word)
 
 
 def _bold(size: Size = Size.BODY) -> QFontMetrics:

@@ -90,5 +90,5 @@ def live_bench(qtbot: QtBot, qapp: QApplication) -> Iterator[Bench]:
         page = LivePage(services)
         show_alone(qtbot, services, page, 876, 500)
         yield Bench(qtbot, page, ports, services)
-        qtbot.waitUntil(lambda: not page.note.job.is_writing)
+        qtbot.waitUntil(lambda: not page.job.is_writing)
         page.hide()

@@ -179,7 +179,7 @@ def test_no_class_of_qt_is_made_where_files_are_written_in_the_background() -> N
         from app.modules.labels import A4
         import ui.main
         from ui.files.report_printer import print_pages
-        from ui.pages.live.data import png_parts
+        from ui.pages.live.page import png_parts
 
         def classes(made):
             return {made}.union(*(classes(kind) for kind in type.__subclasses__(made)))
@@ -216,15 +216,15 @@ def save(live: Bench, name: str, path: Path | None) -> list[Path]:
         if path is not None:
             then(path)
 
-    live.page.note.ask_path = choose
+    live.page.ask_path = choose
     live.click(name)
-    live.qtbot.waitUntil(lambda: not live.page.note.job.is_writing)
+    live.qtbot.waitUntil(lambda: not live.page.job.is_writing)
     live.page.refresh()
     return suggested
 
 
 def _meaning(live: Bench) -> Meaning | None:
-    notice = live.page.note.job.result_notice()
+    notice = live.page.job.result_notice()
     return None if notice is None else notice.meaning
 
 
@@ -252,12 +252,11 @@ def test_the_values_in_sight_are_saved(live: Bench, tmp_path: Path) -> None:
     assert [(row["tilt_deg"], row["active"]) for row in rows if row["tilt_deg"]] == [("20", "false"), ("61", "true")]
     assert [row["event"] for row in rows if row["event"]] == ["activated"]
     assert {row["cell_voltage_v"] for row in rows} == {"", "3.94"}
-    note = live.page.note
-    assert (note.label.text(), _meaning(live)) == (f"Saved to {path}. Rows: {len(rows)}.", Meaning.GOOD)
+    assert (notice_text(live.page.strip), _meaning(live)) == (f"Saved to {path}. Rows: {len(rows)}.", Meaning.GOOD)
     opened: list[str] = []
-    note.job.open_in_system = lambda url: opened.append(url.toLocalFile())
-    note.open.click()
-    note.folder.click()
+    live.page.job.open_in_system = lambda url: opened.append(url.toLocalFile())
+    live.click("notice_open")
+    live.click("notice_folder")
     assert opened == [str(path), str(path.parent)]
 
 
@@ -270,9 +269,9 @@ def test_saved_values_are_those_at_the_time_of_the_click(live: Bench, tmp_path: 
         live.say(tilt_deg=99)  # acquisition goes on behind the dialog
         then(path)
 
-    live.page.note.ask_path = choose_late
+    live.page.ask_path = choose_late
     live.qtbot.keyClick(live.page, Qt.Key.Key_S, Qt.KeyboardModifier.ControlModifier)
-    live.qtbot.waitUntil(lambda: not live.page.note.job.is_writing)
+    live.qtbot.waitUntil(lambda: not live.page.job.is_writing)
     assert ",99," not in path.read_text("utf-8-sig")
     assert ",12," in path.read_text("utf-8-sig")
 
@@ -280,9 +279,8 @@ def test_saved_values_are_those_at_the_time_of_the_click(live: Bench, tmp_path: 
 def test_a_file_that_cannot_be_written_is_reported(live: Bench, tmp_path: Path) -> None:
     live.say()
     save(live, "live_save_csv", tmp_path / "missing" / "values.csv")
-    note = live.page.note
     assert _meaning(live) is Meaning.DANGER
-    assert "No such file" in note.label.text()
+    assert "No such file" in notice_text(live.page.strip)
     assert live.page.csv.isEnabled()
 
 
@@ -301,16 +299,15 @@ def test_the_picture_has_a_caption(live: Bench, tmp_path: Path) -> None:
 
 def test_a_long_saving_can_be_cancelled(live: Bench, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     live.say()
-    monkeypatch.setattr("ui.pages.live.data.csv_parts", lambda *_, **__: repeat(b"row"))
+    monkeypatch.setattr("ui.pages.live.page.csv_parts", lambda *_, **__: repeat(b"row"))
     path = tmp_path / "values.csv"
-    live.page.note.ask_path = choosing(path)
+    live.page.ask_path = choosing(path)
     live.click("live_save_csv")
-    assert live.page.note.job.is_writing
+    assert live.page.job.is_writing
     assert not live.page.png.isEnabled()
-    assert live.page.note.label.text().startswith("Saving…")
-    live.click("live_save_cancel")
-    live.qtbot.waitUntil(lambda: not live.page.note.job.is_writing)
-    assert live.page.note.label.text() == "Cancelled."
+    assert notice_text(live.page.strip).startswith("Saving…")
+    live.click("notice_cancel")
+    live.qtbot.waitUntil(lambda: not live.page.job.is_writing)
+    assert notice_text(live.page.strip) == "Cancelled."
     assert list(tmp_path.iterdir()) == []
     assert live.page.csv.isEnabled()
-    assert not live.page.stop.isVisible()

@@ -11,8 +11,7 @@ from tests.support.window.steps import find
 from ui.plots.axis import LabelAxis
 from ui.plots.lane_view import LaneView, Shown
 from ui.plots.lanes import Lane, Limit, Scale, Span
-from ui.plots.plot_view import PlotView
-from ui.plots.time_plot import TimePlot
+from ui.plots.time_plot import PlotView, TimePlot
 from ui.style import theme
 from ui.style.icons import Icon
 from ui.style.theme import Meaning
@@ -48,7 +47,10 @@ class Bench:
                 "°",
                 self.tilt,
                 (Scale(0, 90, 30), Scale(0, 180, 45)),
-                (Limit(self.fire, "{value}° fires", Meaning.DANGER, stale=self.stale),),
+                (
+                    Limit(self.fire, "{value}° fires", Meaning.DANGER),
+                    Limit(self.stale, "{value}° fires?", Meaning.DANGER, is_stale=True),
+                ),
                 weight=3,
             ),
             Lane("Acceleration", "g", self.acc, (Scale(0, 2, 1),), decimals=1, weight=2),

@@ -47,11 +47,11 @@ def test_no_word_covers_another(bench: Bench, ago_s: float) -> None:
     count = 0
     for seconds in range(0, 30, 3):
         bench.plot.draw(NOW_S + seconds)
-        count += len({"no data", "stale"} & set(bench.words))
+        count += "no data" in bench.words
         for first, second in combinations(bench.written, 2):
             assert not first.room.intersects(second.room), (first.what, second.what)
     assert {"Tilt", "Acceleration"} <= set(bench.words)
-    assert count > 10
+    assert count > 5
 
 
 # Limits
@@ -61,11 +61,10 @@ def test_a_limit_stays_in_the_past_as_it_was(bench: Bench) -> None:
     bench.fire.put(NOW_S - 30, 75)
     bench.plot.draw(NOW_S)
     firm = bench.lane.limits[0]
-    assert [(part.value, part.is_current) for part in firm.segments] == [(60, False), (75, True)]
     x, y = firm.getData()
     assert x.tolist() == pytest.approx([-60, -30, -30, 0], abs=0.2)
     assert y.tolist() == [60, 60, 75, 75]
-    assert {"60", "75° fires"} <= set(bench.words)
+    assert "75° fires" in bench.words
     bench.fire.put(NOW_S - 1, None)
     bench.plot.draw(NOW_S + 60)
     assert firm.getData()[0].tolist() == []
@@ -77,8 +76,8 @@ def test_a_stale_limit_stays_greyed_and_says_that_it_is_stale(bench: Bench) -> N
     bench.fire.put(NOW_S, None)
     bench.stale.put(NOW_S, 60)
     bench.plot.draw(NOW_S + 30)
-    assert {"60° fires", "stale"} <= set(bench.words)
-    label = next(shown for shown in bench.written if shown.what == "60° fires")
+    assert "60° fires?" in bench.words
+    label = next(shown for shown in bench.written if shown.what == "60° fires?")
     assert label.ink == LIGHT.muted
     firm, stale = bench.lane.limits
     assert firm.getData()[0].tolist() == pytest.approx([-60, -30], abs=0.2)

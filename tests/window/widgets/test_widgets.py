@@ -120,12 +120,11 @@ def test_the_gauge_says_tilt_age_and_threshold(qtbot: QtBot) -> None:
     gauge = TiltGauge()
     qtbot.addWidget(gauge)
     assert gauge.accessibleName() == "Tilt: unknown"
-    gauge.show_tilt(12)
-    gauge.set_threshold(60, reset_deg=50)
+    gauge.show_tilt(12, fires_deg=60, rearms_deg=50)
     assert gauge.accessibleName() == "Tilt: 12°, 60° fires"
-    gauge.show_tilt(12, stale_age="12 s ago")
+    gauge.show_tilt(12, stale_age="12 s ago", fires_deg=60)
     assert gauge.accessibleName() == "Tilt: 12°, 12 s ago, 60° fires"
-    gauge.show_tilt(None)
+    gauge.show_tilt(None, fires_deg=60)
     assert gauge.freshness is Freshness.UNKNOWN
     assert gauge.accessibleName() == "Tilt: unknown, 60° fires"
 

@@ -1,32 +1,39 @@
-"""Live page: a column of values beside the plots.
+"""Live page: a column of values beside the plots, which are saved as a picture or a table.
 
 While the page is visible each batch draws, or a timer where no batch comes: the plots only when they moved by a pixel,
 the numbers some ten times a second and whenever the module's state changes. Batches are taken at all times, visible
 or not. It is always live: recordings are shown on Logs.
 """
 
+from collections.abc import Callable, Iterable, Iterator
 from datetime import datetime
+from functools import partial
 from pathlib import Path
 from typing import Final, cast
 
-from PySide6.QtCore import QStandardPaths
-from PySide6.QtGui import QWindow
+from PySide6.QtCore import QBuffer, QByteArray, QIODevice, QRectF, QStandardPaths, Qt
+from PySide6.QtGui import QColor, QImage, QPainter, QPixmap, QShowEvent, QWindow
 from PySide6.QtWidgets import QFrame, QPushButton, QStackedLayout, QToolButton, QWidget
 
 from app import version
 from app.diagnosis.link_state import Phase, link_text
 from app.engine.worker import Batch, PortState
+from app.recordings.excerpt import csv_parts, part_count
+from app.recordings.recording import write_parts
 from app.system.clock import wall_offset_s
 from app.text.i18n import tr
-from ui.core.bridge import joined
-from ui.files.file_dialogs import default_name
-from ui.pages.live.data import LiveData, SaveNote, live_lanes
+from app.text.messages import not_written, saved_text
+from ui.core.background_task import Running
+from ui.files.file_dialogs import AskPath, ask_path, default_name
+from ui.pages.live.data import LiveData
 from ui.pages.live.panel import LivePanel
+from ui.plots.lanes import measured_lanes
 from ui.plots.time_plot import TimePlot
 from ui.services.context import Services
+from ui.services.job_notice import JobNotice
 from ui.services.page import Page
 from ui.style.icons import Icon
-from ui.style.theme import Space
+from ui.style.theme import Size, Space, current, font
 from ui.widgets.controls import (
     EmptyState,
     Shortcut,
@@ -38,55 +45,17 @@ from ui.widgets.controls import (
     stacked,
     text_label,
 )
+from ui.widgets.notice_bar import NoticeBar
 from ui.widgets.visibility_timer import VisibilityTimer
 
 _BUSY: Final = (Phase.OPENING, Phase.FINDING, Phase.ASKING, Phase.ONLINE, Phase.LATE)
-
-
-class EmptyPage(EmptyState):
-    """Shown until there are values: state of the link, and the first steps; what helps in trouble is in the notice."""
-
-    def __init__(self, services: Services, page: Page) -> None:
-        super().__init__("live_empty", Icon.LIVE)
-        self._ports = services.ports
-        self._way = text_label("live_empty_way", "muted")
-        self._way.setText(
-            tr(
-                "1. Connect: choose the adapter's port.\n2. Settings: compare with the vendor's advice.\n"
-                "3. Pre-flight: before each flight, until it says GO."
-            )
-        )
-        self.choose = control(
-            QPushButton(tr("Choose a port…")),
-            "live_choose_port",
-            key="Ctrl+K",
-            picture=Icon.PLUG,
-            role="primary",
-            slot=page.ports_wanted,
-        )
-        retain_size(self.choose)
-        self.column.insertLayout(4, in_row(1, (self._way, 6), 1, margins=Space.S))
-        self.column.insertLayout(5, in_row(1, self.choose, 1))
-
-    def refresh(self) -> None:
-        state = self._ports.current.state
-        state_text = link_text(state, self._ports.clock())
-        is_idle = state.phase is Phase.CLOSED
-        self.title.setText(tr("Not connected") if is_idle else state_text.word)
-        self.text.setText(state_text.next_step)
-        self.text.setVisible(is_idle)
-        self.choose.setVisible(state.phase not in _BUSY)
-        self._way.setVisible(is_idle)
-
-
+# While no batches come: ages and the time line go on.
 DRAW_EVERY_MS: Final = 150
-"""While no batches come: ages and the time line go on."""
+# Numbers that changed faster could not be read.
 REFRESH_EVERY_S: Final = 0.06
-"""Numbers: faster changes could not be read."""
-_MAX_WAITING: Final = 15
 # A larger difference means that the time of day was set; smaller ones are a time server at work.
 CLOCK_SET_S: Final = 2.0
-"""Batches, half a second: often enough while hidden."""
+_FOOT_PX: Final = 28
 
 
 class LivePage(Page):
@@ -94,13 +63,17 @@ class LivePage(Page):
 
     def __init__(self, services: Services) -> None:
         super().__init__("live")
-        self._services, self._ports = services, services.ports
-        self._in_use = services.in_use
+        self._ports, self._in_use = services.ports, services.in_use
         self.data = LiveData()
         self.panel = LivePanel()
-        drawn = live_lanes(self.data, self._in_use)
-        self.plot = TimePlot(drawn, wall_offset_s=wall_offset_s())
-        self.note = SaveNote()
+        lanes = measured_lanes(self.data, self._in_use, self.data.acting, self.data.unproven)
+        self.plot = TimePlot(lanes, wall_offset_s=wall_offset_s())
+        self.ask_path: AskPath = ask_path
+        self.job = JobNotice(self)
+        self._folder: Path | None = None
+        # In the header, where room is kept for it: the plots never move.
+        self.strip = named(NoticeBar(is_foot=True), "live_notice")
+        retain_size(self.strip)
         self.csv = control(
             QToolButton(),
             "live_save_csv",
@@ -117,30 +90,52 @@ class LivePage(Page):
             picture=Icon.CAMERA,
             slot=self._save_picture,
         )
-        self.stop = control(
-            QPushButton(tr("Cancel")), "live_save_cancel", picture=Icon.CROSS, slot=self.note.job.cancel_files
-        )
-        self.stop.hide()
-        self.note.job.changed.connect(self._refresh_saving)
-        self.empty = EmptyPage(services, self)
-        self._content = self._lay_out()
-        self._stack = stacked(QStackedLayout(self), self.empty, self._content)
         self.saving, self.exporting = self.csv, self.png
+        self._lay_out()
         Shortcut(self.plot.pause, "Ctrl+P", self.plot.time_range.toggle_pause, holder=self._content)
         self._refreshed_at = 0.0
-        self._waiting: list[Batch] = []
-        self._last: Batch | None = None
+        # With another one the numbers are refreshed at once.
+        self._state: object = None
+        # The curves are of this port. A conversation that ends there breaks them with a mark.
         self._port = ""
-        """The curves are of this port. A conversation that ends there breaks them with a mark."""
         self._timer = VisibilityTimer(
-            self,
-            self._show_now,
-            every_ms=DRAW_EVERY_MS,
-            tick=self._tick_alone,
-            hidden=self._ports.set_drawing_interval,
+            self, every_ms=DRAW_EVERY_MS, tick=self._tick_alone, hidden=self._ports.set_drawing_interval
         )
+        self.job.changed.connect(self._refresh_saving)
         self._ports.changed.connect(self._refresh_empty)
         self._ports.chosen.connect(self._begin_again)
+
+    def _lay_out(self) -> None:
+        # Until there are values: state of the link, and the first steps; what helps in trouble is in the notice.
+        self.empty = EmptyState("live_empty", Icon.LIVE)
+        self._way = text_label("live_empty_way", "muted")
+        self._way.setText(
+            tr(
+                "1. Connect: choose the adapter's port.\n2. Settings: compare with the vendor's advice.\n"
+                "3. Pre-flight: before each flight, until it says GO."
+            )
+        )
+        self.choose = control(
+            QPushButton(tr("Choose a port…")),
+            "live_choose_port",
+            key="Ctrl+K",
+            picture=Icon.PLUG,
+            role="primary",
+            slot=self.ports_wanted,
+        )
+        retain_size(self.choose)
+        self.empty.column.insertLayout(4, in_row(1, (self._way, 6), 1, margins=Space.S))
+        self.empty.column.insertLayout(5, in_row(1, self.choose, 1))
+        head = self.make_header(tr("Live"), self.csv, self.png)
+        head.row.setStretchFactor(head.title, 0)
+        head.row.insertWidget(1, self.strip, 1)
+        head.row.setContentsMargins(Space.M, Space.XS, Space.M, Space.XS)
+        card = named(QFrame(), "live_plots", "card")
+        in_column((self.plot, 1), of=card, margins=Space.S)
+        body = in_row(self.panel, (card, 1), spacing=Space.S, margins=(Space.M, 0, Space.M, Space.S))
+        self._content = named(QWidget(), "live_content")
+        in_column(head, (body, 1), of=self._content, spacing=0, margins=0)
+        self._stack = stacked(QStackedLayout(self), self.empty, self._content)
 
     @property
     def is_empty(self) -> bool:
@@ -148,58 +143,50 @@ class LivePage(Page):
         return self._stack.currentWidget() is self.empty
 
     def on_batch(self, batch: Batch) -> None:
-        """Queues a batch; similar ones are processed together."""
         offset_s = wall_offset_s()
         if abs(offset_s - self.plot.canvas.wall_offset_s) > CLOCK_SET_S:
-            self.plot.be_at(offset_s)
-        if self._last is not None and not _is_same_state(self._last, batch):
-            self._process_waiting()
-            self._refreshed_at = 0.0  # refresh the numbers at once
-        self._last = batch
-        if batch.connection.state is PortState.OPEN and batch.connection.port != self._port:
+            self.plot.canvas.wall_offset_s = offset_s
+            self.plot.canvas.forget()
+        connection, view = batch.connection, batch.conversation
+        state = connection, view.number, view.is_going, view.reported
+        if state != self._state:
+            self._state = state
+            self._refreshed_at = 0.0
+        if connection.state is PortState.OPEN and connection.port != self._port:
             self._begin_again()
-            self._port = batch.connection.port
-        self._waiting.append(batch)
-        if len(self._waiting) >= _MAX_WAITING:
-            self._process_waiting()
+            self._port = connection.port
+        self.plot.add_marks(self.data.on_batch(batch))
         if self.isVisible():
             self._timer.restart()
             self._tick()
 
+    def refresh(self) -> None:
+        now_s = self._refreshed_at = self._ports.clock()
+        if self.data.has_samples and self.is_empty:
+            self._stack.setCurrentWidget(self._content)
+        self._refresh_empty()
+        if not self.is_empty:
+            self.panel.show_device(
+                self.module.view,
+                now_s,
+                in_use=self._in_use,
+                reports_per_s=self.data.reports_per_s(now_s),
+                direction=self.module.light_direction,
+            )
+
     def draw(self) -> None:
-        self._process_waiting()
         if not self.is_empty:
             self.plot.draw(self._ports.clock())
             self._ports.set_drawing_interval(self.plot.time_range.pixel_s)
 
-    def refresh(self) -> None:
-        self._process_waiting()
-        now_s, data = self._ports.clock(), self.data
-        self._refreshed_at = now_s
-        if data.has_samples and self.is_empty:
-            self._stack.setCurrentWidget(self._content)
-        if self.is_empty:
-            self._refresh_empty()
-            return
-        self.panel.show_device(
-            self.module.view,
-            now_s,
-            in_use=self._in_use,
-            limits=data.at(),
-            unproven=data.unproven.at(),
-            reports_per_s=data.reports_per_s(now_s),
-            direction=self.module.light_direction,
-        )
-
-    def _show_now(self) -> None:
-        self.refresh()
+    def showEvent(self, event: QShowEvent) -> None:
+        super().showEvent(event)
         self.draw()
 
     def _tick_alone(self) -> None:
         """Called while no batches come."""
         self._refreshed_at = 0.0
         self._tick()
-        self._refreshed_at = 0.0  # a batch right after it waits for nothing
 
     def _tick(self) -> None:
         window = cast("QWindow | None", self.window().windowHandle())
@@ -214,15 +201,8 @@ class LivePage(Page):
         elif is_turn:
             self.plot.show_age(now_s)
 
-    def _process_waiting(self) -> None:
-        if self._waiting:
-            batch = joined(self._waiting)
-            self._waiting.clear()
-            self.plot.add_marks(self.data.on_batch(batch))
-
     def _begin_again(self) -> None:
         """Discards all data: another module is connected or shown."""
-        self._process_waiting()
         self.data.reset()
         self.plot.reset()
         self._stack.setCurrentWidget(self.empty)
@@ -230,24 +210,32 @@ class LivePage(Page):
 
     def _refresh_empty(self) -> None:
         if self.is_empty:
-            self.empty.refresh()
+            state = self._ports.current.state
+            state_text = link_text(state, self._ports.clock())
+            is_idle = state.phase is Phase.CLOSED
+            self.empty.title.setText(tr("Not connected") if is_idle else state_text.word)
+            self.empty.text.setText(state_text.next_step)
+            self.empty.text.setVisible(is_idle)
+            self.choose.setVisible(state.phase not in _BUSY)
+            self._way.setVisible(is_idle)
 
     # Saving
 
     def _refresh_saving(self) -> None:
-        is_writing = self.note.job.is_writing
-        self.stop.setVisible(is_writing)
-        self.csv.setDisabled(is_writing)
-        self.png.setDisabled(is_writing)
+        self.strip.show_notice(self.job.result_notice())
+        for button in (self.csv, self.png):
+            button.setDisabled(self.job.is_writing)
 
     def _save_values(self) -> None:
         """All samples in sight."""
-        self._process_waiting()
         excerpt = self.data.excerpt(*self.plot.time_range.span)
-        self.note.save_values(self._place(".csv"), excerpt, wall_offset_s())
+        parts = csv_parts(excerpt, wall_offset_s=wall_offset_s())
+        saved = partial(saved_text, rows=excerpt.row_count, is_whole=excerpt.is_whole)
+        self._save(tr("Save values…"), ".csv", parts, part_count(excerpt), saved)
 
     def _save_picture(self) -> None:
-        self.note.save_picture(self._place(".png"), self.plot.canvas.grab(), self.footer_text())
+        picture = picture_with_footer(self.plot.canvas.grab(), self.footer_text())
+        self._save(tr("Save picture…"), ".png", png_parts(picture), 1, lambda path: tr("Saved to {path}.", path=path))
 
     def footer_text(self) -> str:
         """Time, module, port and program version, below a picture."""
@@ -257,33 +245,48 @@ class LivePage(Page):
         parts = (shown_at.isoformat(" ", "seconds"), self.module.name, port, f"DPS-S Configurator {version()}")
         return "  ·  ".join(part for part in parts if part)
 
-    def _place(self, suffix: str) -> Path:
+    def _save(self, title: str, suffix: str, parts: Iterable[bytes], count: int, saved: Callable[[Path], str]) -> None:
+        """Asks for a path, and writes about so many `parts` in the background."""
+
+        def save(path: Path) -> None:
+            self._folder = path.parent
+
+            def write(running: Running) -> None:
+                write_parts(path, parts, count, running.set_progress_or_end)
+
+            def end(_none: None) -> None:
+                self.job.notify_saved(path, saved(path))
+
+            self.job.begin(tr("Saving…"), write, end, partial(not_written, path))
+
         documents = QStandardPaths.writableLocation(QStandardPaths.StandardLocation.DocumentsLocation)
         name = self.module.name or self._ports.current.connection.port
-        return Path(documents or Path.home()) / default_name(name, suffix, datetime.now().astimezone())
-
-    # Construction
-
-    def _lay_out(self) -> QWidget:
-        card = named(QFrame(), "live_plots", "card")
-        in_column((self.plot, 1), of=card, margins=Space.S)
-        self._seen = named(QWidget(), "live_seen")
-        in_row(self.panel, (card, 1), of=self._seen, spacing=Space.S, margins=(Space.M, 0, Space.M, Space.S))
-        head = self.header = self.make_header(tr("Live"))
-        head.row.setStretchFactor(head.title, 0)
-        head.row.insertWidget(1, self.note, 1)
-        for action in (self.stop, self.csv, self.png):
-            head.add(action)
-        head.row.setContentsMargins(Space.M, Space.XS, Space.M, Space.XS)
-        content = named(QWidget(), "live_content")
-        in_column(head, (self._seen, 1), of=content, spacing=0, margins=0)
-        return content
+        folder = self._folder or Path(documents or Path.home())
+        suggested = folder / default_name(name, suffix, datetime.now().astimezone())
+        self.ask_path(self, title, suggested, f"*{suffix}", save)
 
 
-def _is_same_state(batch: Batch, other: Batch) -> bool:
-    return (
-        batch.connection == other.connection
-        and batch.conversation.number == other.conversation.number
-        and batch.conversation.is_going is other.conversation.is_going
-        and batch.conversation.reported == other.conversation.reported
-    )
+def picture_with_footer(pixmap: QPixmap, foot: str) -> QImage:
+    ratio = pixmap.devicePixelRatio()
+    width, height = pixmap.width() / ratio, pixmap.height() / ratio
+    whole = QPixmap(pixmap.width(), pixmap.height() + round(_FOOT_PX * ratio))
+    whole.setDevicePixelRatio(ratio)
+    whole.fill(QColor(current().window))
+    painter = QPainter(whole)
+    painter.drawPixmap(0, 0, pixmap)
+    painter.setFont(font(Size.SMALL))
+    painter.setPen(QColor(current().text))
+    room = QRectF(Space.M, height, width - 2 * Space.M, _FOOT_PX)
+    painter.drawText(room, Qt.AlignmentFlag.AlignLeft | Qt.AlignmentFlag.AlignVCenter, foot)
+    painter.end()
+    return whole.toImage()
+
+
+def png_parts(image: QImage) -> Iterator[bytes]:
+    """The PNG file of `image`, encoded where it is written. Raises OSError."""
+    data = QByteArray()
+    buffer = QBuffer(data)
+    buffer.open(QIODevice.OpenModeFlag.WriteOnly)
+    if not image.save(buffer, "PNG"):  # type: ignore[call-overload]
+        raise OSError("the picture could not be encoded as PNG")
+    yield bytes(data.data())

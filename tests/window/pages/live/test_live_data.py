@@ -15,8 +15,8 @@ from app.samples.samples import Series
 from protocol.events import Began, Ended, EndReason
 from tests.support.records.recordings_made import OPEN, batch, report, talk
 from tests.support.window.steps import given
-from ui.pages.live.data import LiveData, live_lanes
-from ui.plots.lanes import Mark
+from ui.pages.live.data import LiveData
+from ui.plots.lanes import Mark, measured_lanes
 
 NOON = datetime(2026, 3, 1, 12, 0, 0).astimezone().timestamp()
 
@@ -62,7 +62,7 @@ def test_another_module_starts_over() -> None:
     data.reset()
     assert not data.has_samples
     assert (len(data.tilt), len(data.cell), list(data.markers)) == (0, 0, [])
-    assert data.fires.between(0.0, 9.0) == []
+    assert data.acting.fires.between(0.0, 9.0) == []
     # What was of the old one is no change of the new one, nor is its time a bound.
     assert take(data, batch(0.5, report(0.5, active=False), view=over(view))) == []
     assert data.excerpt(0.0, 9.0).tilt.time_s.tolist() == [0.5]
@@ -91,9 +91,12 @@ def test_a_limit_acts_only_where_its_trigger_is_known_to_be_on(
     """ "60° fires" was drawn with unknown flags."""
     data = LiveData()
     take(data, batch(1.0, view=talk(0.0, **VALUES, **flags)))
-    drawn = live_lanes(data, LimitsInUse())
+    drawn = measured_lanes(data, LimitsInUse(), data.acting, data.unproven)
     assert tuple(lane.limits[0].steps.value for lane in drawn[:2]) == acting
-    assert tuple(given(lane.limits[0].stale).value for lane in drawn[:2]) == unproven
+    assert (
+        tuple(given(next(limit for limit in lane.limits if limit.is_stale)).steps.value for lane in drawn[:2])
+        == unproven
+    )
 
 
 # Marks
@@ -135,7 +138,7 @@ def test_the_end_of_a_conversation_is_a_mark_behind_which_nothing_of_it_holds(re
     )
     # The next one may be another module: that it is locked is no news.
     assert marks == [(2.0, word), (4.0, "answers again")]
-    assert (data.at().fires_deg, data.acting.fires.value) == (None, None)
+    assert (data.acting.at().fires_deg, data.acting.fires.value) == (None, None)
     rows = rows_of(b"".join(csv_parts(data.excerpt(0.9, 5.0), wall_offset_s=NOON)))
     assert [row["tilt_deg"] or row["event"] for row in rows] == [
         "3",

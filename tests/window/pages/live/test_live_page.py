@@ -45,10 +45,10 @@ def test_the_button_of_the_empty_page(qtbot: QtBot, qapp: QApplication, tmp_path
         panel = assembly.window.panel
         page = await_child(qtbot, assembly.window, LivePage)
         qtbot.waitUntil(panel.isVisible)
-        qtbot.waitUntil(lambda: not page.empty.choose.isVisible())  # the ports are at hand already
+        qtbot.waitUntil(lambda: not page.choose.isVisible())  # the ports are at hand already
         panel.hide()
-        qtbot.waitUntil(page.empty.choose.isVisible)
-        qtbot.mouseClick(page.empty.choose, Qt.MouseButton.LeftButton)
+        qtbot.waitUntil(page.choose.isVisible)
+        qtbot.mouseClick(page.choose, Qt.MouseButton.LeftButton)
         assert panel.isVisible()
 
 
@@ -203,7 +203,7 @@ def test_a_hidden_page_records_but_does_not_draw(qtbot: QtBot, qapp: QApplicatio
         qtbot.waitUntil(lambda: not page.isVisible())  # the other page may have to be made first
         span, count = page.plot.time_range.span, len(page.data.tilt)
         asked: list[Path] = []
-        page.note.ask_path = lambda _parent, _title, path, _filter, _then: asked.append(path)
+        page.ask_path = lambda _parent, _title, path, _filter, _then: asked.append(path)
         qtbot.keyClick(assembly.window, Qt.Key.Key_S, Qt.KeyboardModifier.ControlModifier)
         assert asked == []  # the key belongs to the page in sight
         one.until(lambda: len(page.data.tilt) > count + 5)
