@@ -6,25 +6,34 @@ foot      profiles; Discard all, Write
 instead   `ComparePanel` or `CalibrationPanel`
 """
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from functools import partial
 from pathlib import Path
 from typing import Final
 
 from PySide6.QtCore import Qt
-from PySide6.QtWidgets import QLabel, QLineEdit, QPushButton, QStackedLayout, QToolButton, QWidget
+from PySide6.QtWidgets import (
+    QCheckBox,
+    QFrame,
+    QGridLayout,
+    QLabel,
+    QLineEdit,
+    QPushButton,
+    QStackedLayout,
+    QToolButton,
+    QWidget,
+)
 
-from app.procedures.act import Armed
-from app.procedures.light import Proposal
-from app.settings.form import RowState
+from app.procedures.light import CalibrationFault, Proposal
+from app.settings.form import FORM_COMMANDS, Match, RowState
 from app.settings.profiles import Profile, save_profile
-from app.settings.values import DEFAULTS, fingerprint
+from app.settings.values import DEFAULTS, fingerprint, value_text
 from app.text.i18n import tr
 from app.text.messages import join_sentences, labelled
-from protocol.catalogue import BY_NAME, SERIAL_OUTPUT, SETTINGS
+from protocol.catalogue import BAUD_RATE, BY_NAME, SERIAL_OUTPUT, SETTINGS
 from protocol.fields import Value
+from protocol.translatable import marked
 from ui.files.file_dialogs import AskOpen, AskPath, ask_path, ask_profile
-from ui.pages.settings.panels import BaudRow, CalibrationPanel, ComparePanel
 from ui.pages.settings.rows import SettingsTable
 from ui.services.context import Services
 from ui.services.job_notice import JobNotice
@@ -33,15 +42,16 @@ from ui.session.settings_draft import SettingsDraft, Side
 from ui.session.shown_module import ShownModule
 from ui.style.icons import Icon
 from ui.style.theme import Meaning, Space, is_text_large
-from ui.widgets.controls import control, in_column, in_row, named, scroll_area, set_role, stacked
+from ui.widgets.controls import control, in_column, in_row, named, scroll_area, set_role, stacked, text_label
 from ui.widgets.notice_bar import NoticeBar
 from ui.widgets.visibility_timer import VisibilityTimer
 
 SUFFIX: Final = ".toml"
 # For the ages.
 REFRESH_EVERY_MS: Final = 250
-MAX_NOTE: Final = 200
+_MAX_NOTE: Final = 200
 _LIGHT: Final = BY_NAME["light_threshold"].key
+_COMPARED: Final = (marked("Parameter"), marked("Profile"), marked("Module"), marked("State"))
 
 
 class SettingsPage(Page):
@@ -53,19 +63,79 @@ class SettingsPage(Page):
         self.ask_open: AskOpen = ask_profile
         self.ask_save: AskPath = ask_path
         self.files = JobNotice(self, is_of_module=False)
-        self.table = SettingsTable(lambda: self.work)
-        self.rows = self.table.rows
-        self.baud = BaudRow(self.table, services)
-        self.compare = ComparePanel()
-        self.calibration = CalibrationPanel()
+        self.files.changed.connect(self._refresh_if_seen)
+        self.table = SettingsTable(lambda: self.work, services)
+        self.rows, self.baud = self.table.rows, self.table.baud
+        self.compare = ComparePanel(lambda: self.work)
+        self.compare.apply.clicked.connect(lambda: self.work.write_ticked(services.armed))
+        self.calibration = CalibrationPanel(lambda: self.work)
+        self.calibration.take.clicked.connect(self._use_threshold)
         self.strip = named(NoticeBar(), "settings_notice")
-        self.code = named(QLabel(), "settings_code", "small")
-        self._make_buttons()
         self._stack = QStackedLayout(self)
         self._form = self._lay_out()
         stacked(self._stack, self._form, self.compare, self.calibration)
-        self._wire()
+        exchange = services.exchange
+        exchange.can_use = lambda: self.work.can_edit
+        exchange.used.connect(self._use_drafts)
+        exchange.measured.connect(self._measure)
         VisibilityTimer(self, every_ms=REFRESH_EVERY_MS, tick=self.refresh)
+
+    def _lay_out(self) -> QWidget:
+        self.code = named(QLabel(), "settings_code", "small")
+        self.read = control(QPushButton(tr("Read all")), "settings_read", keys="F5", picture=Icon.AGAIN)
+        self.read.clicked.connect(lambda _is_checked: self.work.read_all())
+        header = self.make_header(tr("Settings"), self.code, self.read)
+        self.defaults = header.add_rare("settings_defaults", tr("Load defaults"), lambda: self.work.fill(DEFAULTS))
+        self.as_found = header.add_rare(
+            "settings_as_found", tr("Restore initial"), lambda: self.work.fill(self.module.as_found or {})
+        )
+        self.measure = control(
+            QToolButton(),
+            "light_threshold_measure",
+            text=tr("Measure"),
+            says=tr("Measure the light threshold"),
+            role="narrow",
+            slot=self._measure,
+        )
+        # In the place of the default, which the light threshold does not have.
+        self.rows[_LIGHT].buttons.insertWidget(1, self.measure)
+        self.open = control(QPushButton(tr("Open…")), "profile_open", keys="Ctrl+O", slot=self._choose_and_open)
+        self.save = control(QPushButton(tr("Save as…")), "profile_save", slot=self._choose_and_save)
+        for button in (self.open, self.save):
+            button.setAccessibleName(labelled(tr("Profile"), button.text()))
+        self.note = control(QLineEdit(), "settings_note", says=tr("Who writes, and why"))
+        self.note.setPlaceholderText(tr("Who writes, and why"))
+        self.note.setMaxLength(_MAX_NOTE)
+        self.revert = control(QPushButton(tr("Discard all")), "settings_revert")
+        self.revert.clicked.connect(lambda _is_checked: self.work.revert())
+        self.write = control(
+            QPushButton(tr("Write")),
+            "settings_write",
+            tip=tr("Write and verify"),
+            picture=Icon.DROP,
+            keys="Ctrl+Return; Ctrl+Enter",
+            role="primary",
+            slot=self._write,
+        )
+        profile = (named(QLabel(tr("Profile")), "profile_title_label", "small"), self.open, self.save)
+        content = named(QWidget(), "settings_content")
+        below = in_column(self.table, of=content, spacing=Space.S, margins=(Space.M, 0))
+        # With large text the foot is one line all the same, and leaves room for the rows.
+        at_left = () if is_text_large() else profile
+        foot = in_row(*at_left, (self.note, 1), self.revert, self.write, spacing=Space.S, margins=(Space.M, Space.XS))
+        if is_text_large():
+            below.addLayout(in_row(*profile, 1, spacing=Space.S))
+        below.addStretch()
+        self.scroll_area = scroll_area(content, "settings_scroll", tr("Settings"), is_vertical=True)
+        # A notice below the table takes height, and must not make the rows narrower.
+        self.scroll_area.setVerticalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAlwaysOn)
+        bar = named(self.scroll_area.verticalScrollBar(), "settings_scroll_bar", "idle")
+        bar.rangeChanged.connect(lambda low, high: set_role(bar, "" if high > low else "idle"))
+        self.scroll_area.setMinimumHeight(1)  # the foot and what is asked stay in sight
+        form = named(QWidget(), "settings_form")
+        head = in_column(header, margins=(Space.M, 0))
+        in_column(head, (self.scroll_area, 1), self.strip, foot, of=form, spacing=0, margins=0)
+        return form
 
     @property
     def work(self) -> SettingsDraft:
@@ -84,54 +154,37 @@ class SettingsPage(Page):
         for row in rows:
             self.rows[row.command.key].show_row(row, now, is_editable=work.can_edit)
         self.baud.refresh()
-        count = len(work.changes)
-        writing = sum(1 for row in rows if row.state is RowState.WRITING)
-        self.write.setText(_write_text(count or writing))
-        self.write.setEnabled(work.job.looks_free and count > 0 and not work.form.mistyped)
+        changes = len(work.changes)
+        count = changes or sum(row.state is RowState.WRITING for row in rows)
+        text = tr("Write 1 change") if count == 1 else tr("Write {count} changes", count=count)
+        self.write.setText(text if count else tr("No changes"))
+        self.write.setEnabled(work.job.looks_free and changes > 0 and not work.form.mistyped)
         self.read.setEnabled(work.job.looks_free)
         self.revert.setEnabled(work.can_edit and work.form.has_drafts)
         self.measure.setEnabled(work.can_edit)
         self.defaults.setEnabled(work.can_edit)
-        self.as_found.setEnabled(work.can_edit and work.as_found is not None)
-        self._show_code()
+        self.as_found.setEnabled(work.can_edit and self.module.as_found is not None)
+        # To be read out over the radio; a dash while any covered setting is unknown.
+        self.code.setText(labelled(tr("Settings code"), fingerprint(self.module.view.settings(now)) or "—"))
+        self.code.setToolTip(tr("Same settings, same code"))
         notice = work.notice()
         if notice is not None and not self.files.is_busy and self.files.result_notice() is not None:
             self.files.dismiss()  # it is older, and would stand again when the other one is over
         self.strip.show_notice(notice or self.files.result_notice())
+        shown: QWidget = self._form
         if work.bands is not None:
-            self.calibration.show_calibration(work)
-            self._stack.setCurrentWidget(self.calibration)
+            self.calibration.refresh()
+            shown = self.calibration
         elif work.comparison is not None:
-            self.compare.show_comparison(work, work.comparison)
-            self._stack.setCurrentWidget(self.compare)
-        else:
-            self._stack.setCurrentWidget(self._form)
-
-    def _show_code(self) -> None:
-        """To be read out over the radio; a dash while any covered setting is unknown."""
-        found = fingerprint(self.module.view.settings(self.module.now_s))
-        self.code.setText(labelled(tr("Settings code"), found or "—"))
-        self.code.setToolTip(tr("Same settings, same code"))
+            self.compare.refresh()
+            shown = self.compare
+        self._stack.setCurrentWidget(shown)
 
     # What a person does
 
-    def _read(self) -> None:
-        self.work.read_all()
-
-    def _write(self, armed: Armed) -> None:
-        self.work.write(armed, self.note.text())
+    def _write(self) -> None:
+        self.work.write(self._services.armed, self.note.text())
         self.note.clear()
-
-    def _discard_all(self) -> None:
-        self.work.revert()
-
-    def _close_panel(self) -> None:
-        self.work.close_panels()
-
-    def _tick(self, key: str, is_ticked: bool) -> None:
-        if self.work.comparison is not None:
-            self.work.comparison.ticks[key] = is_ticked
-            self.refresh()
 
     def _measure(self) -> None:
         """Also from another page."""
@@ -140,21 +193,18 @@ class SettingsPage(Page):
             self.refresh()
             self.calibration.buttons[Side.CLOSED].setFocus()
 
-    def _measure_side(self, side: Side) -> None:
-        self.work.measure(side)
-
     def _use_threshold(self) -> None:
         proposal = self.work.proposal
         if isinstance(proposal, Proposal):
-            self.work.close_panels()
-            self.work.choose(_LIGHT, proposal.threshold_v)
+            self._use_drafts({_LIGHT: proposal.threshold_v})
 
     def _use_drafts(self, values: Mapping[str, Value]) -> None:
-        """From another page."""
+        """Also from another page."""
         self.work.close_panels()
         self.work.fill(values)
 
-    # Profiles
+    def _choose_and_open(self) -> None:
+        self.ask_open(self, self._preferences.profile_folder, self.open_file)
 
     def open_file(self, path: Path) -> None:
         """Compare this profile with the module."""
@@ -173,95 +223,19 @@ class SettingsPage(Page):
         if not settings:
             self.files.notify(Meaning.ATTENTION, tr("No settings known: read them first."))
             return
-        suggested = self._preferences.profile_folder / f"profile{SUFFIX}"
-        self.ask_save(self, tr("Save as profile…"), suggested, f"*{SUFFIX}", partial(self._save, settings))
-
-    def _save(self, settings: Mapping[str, Value], path: Path) -> None:
         missing = [tr(one.title) for one in SETTINGS if one.key not in settings and one is not SERIAL_OUTPUT]
 
-        def saved(_none: None) -> str:
+        def save(path: Path) -> None:
+            profile = Profile(name=path.stem or tr("Profile"), settings=settings)
+            self.files.write_file(path, partial(save_profile, path, profile), partial(saved, path))
+
+        def saved(path: Path, _none: None) -> str:
             self._preferences.add_profile(path)
             left_out = tr("Unknown: {what}.", what=", ".join(missing)) if missing else ""
             return join_sentences((tr("Saved to {path}.", path=path), left_out))
 
-        profile = Profile(name=path.stem or tr("Profile"), settings=settings)
-        self.files.write_file(path, partial(save_profile, path, profile), saved)
-
-    # Construction
-
-    def _make_buttons(self) -> None:
-        self.write = control(
-            QPushButton(tr("Write")),
-            "settings_write",
-            tip=tr("Write and verify"),
-            picture=Icon.DROP,
-            keys="Ctrl+Return; Ctrl+Enter",
-            role="primary",
-        )
-        self.note = control(QLineEdit(), "settings_note", says=tr("Who writes, and why"))
-        self.note.setPlaceholderText(tr("Who writes, and why"))
-        self.note.setMaxLength(MAX_NOTE)
-        self.read = control(QPushButton(tr("Read all")), "settings_read", keys="F5", picture=Icon.AGAIN)
-        self.revert = control(QPushButton(tr("Discard all")), "settings_revert")
-        self.measure = control(
-            QToolButton(),
-            "light_threshold_measure",
-            text=tr("Measure"),
-            says=tr("Measure the light threshold"),
-            role="narrow",
-        )
-        self.rows[_LIGHT].add_button(self.measure)
-        self.open = control(QPushButton(tr("Open…")), "profile_open", keys="Ctrl+O")
-        self.save = control(QPushButton(tr("Save as…")), "profile_save")
-        for button in (self.open, self.save):
-            button.setAccessibleName(labelled(tr("Profile"), button.text()))
-
-    def _lay_out(self) -> QWidget:
-        header = self.make_header(tr("Settings"), self.code, self.read)
-        self.defaults = header.add_rare("settings_defaults", tr("Load defaults"), lambda: self.work.fill(DEFAULTS))
-        self.as_found = header.add_rare(
-            "settings_as_found", tr("Restore initial"), lambda: self.work.fill(self.work.as_found or {})
-        )
-        title = named(QLabel(tr("Profile")), "profile_title_label", "small")
-        profile = (title, self.open, self.save)
-        content = named(QWidget(), "settings_content")
-        below = in_column(self.table, spacing=Space.S, margins=(Space.M, 0))
-        content.setLayout(below)
-        # With large text the foot is one line all the same, and leaves room for the rows.
-        at_left = () if is_text_large() else profile
-        foot = in_row(*at_left, (self.note, 1), self.revert, self.write, spacing=Space.S, margins=(Space.M, Space.XS))
-        if is_text_large():
-            below.addLayout(in_row(*profile, 1, spacing=Space.S))
-        below.addStretch()
-        self.scroll_area = scroll_area(content, "settings_scroll", tr("Settings"), is_vertical=True)
-        # A notice below the table takes height, and must not make the rows narrower.
-        self.scroll_area.setVerticalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAlwaysOn)
-        bar = named(self.scroll_area.verticalScrollBar(), "settings_scroll_bar", "idle")
-        bar.rangeChanged.connect(lambda low, high: set_role(bar, "" if high > low else "idle"))
-        self.scroll_area.setMinimumHeight(1)  # the foot and what is asked stay in sight
-        head = in_column(header, margins=(Space.M, 0))
-        form = named(QWidget(), "settings_form")
-        in_column(head, (self.scroll_area, 1), self.strip, foot, of=form, spacing=0, margins=0)
-        return form
-
-    def _wire(self) -> None:
-        armed, exchange = self._services.armed, self._services.exchange
-        self.write.clicked.connect(lambda: self._write(armed))
-        self.read.clicked.connect(self._read)
-        self.revert.clicked.connect(self._discard_all)
-        self.measure.clicked.connect(self._measure)
-        self.open.clicked.connect(lambda: self.ask_open(self, self._preferences.profile_folder, self.open_file))
-        self.save.clicked.connect(self._choose_and_save)
-        self.files.changed.connect(self._refresh_if_seen)
-        self.compare.ticked.connect(self._tick)
-        self.compare.apply.clicked.connect(lambda: self.work.write_ticked(armed))
-        self.calibration.wanted.connect(self._measure_side)
-        self.calibration.take.clicked.connect(self._use_threshold)
-        for back in (self.compare.back, self.calibration.back):
-            back.clicked.connect(self._close_panel)
-        exchange.can_use = lambda: self.work.can_edit
-        exchange.used.connect(self._use_drafts)
-        exchange.measured.connect(self._measure)
+        suggested = self._preferences.profile_folder / f"profile{SUFFIX}"
+        self.ask_save(self, tr("Save as profile…"), suggested, f"*{SUFFIX}", save)
 
     # Esc, and leaving the page
 
@@ -279,7 +253,127 @@ class SettingsPage(Page):
             self.work.job.end(is_page_left=True)
 
 
-def _write_text(count: int) -> str:
-    if not count:
-        return tr("No changes")
-    return tr("Write 1 change") if count == 1 else tr("Write {count} changes", count=count)
+class _Panel(QWidget):
+    """Shown in place of the table; only its parts scroll."""
+
+    def __init__(self, name: str, says: str, find_work: Callable[[], SettingsDraft]) -> None:
+        super().__init__()
+        self.setObjectName(name)
+        self.setAccessibleName(says)
+        self.find_work = find_work
+        self.title = text_label(f"{name}_title", "title")
+        self.title.setText(says)
+        self.card = named(QFrame(), f"{name}_table", "card")
+        self.grid = QGridLayout(self.card)
+        self.grid.setHorizontalSpacing(Space.M)
+        self.back = control(QPushButton(tr("Back")), f"{name}_back", key="Esc")
+        self.back.clicked.connect(lambda: find_work().close_panels())
+
+    def lay_out(self, main: QPushButton, *parts: QWidget) -> None:
+        content = QWidget()
+        in_column(self.title, *parts, 1, of=content, spacing=Space.S, margins=(Space.M, Space.S))
+        scroll = scroll_area(content, f"{self.objectName()}_scroll", self.accessibleName(), is_vertical=True)
+        foot = in_row(1, self.back, main, spacing=Space.S, margins=(Space.M, Space.S))
+        in_column((scroll, 1), foot, of=self, spacing=0, margins=0)
+
+
+class ComparePanel(_Panel):
+    """A profile beside the module; what is ticked can be written."""
+
+    def __init__(self, find_work: Callable[[], SettingsDraft]) -> None:
+        super().__init__("profile", tr("Profile"), find_work)
+        self.about = text_label("profile_about", "small")
+        note = text_label("profile_note", "small")
+        note.setText(tr("The baud rate is never applied with a profile."))
+        self.apply = control(QPushButton(), "profile_apply", picture=Icon.CHECK, role="primary")
+        for column, english in enumerate(_COMPARED):
+            self.grid.addWidget(named(QLabel(tr(english)), f"profile_head_{column}", "caption"), 0, column)
+            self.grid.setColumnStretch(column, 1)
+        # Tick, and the labels of the profile's value, the module's, and how they compare.
+        self._cells: dict[str, tuple[QCheckBox, QLabel, QLabel, QLabel]] = {}
+        for place, command in enumerate((*FORM_COMMANDS, BAUD_RATE), 1):
+            title, name = tr(command.title), command.name
+            # A check box does not wrap its text.
+            tick = named(QCheckBox(title.replace(" ", "\n") if is_text_large() else title), f"profile_tick_{name}")
+            tick.setAccessibleName(title)
+            tick.clicked.connect(lambda is_ticked, key=command.key: find_work().tick(key, is_ticked))
+            wanted, held = named(QLabel(), f"profile_wanted_{name}"), named(QLabel(), f"profile_stands_{name}")
+            cells = self._cells[command.key] = tick, wanted, held, text_label(f"profile_match_{name}")
+            for column, cell in enumerate(cells):
+                self.grid.addWidget(cell, place, column)
+        self.lay_out(self.apply, self.about, self.card, note)
+
+    def refresh(self) -> None:
+        work = self.find_work()
+        profile, count = work.comparison, 0
+        if profile is None:
+            return
+        self.title.setText(profile.name)
+        self.about.setText(" · ".join(filter(None, (profile.airframe, profile.notes, str(work.compared_path)))))
+        for row, is_ticked in work.compared():
+            command, known = row.command, row.module_value
+            tick, *labels = self._cells[command.key]
+            tick.setEnabled(row.target is not None and command is not BAUD_RATE)
+            tick.setChecked(is_ticked)
+            count += is_ticked
+            wanted = "—" if row.target is None else value_text(command, row.target)
+            held = tr("unknown") if known is None else value_text(command, known.value)
+            is_calm = row.match in (Match.SAME, Match.NOT_IN_PROFILE)
+            texts = (wanted, held, tr(row.match.value))
+            muted = (row.target is None, known is None or known.is_stale, is_calm)
+            for label, text, is_muted in zip(labels, texts, muted, strict=True):
+                label.setText(text)
+                label.setAccessibleName(labelled(tr(command.title), text))
+                set_role(label, "muted" if is_muted else "strong")
+        self.apply.setText(tr("Apply {count} ticked", count=count))
+        self.apply.setEnabled(work.job.can_run and count > 0)
+
+
+class CalibrationPanel(_Panel):
+    """Both positions of the bay, and below them the threshold in the middle."""
+
+    def __init__(self, find_work: Callable[[], SettingsDraft]) -> None:
+        super().__init__("calibration", tr("Measure the light threshold"), find_work)
+        intro = text_label("calibration_intro", "muted")
+        intro.setText(tr("Measure in the light of the flight day, with no hand over the sensor."))
+        self.texts: dict[Side, QLabel] = {}
+        self.buttons: dict[Side, QPushButton] = {}
+        self.grid.setColumnStretch(1, 1)
+        sides = ((Side.CLOSED, tr("Bay closed"), Icon.BAY_CLOSED), (Side.OPEN, tr("Bay open"), Icon.BAY_OPEN))
+        for place, (side, text, picture) in enumerate(sides):
+            name, heading = f"calibration_{side.value}", f"{place + 1}. {text}"
+            self.texts[side] = text_label(f"{name}_text")
+            self.texts[side].setAccessibleDescription(heading)
+            button = self.buttons[side] = control(QPushButton(tr("Measure")), f"{name}_measure", picture=picture)
+            button.setAccessibleName(labelled(heading, tr("Measure")))
+            button.clicked.connect(lambda _is_checked, side=side: find_work().measure(side))
+            for column, cell in enumerate(
+                (named(QLabel(heading), f"{name}_title", "strong"), self.texts[side], button)
+            ):
+                self.grid.addWidget(cell, place, column)
+        self.result = text_label("calibration_result", "strong")
+        self.detail = text_label("calibration_detail", "small")
+        self.take = control(QPushButton(tr("Use this threshold")), "calibration_take", role="primary")
+        self.lay_out(self.take, intro, self.card, self.result, self.detail)
+
+    def refresh(self) -> None:
+        work = self.find_work()
+        for side in Side:
+            band, progress = (work.bands or {}).get(side), work.measure_job.progress
+            text = tr("not measured yet")
+            if work.measuring is side:
+                text = tr("measuring… {done}", done=0 if progress is None else progress.done)
+            elif band is not None and band.raws:
+                low, high = band.low_v, band.high_v
+                text = tr("{median:.1f} V ({low:.1f} to {high:.1f} V)", median=band.median_v, low=low, high=high)
+            self.texts[side].setText(text)
+            self.buttons[side].setEnabled(work.measure_job.can_run)
+        proposal = work.proposal
+        self.take.setEnabled(isinstance(proposal, Proposal))
+        self.result.setText(tr(proposal.value) if isinstance(proposal, CalibrationFault) else "")
+        self.detail.setText("")
+        if isinstance(proposal, Proposal):
+            advice = tr("Vendor advises: {advice}.", advice=f"{proposal.vendors_v:.1f} V")
+            steadiness = "" if proposal.is_steady else tr("The readings scatter: measure again in steady light.")
+            self.result.setText(proposal.sentence)
+            self.detail.setText(join_sentences((tr(proposal.direction.value), advice, steadiness)))
