@@ -47,24 +47,24 @@ class TriggerRow(NamedTuple):
 class TriggerReading(QObject):
     """Of one module. It is read by itself once while somebody looks, and again after it fired."""
 
+    # The rows, the progress or the notice are otherwise.
     changed = Signal()
-    """The rows, the progress or the notice are otherwise."""
 
     def __init__(self, module: ShownModule, storage: Storage) -> None:
         super().__init__(module)
         self._module, self._storage = module, storage
+        # Oldest first.
         self.rows: tuple[TriggerRow, ...] = ()
-        """Oldest first."""
         self.reading: TriggersReading | None = None
         self.job = module.job("triggers")
         self.job.changed.connect(self.changed)
         self._is_stored = False
+        # It was read by itself since it last fired.
         self._has_asked = False
-        """It was read by itself since it last fired."""
         self._had_fired = False
         self._filing: BackgroundTask[Visit | PossiblyOther] = BackgroundTask("dps-s triggers", self)
+        # Judgements and notes that are not stored yet, by record.
         self._judging: dict[int, tuple[Judgement | None, str]] = {}
-        """Judgements that are not stored yet, by record."""
         module.named.connect(self._on_named)
         self.show_kept()
 
@@ -93,8 +93,7 @@ class TriggerReading(QObject):
         if has_fired and not self._had_fired:
             self._has_asked = False
         self._had_fired = has_fired
-        is_free = self._module.is_read and not self._module.is_busy
-        if is_free and self.can_read and not self._has_asked:
+        if self._module.is_read and not self._module.is_busy and not self._has_asked:
             self.read()
 
     def judge(self, record_id: int, judgement: Judgement | None, note: str) -> None:
@@ -104,15 +103,22 @@ class TriggerReading(QObject):
             return
         judged = self._judging[record_id] = judgement, note
 
+        def work(facts: Facts) -> None:
+            KeptTriggers(facts).judge(name, record_id, judgement, note)
+
         def end(trouble: StoreTrouble | None = None) -> None:
             if self._judging.get(record_id) is not judged:
                 return  # it was judged again meanwhile
             del self._judging[record_id]
             if trouble is not None:
-                self.job.set_notice(self._offer_to_judge_again(trouble, record_id, judged))
+                choices = (Choice("judge_again", tr("Try again"), again),)
+                self.job.set_notice(Notice(Meaning.DANGER, not_kept(trouble, name), choices, self.job.dismiss))
             self.show_kept()
 
-        work = partial(_judge, module=name, place=record_id, judgement=judgement, note=note)
+        def again() -> None:
+            self.job.dismiss()
+            self.judge(record_id, judgement, note)
+
         keeper: BackgroundTask[None] = BackgroundTask("dps-s judgement", self, for_once=True)
         keeper.run_in(store, work, lambda _none: end(), end)
         self.show_kept()
@@ -131,37 +137,50 @@ class TriggerReading(QObject):
             self._module.note_records_read()
         self._keep_reading()
 
+    def _on_named(self) -> None:
+        """What was read is of the module that a person named now."""
+        self.job.dismiss()
+        self._keep_reading()
+
     def _keep_reading(self, *, is_same_module: bool = False) -> None:
         """Keep the reading under the module's name, if it has one."""
         reading, store, name, target = self.reading, self._storage.ready, self._module.name, self._module.target
         self._filing.cancel()
         self._is_stored = False
-        if reading is None:
-            self.show_kept()
-            return
-        if reading.history.is_answered and store is not None and target is not None and name:
-            self.job.dismiss()
-            work = partial(
-                file_triggers,
-                reading=reading,
-                name=name,
-                port=target.device,
-                adapter=target.identity,
-                is_same_module=is_same_module,
-            )
-            self._filing.run_in(store, work, self._end_filing, self._fail_filing)
-        if not reading.history.is_answered:
+        if reading is not None and not reading.history.is_answered:
             self.job.set_notice_of_now(self._silent_notice)
-        elif not reading.history.is_confirmed:
-            self.job.notify(Meaning.ATTENTION, tr("The readings differ: records may be missing. Read again."))
+        elif reading is not None:
+            if store is not None and target is not None and name:
+                self.job.dismiss()
+                work = partial(
+                    file_triggers,
+                    reading=reading,
+                    name=name,
+                    port=target.device,
+                    adapter=target.identity,
+                    is_same_module=is_same_module,
+                )
+                self._filing.run_in(store, work, self._end_filing, self._fail_filing)
+            if not reading.history.is_confirmed:
+                self.job.notify(Meaning.ATTENTION, tr("The readings differ: records may be missing. Read again."))
         self.show_kept()
 
     def _end_filing(self, filed: Visit | PossiblyOther) -> None:
         if isinstance(filed, PossiblyOther):
-            self.job.set_notice(self._ask_which_module(filed))
+            name = self._module.name
+            text = join_sentences((tr("Not kept."), tr("{name}: {value}", name=name, value=filed.why.translated())))
+            choices = (
+                Choice("another_module", tr("Another module"), partial(self._module.say_name, ""), is_step=True),
+                Choice("same_module", tr("It is {module}", module=name), self._keep_anyway, is_step=True),
+            )
+            self.job.set_notice(Notice(Meaning.ATTENTION, text, choices))
         else:
             self._is_stored = True
         self.show_kept()
+
+    def _keep_anyway(self) -> None:
+        self.job.dismiss()
+        self._keep_reading(is_same_module=True)
 
     def _fail_filing(self, trouble: StoreTrouble) -> None:
         self.job.notify(Meaning.DANGER, not_kept(trouble, self._module.name))
@@ -169,60 +188,50 @@ class TriggerReading(QObject):
 
     def _silent_notice(self) -> Notice:
         """The module does not answer the query; Pre-flight asks whether it is new."""
-        text = tr("No answer: the records are unknown.")
         store, name = self._storage.ready, self._module.name
-        notice = Notice(Meaning.ATTENTION, text, dismiss=self.job.dismiss)
-        if store is None or not name:
-            return notice
-        try:
-            last_answer = store.read(lambda facts: KeptTriggers(facts).last_answer(name))
-        except StoreTrouble as trouble:
-            return Notice(Meaning.DANGER, not_kept(trouble, name))
-        if last_answer is None:
-            return notice
-        had = tr("It had {count} on {date}.", count=last_answer.count, date=local_time(last_answer.at, DAY))
-        return notice._replace(text=join_sentences((text, had)))
-
-    def _ask_which_module(self, other: PossiblyOther) -> Notice:
-        name = self._module.name
-        text = join_sentences((tr("Not kept."), tr("{name}: {value}", name=name, value=other.why.translated())))
-        choices = (
-            Choice("another_module", tr("Another module"), partial(self._module.say_name, ""), is_step=True),
-            Choice("same_module", tr("It is {module}", module=name), self._keep_anyway, is_step=True),
-        )
-        return Notice(Meaning.ATTENTION, text, choices)
-
-    def _keep_anyway(self) -> None:
-        self.job.dismiss()
-        self._keep_reading(is_same_module=True)
-
-    def _offer_to_judge_again(
-        self, trouble: StoreTrouble, record_id: int, judged: tuple[Judgement | None, str]
-    ) -> Notice:
-        def again() -> None:
-            self.job.dismiss()
-            self.judge(record_id, *judged)
-
-        choices = (Choice("judge_again", tr("Try again"), again),)
-        return Notice(Meaning.DANGER, not_kept(trouble, self._module.name), choices, dismiss=self.job.dismiss)
-
-    def _on_named(self) -> None:
-        """What was read is of the module that a person named now."""
-        self.job.dismiss()
-        self._keep_reading()
+        text = tr("No answer: the records are unknown.")
+        if store is not None and name:
+            try:
+                last_answer = store.read(lambda facts: KeptTriggers(facts).last_answer(name))
+            except StoreTrouble as trouble:
+                return Notice(Meaning.DANGER, not_kept(trouble, name))
+            if last_answer is not None:
+                date = local_time(last_answer.at, DAY)
+                had = tr("It had {count} on {date}.", count=last_answer.count, date=date)
+                text = join_sentences((text, had))
+        return Notice(Meaning.ATTENTION, text, dismiss=self.job.dismiss)
 
     # The rows
 
     def show_kept(self) -> None:
-        self.rows = self._rows()
-        self.changed.emit()
-
-    def _rows(self) -> tuple[TriggerRow, ...]:
         """The stored records of this name, else the reading."""
         kept = self._kept() if self._is_stored or self.reading is None else ()
+        history = None if self.reading is None else self.reading.history
+        rows: list[TriggerRow] = []
         if kept:
-            return self._kept_rows(kept)
-        return () if self.reading is None else self._read_rows(self.reading)
+            slots = Counter(record.raw for record in history.all) if history is not None else Counter()
+            for stored in reversed(kept):  # of two equal records the later one is on the module
+                judgement, note = self._judging.get(stored.id, (stored.judgement, stored.note))
+                is_on_module = slots[stored.raw] > 0
+                if is_on_module:
+                    slots[stored.raw] -= 1
+                seen = stored._replace(judgement=judgement, note=note)
+                rows.append(TriggerRow(seen, record_of(seen.raw), is_on_module, is_stored=True))
+            rows.reverse()
+            # Behind them what came in one reading only; what is known from an earlier visit is certain.
+            seen_once = () if history is None else history.seen_once
+            for raw in (Counter(record.raw for record in seen_once) & slots).elements():
+                rows.append(_unstored_row(len(rows), raw, is_seen_once=True))
+        elif self.reading is not None:
+            for records, is_seen_once in (
+                (self.reading.history.records, False),
+                (self.reading.history.seen_once, True),
+            ):
+                for raw in in_order([record.raw for record in records], self.reading.boot_count):
+                    row = _unstored_row(len(rows), raw, is_seen_once=is_seen_once)
+                    rows.append(row._replace(is_being_stored=self._filing.is_running))
+        self.rows = tuple(rows)
+        self.changed.emit()
 
     def _kept(self) -> tuple[SeenRecord, ...]:
         store, name = self._storage.ready, self._module.name
@@ -234,39 +243,7 @@ class TriggerReading(QObject):
             self.job.notify(Meaning.DANGER, not_kept(trouble, name))
             return ()
 
-    def _read_rows(self, reading: TriggersReading) -> tuple[TriggerRow, ...]:
-        """What is on the module, where nothing of it is stored."""
-        rows: list[TriggerRow] = []
-        for records, is_seen_once in ((reading.history.records, False), (reading.history.seen_once, True)):
-            for raw in in_order([record.raw for record in records], reading.boot_count):
-                row = _unstored_row(len(rows), raw, is_seen_once=is_seen_once)
-                rows.append(row._replace(is_being_stored=self._filing.is_running))
-        return tuple(rows)
-
-    def _kept_rows(self, kept: tuple[SeenRecord, ...]) -> tuple[TriggerRow, ...]:
-        """What is stored, and behind it what came in one reading only."""
-        history = None if self.reading is None else self.reading.history
-        slots = Counter(record.raw for record in history.all) if history is not None else Counter()
-        rows = []
-        for stored in reversed(kept):  # of two equal records the later one is on the module
-            judgement, note = self._judging.get(stored.id, (stored.judgement, stored.note))
-            is_on_module = slots[stored.raw] > 0
-            if is_on_module:
-                slots[stored.raw] -= 1
-            seen = stored._replace(judgement=judgement, note=note)
-            rows.append(TriggerRow(seen, record_of(seen.raw), is_on_module, is_stored=True))
-        rows.reverse()
-        seen_once = () if history is None else history.seen_once
-        unknown = Counter(record.raw for record in seen_once) & slots  # known from an earlier visit: certain
-        for raw in unknown.elements():
-            rows.append(_unstored_row(len(rows), raw, is_seen_once=True))
-        return tuple(rows)
-
 
 def _unstored_row(place: int, raw: bytes, *, is_seen_once: bool) -> TriggerRow:
     seen = SeenRecord(-1 - place, place, raw, utc_now().isoformat(timespec="seconds"), None, "")
     return TriggerRow(seen, record_of(raw), is_on_module=True, is_stored=False, is_seen_once=is_seen_once)
-
-
-def _judge(facts: Facts, module: str, place: int, judgement: Judgement | None, note: str) -> None:
-    KeptTriggers(facts).judge(module, place, judgement, note)

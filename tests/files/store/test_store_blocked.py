@@ -19,7 +19,7 @@ from tests.support.window.fakes_ui import simulated, window
 from tests.support.window.fakes_ui import store_of as window_store
 from tests.support.window.preflight_window import OnBench, on_bench
 from tests.window.pages.triggers.test_triggers_page import fire, name_kept, said, texts
-from ui.pages.triggers.model import Column
+from ui.pages.triggers.page import Column
 
 WAITS_S = 20.0
 """Of SQLite: so long a write waits for the program that holds the store."""

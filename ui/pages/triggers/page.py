@@ -6,33 +6,141 @@
 `TriggerReading` reads the records of the module shown, merges them with the stored ones and stores judgements.
 """
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
+from enum import IntEnum
 from functools import partial
 from pathlib import Path
 from typing import Final
 
-from PySide6.QtWidgets import QLabel, QPushButton
+from PySide6.QtWidgets import QFrame, QGridLayout, QLabel, QLineEdit, QPushButton, QToolButton
 
-from app.store.fact_store import StoreTrouble
+from app.limits.limits import record_outside
+from app.store.opening import StoreTrouble
+from app.system.clock import local_time
 from app.text.i18n import tr
-from app.text.messages import join_sentences, saved_text
-from app.trigger_records.history import Judgement, write_archive
+from app.text.messages import capitalised, join_sentences, labelled, saved_text, with_units
+from app.trigger_records.history import (
+    JUDGEMENT_WORDS,
+    MAX_NOTE_LENGTH,
+    Judgement,
+    sentence,
+    source_message,
+    uptime_message,
+    write_archive,
+)
+from protocol.translatable import marked
 from ui.files.file_dialogs import AskPath, ask_path
-from ui.forms.tables import RowsTable, SearchedRows, select_row
-from ui.pages.triggers.detail import TriggersDetail
-from ui.pages.triggers.model import COLUMNS, Column, count_text, csv_name, empty_text, empty_title, record_text
+from ui.forms.tables import RowsTable, SearchedRows, TableColumn, select_row
 from ui.services.context import Services
 from ui.services.page import Page, WaysBack
 from ui.session.name_question import ModuleField
-from ui.session.trigger_reading import TriggerReading
-from ui.style.icons import Icon
-from ui.style.theme import Meaning, RowHeight, Space
-from ui.widgets.controls import ElidedLabel, control, in_column, in_row, named
+from ui.session.trigger_reading import TriggerReading, TriggerRow
+from ui.style.icons import Icon, icon
+from ui.style.theme import Meaning, RowHeight, Size, Space, fixed_font, is_text_large
+from ui.widgets.controls import ElidedLabel, control, in_column, in_row, named, text_label
 from ui.widgets.notice_bar import Choice, Notice, NoticeBar
 from ui.widgets.visibility_timer import VisibilityTimer
 
+# Retry interval until the module is online and idle.
 _READ_EVERY_MS: Final = 500
-"""Retry interval until the module is online and idle."""
+
+
+class Column(IntEnum):
+    WHEN = 0
+    WHY = 1
+    SETTINGS = 2
+    LINK = 3
+    CHARGE = 4
+    LIGHT = 5
+    CELL = 6
+    JUDGED = 7
+
+
+def record_text(row: TriggerRow) -> str:
+    """The record as a sentence, with its note."""
+    text = sentence(row.record).translated()
+    if row.is_seen_once:
+        text = labelled(capitalised(tr("seen once")), text)
+    return f"{text} — {row.seen.note}" if row.seen.note else text
+
+
+def _when(row: TriggerRow) -> str:
+    uptime = uptime_message(row.record).translated()
+    return tr("{uptime} · boot {boot}", boot=row.record.boot_count, uptime=uptime)
+
+
+def _why(row: TriggerRow) -> str:
+    return " + ".join(source_message(name).translated() for name in row.record.sources) or tr("no cause stated")
+
+
+def _settings(row: TriggerRow) -> str:
+    record = row.record
+    return f"{record.attitude_threshold_deg}° {record.freefall_acceleration_g:.1f} g {record.freefall_time_s:.2f} s"
+
+
+def _judged(row: TriggerRow) -> str:
+    if row.is_seen_once:
+        return tr("seen once")
+    return "—" if row.seen.judgement is None else tr(JUDGEMENT_WORDS[row.seen.judgement])
+
+
+def _cell_meaning(row: TriggerRow) -> Meaning | None:
+    is_suspect = row.record.implausible or record_outside(row.record) is not None
+    return Meaning.ATTENTION if is_suspect else None
+
+
+COLUMNS: Final = (
+    TableColumn[TriggerRow](
+        marked("After power-on"),
+        _when,
+        lambda row: float(row.seen.place),
+        picture=lambda row: icon(Icon.UNKNOWN, Meaning.ATTENTION) if row.is_seen_once else None,
+    ),
+    TableColumn[TriggerRow](
+        marked("Why"),
+        _why,
+        widest=lambda: max(f"{tr('attitude')} + {tr('free fall')}", f"{tr('serial')} + PWM", key=len),
+        stretches=True,
+    ),
+    TableColumn[TriggerRow](
+        marked("Settings"),
+        _settings,
+        lambda row: float(row.record.attitude_threshold_deg),
+        widest=lambda: "180° 2.5 g 2.55 s",
+        is_spare=True,
+    ),
+    TableColumn[TriggerRow](
+        marked("Link"),
+        lambda row: tr("connected") if row.record.serial_connected else tr("no"),
+        widest=lambda: tr("connected"),
+        is_spare=True,
+    ),
+    TableColumn[TriggerRow](
+        marked("Charger"),
+        lambda row: tr("charging") if row.record.charging else tr("no"),
+        widest=lambda: tr("charging"),
+        is_spare=True,
+    ),
+    TableColumn[TriggerRow](
+        marked("Light"),
+        lambda row: f"{row.record.light_v:.1f} V",
+        lambda row: row.record.light_v,
+        widest=lambda: "25.5 V",
+        is_spare=True,
+    ),
+    TableColumn[TriggerRow](
+        marked("Cell"),
+        lambda row: f"{row.record.cell_voltage_v:.2f} V",  # the sentence says what is wrong with it
+        lambda row: row.record.cell_voltage_v,
+        picture=lambda row: icon(Icon.WARNING, Meaning.ATTENTION) if _cell_meaning(row) else None,
+        ink=_cell_meaning,
+        widest=lambda: "0.00 V",
+        is_spare=True,
+    ),
+    TableColumn[TriggerRow](
+        marked("Reviewed"), _judged, widest=lambda: max(tr("seen once"), *map(tr, JUDGEMENT_WORDS.values()), key=len)
+    ),
+)
 
 
 class TriggersPage(Page):
@@ -51,17 +159,27 @@ class TriggersPage(Page):
             row_px=RowHeight.TALL,
             sorted_by=Column.WHEN,
         )
-        self.detail = TriggersDetail()
+        self.detail = TriggersDetail(lambda: self.work)
         self.strip = named(NoticeBar(), "triggers_notice")
         self.name_field = ModuleField("triggers_module", services.ports)
         self.name_field.setMinimumContentsLength(14)
         self.count = named(QLabel(), "triggers_count", "strong")
         self.known_by = named(ElidedLabel(), "triggers_known_by", "small")
-        self._make_buttons()
         self.list = SearchedRows("triggers", self.table, Icon.HISTORY)
-        self._lay_out()
-        VisibilityTimer(self, self._read_unasked, every_ms=_READ_EVERY_MS, tick=self._read_unasked)
-        self._wire()
+        self.read = control(QPushButton(tr("Read")), "triggers_read", keys="F5", picture=Icon.HISTORY, role="primary")
+        self.read.clicked.connect(lambda _is_checked: self.work.read())
+        self.export = control(
+            QPushButton(tr("Export…")), "triggers_export", keys="Ctrl+S", picture=Icon.SAVE, slot=self._export
+        )
+        self.saving = self.exporting = self.export
+        head = self.make_header(tr("Triggers"), self.list.search, self.read)
+        says = in_row(self.count, (self.known_by, 1), self.name_field, spacing=Space.M)
+        foot = in_row(1, self.export, spacing=Space.S)
+        parts = (head, says, (self.list, 1), self.detail, self.strip, foot)
+        in_column(*parts, of=self, spacing=Space.S, margins=(Space.M, 0, Space.M, Space.S))
+        self.table.selectionModel().selectionChanged.connect(self._show_detail)
+        services.exchange.review_wanted.connect(self._choose_unreviewed)
+        VisibilityTimer(self, self._read_unasked, every_ms=_READ_EVERY_MS)
 
     @property
     def work(self) -> TriggerReading:
@@ -69,7 +187,7 @@ class TriggersPage(Page):
         return self.module.triggers
 
     def refresh(self) -> None:
-        work = self.work
+        work, empty = self.work, self.list.empty
         self.list.show_rows(work.rows)
         for shown in (self.list, self.detail):
             shown.setEnabled(self.module.is_going or self.module.end is None)
@@ -80,24 +198,18 @@ class TriggersPage(Page):
             self.table.choose(lambda row: row.is_on_module and row.seen.judgement is None)
         if has_rows and not self.table.selectionModel().hasSelection():
             select_row(self.table, 0)
-        self.list.empty.title.setText(empty_title(work))
+        title, why = _why_empty(work, is_open=self._ports.current.is_open)
         notice = work.notice() or self._idle_notice()
-        why = empty_text(work, is_open=self._ports.current.is_open)
-        is_told = notice is not None and notice.text.startswith(why)
-        self.list.empty.text.setText("" if is_told else why)
-        self.count.setText(count_text(work))
+        empty.title.setText(title)
+        empty.text.setText("" if notice is not None and notice.text.startswith(why) else why)
+        # Without a number while the list is empty: its place says why.
+        self.count.setText(labelled(tr("Trigger records"), len(work.rows)) if has_rows else tr("Trigger records"))
         self.known_by.setText(self.module.known_by.translated() if has_rows else "")
         self.read.setEnabled(work.can_read)
         for widget in (self.export, self.list.search):
             widget.setEnabled(has_rows)
         self.strip.show_notice(notice)
         self._show_detail()
-
-    def _read(self) -> None:
-        self.work.read()
-
-    def _judge(self, record_id: int, judgement: Judgement | None, note: str) -> None:
-        self.work.judge(record_id, judgement, note)
 
     def _read_unasked(self) -> None:
         self.work.read_unasked()
@@ -130,51 +242,14 @@ class TriggersPage(Page):
         name, rows = self.module.name, self.table.filter.shown()
         once = frozenset(row.seen.id for row in rows if row.is_seen_once)
         write = partial(write_archive, module=name, records=[row.seen for row in rows], seen_once=once)
-        save = partial(self._save_to, write, len(rows))
-        self.ask_path(self, tr("Export…"), self._folder / csv_name(name), "*.csv", save)
 
-    def _save_to(self, write: Callable[[Path], object], count: int, path: Path) -> None:
-        self._folder = path.parent
-        self.work.job.write_file(path, partial(write, path), lambda _none: saved_text(path, count))
+        def save(path: Path) -> None:
+            self._folder = path.parent
+            self.work.job.write_file(path, partial(write, path), lambda _none: saved_text(path, len(rows)))
 
-    # Making
-
-    def _make_buttons(self) -> None:
-        self.read = control(
-            QPushButton(tr("Read")),
-            "triggers_read",
-            keys="F5",
-            picture=Icon.HISTORY,
-            role="primary",
-            slot=self._read,
-        )
-        self.export = control(
-            QPushButton(tr("Export…")), "triggers_export", keys="Ctrl+S", picture=Icon.SAVE, slot=self._export
-        )
-
-    def _wire(self) -> None:
-        self.table.selectionModel().selectionChanged.connect(self._show_detail)
-        self.detail.judged.connect(self._judge)
-        self._services.exchange.review_wanted.connect(self._choose_unreviewed)
-        self.saving = self.exporting = self.export
-
-    def _lay_out(self) -> None:
-        head = self.make_header(tr("Triggers"), self.list.search, self.read)
-        foot = in_row(1, self.export, spacing=Space.S)
-        says = in_row(self.count, (self.known_by, 1), self.name_field, spacing=Space.M)
-        in_column(
-            head,
-            says,
-            (self.list, 1),
-            self.detail,
-            self.strip,
-            foot,
-            of=self,
-            spacing=Space.S,
-            margins=(Space.M, 0, Space.M, Space.S),
-        )
-
-    # Qt
+        safe = "".join(character if character.isalnum() or character in "-_" else "_" for character in name[:40])
+        suggested = self._folder / f"dps-s triggers {safe or 'module'}.csv"
+        self.ask_path(self, tr("Export…"), suggested, "*.csv", save)
 
     def ways_back(self) -> WaysBack:
         work = self.work
@@ -182,3 +257,98 @@ class TriggersPage(Page):
             (work.is_busy, work.job.cancel),
             (work.notice(), work.job.dismiss),
         )
+
+
+def _why_empty(work: TriggerReading, *, is_open: bool) -> tuple[str, str]:
+    """What stands in place of an empty list."""
+    if work.is_busy:
+        return tr("Reading the trigger records"), ""
+    if work.reading is None:
+        text = tr("Read as soon as the module answers.") if is_open else tr("Connect or choose a module.")
+        return capitalised(tr("not read yet")), text
+    if work.reading.history.is_confirmed:
+        return labelled(tr("Trigger records"), 0), tr("It has never fired, or its memory was cleared.")
+    if work.reading.history.is_answered:
+        return capitalised(tr("unknown")), tr("The readings differ: records may be missing. Read again.")
+    return capitalised(tr("unknown")), tr("No answer: the records are unknown.")
+
+
+class TriggersDetail(QFrame):
+    """The selected trigger records as a sentence, their bytes, and what a person judges."""
+
+    def __init__(self, find_work: Callable[[], TriggerReading]) -> None:
+        super().__init__()
+        named(self, "triggers_detail", "card")
+        self._find_work = find_work
+        self._rows: Sequence[TriggerRow] = ()
+        self._note_of: int | None = None
+        self.cause = text_label("triggers_cause", is_selectable=True)
+        self.seen = text_label("triggers_seen", "small", is_selectable=True)
+        self.bytes = text_label("triggers_bytes", "muted", is_selectable=True)
+        self.bytes.setFont(fixed_font(Size.SMALL))
+        self.raw = control(QToolButton(), "triggers_raw", text=tr("Raw bytes"), is_checkable=True)
+        self.raw.toggled.connect(self.bytes.setVisible)
+        self.buttons: dict[Judgement | None, QToolButton] = {}
+        judging, columns = QGridLayout(), 3 if is_text_large() else len(Judgement) + 1
+        for number, judgement in enumerate((None, *Judgement)):
+            name = "none" if judgement is None else judgement.name.lower()
+            button = self.buttons[judgement] = control(
+                QToolButton(),
+                f"triggers_judge_{name}",
+                text=tr("not reviewed") if judgement is None else tr(JUDGEMENT_WORDS[judgement]),
+                role="choice",
+                is_checkable=True,
+            )
+            button.clicked.connect(partial(self._judge, judgement))
+            judging.addWidget(button, number // columns, number % columns)
+        self.note = control(QLineEdit(), "triggers_note", says=tr("Note"), tip=tr("Note"))
+        self.note.setMaxLength(MAX_NOTE_LENGTH)
+        self.note.setPlaceholderText(tr("Note"))
+        self.note.editingFinished.connect(self._commit_note)
+        in_column(self.cause, self.seen, self.bytes, in_row(judging, (self.note, 1), self.raw), of=self)
+        self.show_rows(())
+
+    def show_rows(self, rows: Sequence[TriggerRow]) -> None:
+        """The selected rows; several are judged at once."""
+        self._rows, row = rows, rows[0] if len(rows) == 1 else None
+        for widget in (self.raw, self.note, self.seen):
+            widget.setVisible(row is not None)
+        self.bytes.setVisible(row is not None and self.raw.isChecked())
+        judgements = {chosen.seen.judgement for chosen in rows if chosen.is_stored}
+        for judgement, button in self.buttons.items():
+            button.setVisible(bool(rows))
+            button.setChecked(judgements == {judgement})
+            button.setEnabled(bool(judgements))
+        if row is None:
+            self.cause.setText(tr("{count} selected", count=len(rows)) if rows else tr("Select a row."))
+            self._note_of = None
+            return
+        self.cause.setText(with_units(capitalised(sentence(row.record).translated())))
+        self.bytes.setText(row.record.raw.hex(" ").upper())
+        if row.is_seen_once:
+            seen = tr("Seen in one reading only. Read again.")
+        elif not row.is_stored:
+            seen = tr("Saving…") if row.is_being_stored else tr("Not kept.")
+        else:
+            where = tr("On the module") if row.is_on_module else tr("No longer on the module")
+            seen = f"{tr('First seen {time}', time=local_time(row.seen.first_seen_at))} · {where}"
+        if is_text_large():  # the list has no room for all its columns
+            fields = (labelled(tr(column.title), column.text(row)) for column in COLUMNS if column.is_spare)
+            seen = " · ".join((seen, *fields))
+        self.seen.setText(seen)
+        self.note.setEnabled(row.is_stored)
+        if self._note_of != row.seen.id or not self.note.hasFocus():
+            self.note.setText(row.seen.note)
+        self._note_of = row.seen.id
+
+    def _judge(self, judgement: Judgement | None) -> None:
+        is_alone = len(self._rows) == 1
+        for row in self._rows:
+            if row.is_stored:
+                note = self.note.text() if is_alone else row.seen.note
+                self._find_work().judge(row.seen.id, judgement, note)
+
+    def _commit_note(self) -> None:
+        row = self._rows[0] if len(self._rows) == 1 else None
+        if row is not None and row.is_stored and self.note.text() != row.seen.note:
+            self._find_work().judge(row.seen.id, row.seen.judgement, self.note.text())

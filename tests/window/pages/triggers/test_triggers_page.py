@@ -13,7 +13,7 @@ from app.trigger_records.history import Judgement
 from tests.support.line.odd_module import EmptySlots
 from tests.support.window.preflight_window import OnBench, confirm_name, name_module, on_bench
 from tests.support.window.steps import choosing, given, notice_text
-from ui.pages.triggers.model import Column
+from ui.pages.triggers.page import Column
 from ui.session.check import Standing
 from ui.style.theme import Meaning
 
