@@ -1,4 +1,4 @@
-"""The deploy panel: choose, arm, hold; and the guard that disarms it.
+"""Deploy panel: choose, arm, hold. `app.safety.ritual` decides; this holds the controls and the timer.
 
 Fifty times a second it checks for what disarms: an open condition, the end of the conversation, another window or
 field, an error anywhere in the window, an armed control that is not visible. Cancel has the focus at every
@@ -12,24 +12,22 @@ from itertools import pairwise
 from types import TracebackType
 from typing import Final
 
-from PySide6.QtCore import QEvent, QObject, Qt, QTimer, Signal
-from PySide6.QtGui import QFontMetrics, QHideEvent, QKeyEvent
-from PySide6.QtWidgets import QFrame, QGridLayout, QLabel, QProgressBar, QStackedLayout, QWidget
+from PySide6.QtCore import QEvent, QObject, QRectF, QSize, Qt, QTimer, Signal
+from PySide6.QtGui import QColor, QFontMetrics, QHideEvent, QKeyEvent, QMouseEvent, QPainterPath, QPaintEvent
+from PySide6.QtWidgets import QFrame, QGridLayout, QLabel, QProgressBar, QStackedLayout, QStyle, QStylePainter, QWidget
 
 from app.engine.procedure import Job
 from app.procedures.act import Performed, perform, rehearse
 from app.safety.journal import EFFECTS, REQUESTS, TITLES, Act
-from app.safety.permit import Interlock, Permit
 from app.safety.ritual import ARMED_FOR_S, HOLD_S, Input, Ritual, Stage
 from app.text.i18n import tr
 from app.text.messages import join_sentences, labelled
 from protocol.translatable import marked
-from ui.acts.act_row import ASKING, keep_interrupted, not_begun, open_conditions, outcome_notice
-from ui.acts.confirm import HoldButton
+from ui.acts.act_row import ASKING, is_blocked, open_conditions, outcome_meaning, say_outcome
 from ui.services.context import Services
 from ui.session.shown_module import RunningJob, ShownModule
 from ui.style.appearance import announce
-from ui.style.theme import Meaning, Size, Space, font, is_text_large
+from ui.style.theme import Meaning, Size, Space, current, font, is_text_large
 from ui.widgets.controls import (
     ElidedLabel,
     control,
@@ -41,15 +39,131 @@ from ui.widgets.controls import (
     stacked,
     text_label,
 )
-from ui.widgets.gestures import application, gestures
+from ui.widgets.gestures import PRESS_KEYS, application, gestures
 from ui.widgets.notice_bar import Notice, NoticeBar
 from ui.widgets.step_button import StepButton, bring_into_sight, is_in_sight, leave_focus
 
+TICK_MS: Final = 20
+_STEPS: Final = (("choose", marked("Choose")), ("arm", marked("Arm")), ("hold", marked("Hold for 2 s")))
+_ENDED: Final = {
+    Input.CANCEL: marked("cancelled"),
+    Input.RAN_OUT: marked("time is up"),
+    Input.RELEASE: marked("released too early"),
+    Input.PRESS: marked("another press"),
+    Input.HOLD_BROKEN: marked("window was busy"),
+    Input.OUT_OF_SIGHT: marked("buttons not in sight"),
+    Input.FOCUS_LOST: marked("focus lost"),
+    Input.WINDOW_LEFT: marked("window left"),
+    Input.INTERRUPTED: marked("interrupted"),
+    Input.CONDITION_OPENED: marked("a condition is not met"),
+    Input.FAILED: marked("program error"),
+}
+# Large enough for a gloved finger.
+_HOLD_SIZE: Final = QSize(180, 44)
 _Hook = Callable[[type[BaseException], BaseException, TracebackType | None], object]
 
 
+class HoldButton(StepButton):
+    """Must be held, by mouse or keyboard; never emits `clicked`, and ignores auto-repeat. `share` (0 … 1) of the hold
+    fills it."""
+
+    # A valid press has begun; it was released, or the pointer left, or something else was pressed.
+    hold_started = Signal()
+    hold_ended = Signal()
+
+    def __init__(self, *texts: str) -> None:
+        """With room for the longest of these texts, so that the size never changes."""
+        super().__init__()
+        self._share = 0.0
+        self._held_by_key = False
+        self._texts = texts
+        self.setProperty("role", "danger")
+        self.setFocusPolicy(Qt.FocusPolicy.StrongFocus)
+
+    def show_share(self, share: float) -> None:
+        if share != self._share:
+            self._share = share
+            self.update()
+
+    def _hold(self, *, by_key: bool) -> None:
+        self._is_pressed, self._held_by_key = True, by_key
+        self.setDown(True)
+        self.hold_started.emit()
+
+    def cancel_press(self) -> None:
+        was_held = self._is_pressed
+        super().cancel_press()
+        if was_held:
+            self.hold_ended.emit()
+
+    def sizeHint(self) -> QSize:
+        hint, metrics = super().sizeHint(), self.fontMetrics()
+        longest = max(map(metrics.horizontalAdvance, self._texts), default=0)
+        width = hint.width() - metrics.horizontalAdvance(self.text()) + longest
+        return QSize(width, 0).expandedTo(_HOLD_SIZE).expandedTo(hint)
+
+    def minimumSizeHint(self) -> QSize:
+        return self.sizeHint()
+
+    def mousePressEvent(self, event: QMouseEvent) -> None:
+        event.accept()
+        if event.button() is not Qt.MouseButton.LeftButton or self._is_pressed:
+            self.cancel_press()  # another button during a hold
+        elif self.counts(event):
+            self.setFocus(Qt.FocusReason.MouseFocusReason)
+            self._hold(by_key=False)
+
+    def mouseMoveEvent(self, event: QMouseEvent) -> None:
+        event.accept()
+        if not self.rect().contains(event.position().toPoint()):
+            self.cancel_press()
+
+    def mouseReleaseEvent(self, event: QMouseEvent) -> None:
+        event.accept()
+        self.cancel_press()
+
+    def leaveEvent(self, event: QEvent) -> None:
+        super().leaveEvent(event)
+        if not self._held_by_key:
+            self.cancel_press()
+
+    def keyPressEvent(self, event: QKeyEvent) -> None:
+        self.check_place()
+        event.setAccepted(event.key() in PRESS_KEYS)  # Esc and Tab are the widget's around it
+        if not event.isAccepted() or event.isAutoRepeat():
+            return
+        if self._is_pressed:
+            self.cancel_press()
+        elif self.takes_keys:
+            self._hold(by_key=True)
+
+    def keyReleaseEvent(self, event: QKeyEvent) -> None:
+        event.setAccepted(event.key() in PRESS_KEYS)
+        if event.isAccepted() and not event.isAutoRepeat():
+            self.cancel_press()
+
+    def paintEvent(self, _event: QPaintEvent) -> None:
+        option = self._option()
+        option.state &= ~QStyle.StateFlag.State_Sunken
+        painter = QStylePainter(self)
+        painter.drawControl(QStyle.ControlElement.CE_PushButton, option)
+        if self._share > 0:
+            tint = current().danger if self.property("role") == "danger" else current().information
+            outline = QPainterPath()
+            outline.addRoundedRect(QRectF(self.rect()).adjusted(2, 2, -2, -2), 5, 5)
+            painter.setClipPath(outline)
+            done = QRectF(0, 0, self.width() * self._share, self.height())
+            painter.fillRect(done, QColor(tint.fill))
+            painter.setClipRect(done, Qt.ClipOperation.IntersectClip)
+            painter.setPen(QColor(tint.on_fill))
+            painter.setFont(self.font())
+            painter.drawText(self.rect(), Qt.AlignmentFlag.AlignCenter, self.text())
+        painter.end()
+
+
 class RitualGuard(QObject):
-    """Watches from `begin` to `end`. `broken` carries the reason; its receivers disarm."""
+    """Watches from `begin` to `end` for focus loss, another window, and uncaught errors. `broken` carries the reason;
+    its receivers disarm."""
 
     broken = Signal(object)
 
@@ -100,23 +214,6 @@ class RitualGuard(QObject):
         return False
 
 
-TICK_MS: Final = 20
-_STEPS: Final = (("choose", marked("Choose")), ("arm", marked("Arm")), ("hold", marked("Hold for 2 s")))
-_ENDED: Final = {
-    Input.CANCEL: marked("cancelled"),
-    Input.RAN_OUT: marked("time is up"),
-    Input.RELEASE: marked("released too early"),
-    Input.PRESS: marked("another press"),
-    Input.HOLD_BROKEN: marked("window was busy"),
-    Input.OUT_OF_SIGHT: marked("buttons not in sight"),
-    Input.FOCUS_LOST: marked("focus lost"),
-    Input.WINDOW_LEFT: marked("window left"),
-    Input.INTERRUPTED: marked("interrupted"),
-    Input.CONDITION_OPENED: marked("a condition is not met"),
-    Input.FAILED: marked("program error"),
-}
-
-
 class RitualWidget(QFrame):
     """`refresh` updates the open conditions."""
 
@@ -132,9 +229,6 @@ class RitualWidget(QFrame):
         self._title = named(ElidedLabel(), "ritual_title", "strong")
         self._effect = text_label("ritual_effect", "small")
         self.conditions = text_label("ritual_conditions", "attention")
-        # Stacked, so that a notice never changes the height of the panel.
-        self._reasons, self._head = QStackedLayout(), QStackedLayout()
-        self._words = named(QWidget(), "ritual_words")
         self.step = text_label("ritual_step", "strong")
         self.step.setWordWrap(False)
         self.marks = [
@@ -157,17 +251,19 @@ class RitualWidget(QFrame):
             tip=tr("Nothing is sent."),
             slot=partial(self._choose, is_rehearsal=True),
         )
-        self.arm = named(StepButton(tr("Arm for 10 s")), "ritual_arm", "danger")
-        self._hold_texts = (tr("Hold to DEPLOY"), tr("Hold to rehearse"))
-        self.hold = control(HoldButton(*self._hold_texts), "ritual_hold", tip=tr("Mouse or space bar"))
-        self.cancel = control(
-            StepButton(tr("Cancel"), is_safe=True), "ritual_cancel", tip=tr("Nothing is sent."), key="Esc"
-        )
-        self.notice_bar = named(NoticeBar(), "ritual_said")
-        self.arm.chosen.connect(self._arm)
-        self.cancel.chosen.connect(partial(self.disarm, Input.CANCEL))
+        self.arm = control(StepButton(tr("Arm for 10 s")), "ritual_arm", role="danger", slot=self._arm)
+        hold = HoldButton(tr("Hold to DEPLOY"), tr("Hold to rehearse"))
+        self.hold = control(hold, "ritual_hold", tip=tr("Mouse or space bar"))
         self.hold.hold_started.connect(self._press)
         self.hold.hold_ended.connect(self._release)
+        self.cancel = control(
+            StepButton(tr("Cancel"), is_safe=True),
+            "ritual_cancel",
+            tip=tr("Nothing is sent."),
+            key="Esc",
+            slot=partial(self.disarm, Input.CANCEL),
+        )
+        self.notice_bar = named(NoticeBar(), "ritual_said")
         self._ports.changed.connect(self._watch)
         self._ports.shown.connect(self._on_another_module)
         self._ports.leaving.connect(partial(self.disarm, Input.INTERRUPTED))
@@ -179,6 +275,43 @@ class RitualWidget(QFrame):
         self._lay_out()
         self._show()
 
+    def _lay_out(self) -> None:
+        # Stacked, each as high as the others, so that neither a reason nor a notice changes the height of the panel.
+        self._words, self._reasons, self._head = named(QWidget(), "ritual_words"), QStackedLayout(), QStackedLayout()
+        for part in (self._effect, self.conditions, self._words, self.notice_bar):
+            retain_size(part)
+        stacked(self._reasons, self._effect, self.conditions)
+        stacked(self._head, self._words, self.notice_bar)
+        reasons = in_row((self._reasons, 1), self.step, self.countdown, spacing=Space.M)
+        if is_text_large():
+            in_column(self._title, reasons, of=self._words, spacing=0, margins=0)
+            # Room for a reason of two lines: the panel never grows while its buttons are used.
+            small_px = QFontMetrics(font(Size.SMALL)).lineSpacing()
+            self._words.setMinimumHeight(QFontMetrics(font(is_bold=True)).lineSpacing() + 2 * small_px)
+        else:
+            in_row(self._title, (reasons, 1), of=self._words, spacing=Space.M, margins=0)
+            self._words.setMinimumHeight(QFontMetrics(font()).lineSpacing() + Space.XL + Space.XS)  # that of a notice
+        # The number of each step above its buttons; Cancel in the corner that a hand reaches first.
+        steps = QGridLayout()
+        steps.setHorizontalSpacing(Space.L)
+        steps.setVerticalSpacing(Space.XS)
+        # Large text has no room for all steps side by side.
+        last_row, last_column = (2, 0) if is_text_large() else (0, 2)
+        starts = in_row(self.rehearse, self.choose, 1, spacing=Space.S)
+        buttons = (starts, in_row(self.arm, 1), in_row(self.hold, 1))
+        places = ((0, 0), (0, 1), (last_row, last_column))
+        for mark, layout, (row, column) in zip(self.marks, buttons, places, strict=True):
+            steps.addWidget(mark, row, column)
+            steps.addLayout(layout, row + 1, column)
+            # The mark of the step that is due is larger.
+            steps.setRowMinimumHeight(row, QFontMetrics(font(is_bold=True)).height() + Space.XS)
+        steps.addWidget(self.cancel, last_row + 1, last_column + 1, Qt.AlignmentFlag.AlignRight)
+        steps.setColumnStretch(last_column + 1, 1)
+        in_column(self._head, steps, of=self, spacing=Space.XS, margins=(Space.M, Space.S))
+        # Cancel has the focus at every step: one Tab leads to the next one.
+        for first, second in pairwise((self.rehearse, self.choose, self.cancel, self.arm, self.hold)):
+            self.setTabOrder(first, second)
+
     @property
     def is_under_way(self) -> bool:
         return self.ritual.stage in (Stage.CHOSEN, Stage.ARMED, Stage.HOLDING)
@@ -187,23 +320,6 @@ class RitualWidget(QFrame):
     def _job(self) -> RunningJob:
         """Of the module shown; what came of it is shown on no other."""
         return self._ports.module.job("ritual")
-
-    def refresh(self) -> None:
-        self._title.setText(self._heading())
-        refusals = open_conditions(self._services, Act.DEPLOY)
-        self.conditions.setText(join_sentences(refusal.sentence for refusal in refusals))
-        is_rehearsal = self.is_under_way and self.ritual.is_rehearsal
-        self._effect.setText(tr("Nothing is sent.") if is_rehearsal else tr(EFFECTS[Act.DEPLOY]))
-        self._reasons.setCurrentWidget(self.conditions if refusals and not is_rehearsal else self._effect)
-        is_free = not self.is_under_way and not self._job.is_running
-        # An old status does not disable the button: the engine asks for a new one before it decides.
-        blocking = [refusal for refusal in refusals if refusal.condition is not Interlock.FRESH_STATUS]
-        self.choose.setEnabled(is_free and not blocking)
-        self.rehearse.setEnabled(is_free)
-        self.arm.setEnabled(self.ritual.stage is Stage.CHOSEN and (self.ritual.is_rehearsal or not refusals))
-        notice = self._job.notice(ASKING, can_cancel=False) or self._disarmed
-        self.notice_bar.show_notice(notice)
-        self._head.setCurrentWidget(self._words if notice is None else self.notice_bar)
 
     def disarm(self, why: Input) -> None:
         """Disarm; nothing is sent."""
@@ -223,7 +339,8 @@ class RitualWidget(QFrame):
         self._focus_cancel()
         self._job.dismiss()
         self._disarmed = None
-        self._begin_watching()
+        self._timer.start()
+        self._guard.begin()
         self._show()
 
     def _arm(self) -> None:
@@ -250,25 +367,21 @@ class RitualWidget(QFrame):
 
     # The watch
 
-    def _begin_watching(self) -> None:
-        self._timer.start()
-        self._guard.begin()
-
     def _watch(self) -> None:
         """Check the conversation and the conditions; called at every change and tick."""
         if not self.is_under_way:
             return
-        module = self._ports.module
-        is_same = module.number == self._conversation and (module.is_going or self._conversation == 0)
-        if not is_same:
+        module, ritual = self._ports.module, self.ritual
+        controls = [button for button in (self.cancel, self.arm, self.hold) if not button.isHidden()]
+        if module.number != self._conversation or not (module.is_going or self._conversation == 0):
             self.disarm(Input.INTERRUPTED)
-        elif self.ritual.stage is Stage.HOLDING and not self.hold.hasFocus():
+        elif ritual.stage is Stage.HOLDING and not self.hold.hasFocus():
             self.disarm(Input.FOCUS_LOST)
-        elif not self._is_in_sight():
+        elif not all(map(is_in_sight, controls)):
             self.disarm(Input.OUT_OF_SIGHT)
-        elif self.ritual.is_armed and self._services.armed.act is None:
+        elif ritual.is_armed and self._services.armed.act is None:
             self.disarm(Input.FAILED)  # disarmed by an error in another thread
-        elif self.ritual.is_armed and not self.ritual.is_rehearsal and open_conditions(self._services, Act.DEPLOY):
+        elif ritual.is_armed and not ritual.is_rehearsal and open_conditions(self._services, Act.DEPLOY):
             self.disarm(Input.CONDITION_OPENED)
 
     def _on_another_module(self, _module: ShownModule) -> None:
@@ -280,10 +393,6 @@ class RitualWidget(QFrame):
         self._disarmed = None
         self.refresh()
 
-    def _is_in_sight(self) -> bool:
-        """Whether the controls of this step are entirely visible."""
-        return all(is_in_sight(button) for button in (self.cancel, self.arm, self.hold) if not button.isHidden())
-
     def _tick(self) -> None:
         try:
             self._watch()
@@ -293,9 +402,19 @@ class RitualWidget(QFrame):
         except BaseException:
             self.disarm(Input.FAILED)
             raise
-        if permit is not None:
-            self._fire(permit)
+        module, job = self._ports.module, self._job
+        if permit is not None and permit.is_rehearsal:
+            self.ritual.disarm(Input.FINISHED)
+            done = rehearse(Act.DEPLOY)
+            job.notify(outcome_meaning(done), done.sentence)
+        elif permit is not None:
+            performing = perform(Act.DEPLOY, module.journal, permit=permit, armed=self._services.armed)
+            job.run(performing, partial(self._end, job, module))
         self._on_stage()
+
+    def _end(self, running: RunningJob, module: ShownModule, job: Job[Performed]) -> None:
+        self.ritual.disarm(Input.FINISHED)
+        say_outcome(running, module, None if job.error is not None else job.outcome())
 
     def _on_stage(self) -> None:
         """Show the stage; clean up once it is IDLE or FIRED."""
@@ -306,84 +425,70 @@ class RitualWidget(QFrame):
             gestures().ignore_keys_down()
             leave_focus(self)
             why = self.ritual.ended_by
-            if self.ritual.stage is Stage.IDLE and why is not None and why in _ENDED:
-                self._disarmed = _ended_notice(why)._replace(dismiss=self._forget_disarmed)
-                announce(self._disarmed.text)
+            if self.ritual.stage is Stage.IDLE and why in _ENDED:
+                text = tr("Disarmed: {why}. Nothing was sent.", why=tr(_ENDED[why]))
+                self._disarmed = Notice(Meaning.INFORMATION, text, dismiss=self._forget_disarmed)
+                announce(text)
         self._show()
 
-    # The end of it
-
-    def _fire(self, permit: Permit) -> None:
-        if permit.is_rehearsal:
-            self.ritual.disarm(Input.FINISHED)
-            self._job.set_notice(outcome_notice(rehearse(Act.DEPLOY)))
-            return
-        module = self._ports.module
-        performing = perform(Act.DEPLOY, module.journal, permit=permit, armed=self._services.armed)
-        self._job.run(performing, partial(self._end, module))
-
-    def _end(self, module: ShownModule, job: Job[Performed]) -> None:
-        self.ritual.disarm(Input.FINISHED)
-        done = None if job.error is not None else job.outcome()
-        module.job("ritual").set_notice(not_begun() if done is None else outcome_notice(done))
-        if done is not None:
-            keep_interrupted(module, done)
+    # Display
 
     def _show(self) -> None:
         ritual, now = self.ritual, self._ports.clock()
-        stage = ritual.stage
+        stage, is_under_way = ritual.stage, self.is_under_way
         for widget, is_shown in (
-            (self.cancel, self.is_under_way),
+            (self.cancel, is_under_way),
             (self.hold, ritual.is_armed),
             (self.arm, stage is Stage.CHOSEN),
-            (self.choose, not self.is_under_way),
-            (self.rehearse, not self.is_under_way),
+            (self.choose, not is_under_way),
+            (self.rehearse, not is_under_way),
             (self.countdown, ritual.is_armed),
         ):
             widget.setVisible(is_shown)  # also what was never shown: it would appear with its parent
         self.countdown.setValue(round(ritual.armed_left_s(now) * 1000))
         self.hold.show_share(ritual.held_s(now) / HOLD_S)
-        self._show_step(now)
-        in_earnest, as_rehearsal = self._hold_texts
-        self.hold.setText(as_rehearsal if ritual.is_rehearsal else in_earnest)
-        self.refresh()
-
-    def _show_step(self, now: float) -> None:
-        """Show the three steps and what comes next; a rehearsal has its own frame and title."""
-        stage, is_rehearsal = self.ritual.stage, self.is_under_way and self.ritual.is_rehearsal
+        self.hold.setText(tr("Hold to rehearse") if ritual.is_rehearsal else tr("Hold to DEPLOY"))
+        # A rehearsal has its own frame and title.
+        is_rehearsal = is_under_way and ritual.is_rehearsal
         set_role(self, "rehearsal" if is_rehearsal else "danger-corner")
         set_role(self.hold, "" if is_rehearsal else "danger")
         set_role(self.arm, "" if is_rehearsal else "danger")
         due = {Stage.CHOSEN: 1, Stage.ARMED: 2, Stage.HOLDING: 2}.get(stage, 0)
         for number, mark in enumerate(self.marks):
-            is_now = number == due and self.is_under_way
+            is_now = number == due and is_under_way
             state = tr("done") if number < due else tr("now") if is_now else ""
             spoken = ", ".join(filter(None, (mark.text(), state)))
             if mark.accessibleName() != spoken:
                 mark.setAccessibleName(spoken)
             set_role(mark, ("strong" if is_rehearsal else "danger") if is_now else "caption")
-        frame = REQUESTS[Act.DEPLOY].encode().hex(" ").upper()
-        match stage:
-            case Stage.CHOSEN:
-                self.step.setText(tr("It would send {frame}.", frame=frame))
-            case Stage.ARMED | Stage.HOLDING:
-                self.step.setText(tr("ARMED: {seconds:.0f} s.", seconds=self.ritual.armed_left_s(now)))
-            case _:
-                self.step.setText("")
+        text = ""
+        if ritual.is_armed:
+            text = tr("ARMED: {seconds:.0f} s.", seconds=ritual.armed_left_s(now))
+        elif stage is Stage.CHOSEN:
+            text = tr("It would send {frame}.", frame=REQUESTS[Act.DEPLOY].encode().hex(" ").upper())
+        self.step.setText(text)
+        self.refresh()
 
-    def _heading(self) -> str:
-        """With module and port, if connected."""
+    def refresh(self) -> None:
+        port, name = self._ports.current, self._ports.module.name
         is_rehearsal = self.is_under_way and self.ritual.is_rehearsal
-        act, target = tr("REHEARSAL") if is_rehearsal else tr(TITLES[Act.DEPLOY]), self._ports.current.target
-        if target is None or not self._ports.current.is_open:
-            return act
-        port = target.device.removeprefix("/dev/").partition("?")[0]
-        name = self._ports.module.name
-        if not name:
-            return labelled(act, port)
-        return tr("{act}: {module} on {port}", act=act, module=name, port=port)
-
-    # Qt
+        title = tr("REHEARSAL") if is_rehearsal else tr(TITLES[Act.DEPLOY])
+        if port.target is not None and port.is_open:
+            device = port.target.device.removeprefix("/dev/").partition("?")[0]
+            named_so = tr("{act}: {module} on {port}", act=title, module=name, port=device)
+            title = named_so if name else labelled(title, device)
+        self._title.setText(title)
+        open_ones = open_conditions(self._services, Act.DEPLOY)
+        self.conditions.setText(join_sentences(refusal.sentence for refusal in open_ones))
+        self._effect.setText(tr("Nothing is sent.") if is_rehearsal else tr(EFFECTS[Act.DEPLOY]))
+        self._reasons.setCurrentWidget(self.conditions if open_ones and not is_rehearsal else self._effect)
+        is_free = not self.is_under_way and not self._job.is_running
+        self.choose.setEnabled(is_free and not is_blocked(open_ones))
+        self.rehearse.setEnabled(is_free)
+        self.arm.setEnabled(self.ritual.stage is Stage.CHOSEN and (self.ritual.is_rehearsal or not open_ones))
+        notice = self._job.notice(ASKING, can_cancel=False) or self._disarmed
+        self.notice_bar.show_notice(notice)
+        self._head.setCurrentWidget(self._words if notice is None else self.notice_bar)
 
     def keyPressEvent(self, event: QKeyEvent) -> None:
         if event.key() == Qt.Key.Key_Escape and self.is_under_way:
@@ -394,45 +499,3 @@ class RitualWidget(QFrame):
     def hideEvent(self, event: QHideEvent) -> None:
         super().hideEvent(event)
         self.disarm(Input.WINDOW_LEFT)
-
-    def _lay_out(self) -> None:
-        for part in (self._effect, self.conditions, self._words, self.notice_bar):
-            retain_size(part)  # as high for any of them
-        stacked(self._reasons, self._effect, self.conditions)
-        stacked(self._head, self._words, self.notice_bar)
-        reasons = in_row((self._reasons, 1), self.step, self.countdown, spacing=Space.M)
-        if is_text_large():
-            in_column(self._title, reasons, of=self._words, spacing=0, margins=0)
-            # Room for a reason of two lines: the panel never grows while its buttons are used.
-            small_px = QFontMetrics(font(Size.SMALL)).lineSpacing()
-            self._words.setMinimumHeight(QFontMetrics(font(is_bold=True)).lineSpacing() + 2 * small_px)
-        else:
-            in_row(self._title, (reasons, 1), of=self._words, spacing=Space.M, margins=0)
-            self._words.setMinimumHeight(QFontMetrics(font()).lineSpacing() + Space.XL + Space.XS)  # that of a notice
-        # The number of each step above its buttons; Cancel in the corner that a hand reaches first.
-        steps = QGridLayout()
-        steps.setHorizontalSpacing(Space.L)
-        steps.setVerticalSpacing(Space.XS)
-        starts = in_row(self.rehearse, self.choose, 1, spacing=Space.S)
-        # Large text has no room for all steps side by side.
-        last_row, last_column = (2, 0) if is_text_large() else (0, 2)
-        for mark, buttons, row, column in (
-            (self.marks[0], starts, 0, 0),
-            (self.marks[1], in_row(self.arm, 1), 0, 1),
-            (self.marks[2], in_row(self.hold, 1), last_row, last_column),
-        ):
-            steps.addWidget(mark, row, column)
-            steps.addLayout(buttons, row + 1, column)
-        steps.addWidget(self.cancel, last_row + 1, last_column + 1, Qt.AlignmentFlag.AlignRight)
-        steps.setColumnStretch(last_column + 1, 1)
-        for row in (0, last_row):  # the mark of the step that is due is larger
-            steps.setRowMinimumHeight(row, QFontMetrics(font(is_bold=True)).height() + Space.XS)
-        in_column(self._head, steps, of=self, spacing=Space.XS, margins=(Space.M, Space.S))
-        # Cancel has the focus at every step: one Tab leads to the next one.
-        for first, second in pairwise((self.rehearse, self.choose, self.cancel, self.arm, self.hold)):
-            self.setTabOrder(first, second)
-
-
-def _ended_notice(why: Input) -> Notice:
-    text = tr("Disarmed: {why}. Nothing was sent.", why=tr(_ENDED[why]))
-    return Notice(Meaning.INFORMATION, text)
