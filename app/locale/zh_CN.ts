@@ -4998,6 +4998,10 @@
         <translation>{value} V 阈值</translation>
     </message>
     <message>
+        <source>{value} V threshold?</source>
+        <translation>{value} V 阈值？</translation>
+    </message>
+    <message>
         <source>{value} g free fall</source>
         <translation>{value} g 失重</translation>
     </message>

@@ -204,7 +204,7 @@ class SettingsDraft(QObject):
         if self.job.can_run:
             self.job.run(read_everything(), self._end_reading)
 
-    def _end_reading(self, job: Job[Everything]) -> None:
+    def _end_reading(self, job: Job[Readings]) -> None:
         if job.error is not None:
             self._say_ended(job.error)
             return

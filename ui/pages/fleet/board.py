@@ -4,20 +4,11 @@ from collections.abc import Mapping
 from typing import Final, NamedTuple
 
 from PySide6.QtCore import QSize, Qt, Signal
-from PySide6.QtGui import QFontMetrics, QIcon, QKeyEvent, QResizeEvent
-from PySide6.QtWidgets import (
-    QAbstractItemView,
-    QHeaderView,
-    QPushButton,
-    QTableWidget,
-    QTableWidgetItem,
-    QVBoxLayout,
-    QWidget,
-)
+from PySide6.QtGui import QFontMetrics, QIcon, QKeyEvent
+from PySide6.QtWidgets import QAbstractItemView, QHeaderView, QPushButton, QTableWidget, QTableWidgetItem, QWidget
 
 from app.fleet.card import Applied, Card, Need, word_of
 from app.safety.last_known import Activation, trigger_flags
-from app.settings.form import ProfileRow
 from app.settings.profiles import Profile
 from app.settings.values import value_text
 from app.text.i18n import tr
@@ -29,8 +20,8 @@ from ui.pages.fleet.group_jobs import GroupProfile
 from ui.session.check import VERDICT_STYLES
 from ui.session.port import Port
 from ui.style.icons import MEANING_ICONS, Icon, icon
-from ui.style.theme import Meaning, Space, current, font, scaled
-from ui.widgets.controls import control, set_role
+from ui.style.theme import Meaning, Space, current, font, is_text_large, scaled
+from ui.widgets.controls import control, in_column, set_role
 
 _TITLES: Final = (
     marked("Module"),
@@ -41,19 +32,12 @@ _TITLES: Final = (
     marked("Next step"),
 )
 MODULE, LOCK, STATE, TRIGGERS_CELL, VERDICT, NEXT = range(len(_TITLES))
-# Left out where there is no room, and while a profile is open. The tooltip of the row has them.
-_WHERE_ROOM: Final = (TRIGGERS_CELL, VERDICT)
-# Characters for which there must be room: for all columns, and without those.
-_ALL: Final = 112
-_WITHOUT: Final = 80
-# Every row has room for this many, so that no row moves when its texts change.
+# Every row has room for so many lines, so that no row moves when its texts change.
 _LINES: Final = 3
 # In a small window the page scrolls instead.
 _LEAST_ROWS: Final = 3
 # Characters of a column but the last: texts wrap, and a name that is longer is whole in the tooltip.
 _WIDEST: Final = 26
-# Of the first one where there is room for fewer yet.
-_NARROW: Final = 14
 NEED_MEANINGS: Final[Mapping[Need, Meaning]] = {
     Need.TRIGGERED: Meaning.DANGER,
     Need.NOT_LOCKED: Meaning.DANGER,
@@ -106,9 +90,8 @@ class Board(QTableWidget):
         self._items: dict[Port, list[QTableWidgetItem]] = {}
         self._locks: dict[Port, QPushButton] = {}
         # What stands in the cells, and in which theme.
-        self._shown: dict[Port, tuple[str, dict[int, _Cell]]] = {}
+        self._shown: dict[Port, object] = {}
         self._fitted: Profile | None = None
-        self.setHorizontalHeaderLabels([tr(title) for title in _TITLES])
         self._row_px = _LINES * QFontMetrics(font()).lineSpacing() + Space.S
         list_rows(self, row_px=self._row_px)
         self.setSelectionMode(QAbstractItemView.SelectionMode.SingleSelection)
@@ -116,18 +99,19 @@ class Board(QTableWidget):
         self.setContextMenuPolicy(Qt.ContextMenuPolicy.ActionsContextMenu)
         self.setMinimumHeight(_LEAST_ROWS * self._row_px)
         header = self.horizontalHeader()
-        header.setMaximumSectionSize(_WIDEST * _letter_px())
+        header.setMaximumSectionSize(_WIDEST * QFontMetrics(font()).averageCharWidth())
         header.setSectionResizeMode(QHeaderView.ResizeMode.ResizeToContents)
         header.setSectionResizeMode(NEXT, QHeaderView.ResizeMode.Stretch)
         self.itemChanged.connect(self._on_ticked)
         self.cellDoubleClicked.connect(lambda row, _column: self.chosen.emit(list(self._items)[row]))
         profile.changed.connect(self._fit_profile)
+        self._name_columns()
 
     @property
     def marked(self) -> Port | None:
         """The port of the row that has the cursor."""
-        current = self.currentItem()
-        return next((port for port, items in self._items.items() if current in items), None)
+        item = self.currentItem()
+        return next((port for port, items in self._items.items() if item in items), None)
 
     def show_cards(self, cards: Mapping[Port, Card], now: float) -> None:
         self.blockSignals(True)  # a change of ours is no tick of a person
@@ -141,36 +125,23 @@ class Board(QTableWidget):
             self._show(port, card, now)
         self.blockSignals(False)
 
-    def _fit_columns(self) -> None:
-        """By the number of characters for which there is room."""
-        room = self.viewport().width() // _letter_px()
-        for column in _WHERE_ROOM:
-            self.setColumnHidden(column, room < _ALL or self._profile.profile is not None)
-        header, modes = self.horizontalHeader(), QHeaderView.ResizeMode
-        if room >= _WITHOUT:
-            header.setSectionResizeMode(MODULE, modes.ResizeToContents)
-        else:
-            header.setSectionResizeMode(MODULE, modes.Fixed)
-            header.resizeSection(MODULE, _NARROW * _letter_px())
-
     def _add(self, port: Port) -> None:
         row = self.rowCount()
-        items = [QTableWidgetItem() for _ in _TITLES]
-        tick = Qt.CheckState.Unchecked if port in self._members.unticked else Qt.CheckState.Checked
-        items[MODULE].setCheckState(tick)
         self.insertRow(row)
+        items = self._items[port] = [QTableWidgetItem() for _ in _TITLES]
+        is_ticked = port not in self._members.unticked
+        items[MODULE].setCheckState(Qt.CheckState.Checked if is_ticked else Qt.CheckState.Unchecked)
         for column, item in enumerate(items):
             self.setItem(row, column, item)
-        self._items[port] = items
-        self._locks[port] = control(QPushButton(tr("LOCK")), "fleet_lock", picture=Icon.LOCK, slot=port.lock.press)
+        lock = self._locks[port] = control(
+            QPushButton(tr("LOCK")), "fleet_lock", picture=Icon.LOCK, slot=port.lock.press
+        )
         # With room around it, so that a finger between two rows presses neither.
         holder = QWidget()
-        place = QVBoxLayout(holder)
-        place.setContentsMargins(0, Space.XS, Space.XS, Space.XS)
-        place.addWidget(self._locks[port])
+        in_column(lock, of=holder, margins=(0, Space.XS, Space.XS, Space.XS))
         self.setCellWidget(row, LOCK, holder)
         # Qt measures a widget without the padding of its cell.
-        self._locks[port].ensurePolished()
+        lock.ensurePolished()
         items[LOCK].setSizeHint(holder.sizeHint() + QSize(2 * scaled(Space.S), 0))
 
     def _show(self, port: Port, card: Card, now: float) -> None:
@@ -194,7 +165,7 @@ class Board(QTableWidget):
             items[column].setToolTip(cell.text)
             items[column].setForeground(current().ink(cell.meaning))
             items[column].setIcon(QIcon() if cell.picture is None else icon(cell.picture, cell.meaning))
-        # Also of columns for which there is no room.
+        # Also of columns that are left out.
         items[MODULE].setToolTip("\n".join(cell.text for cell in cells.values()))
 
     def _next(self, port: Port, card: Card, now: float) -> _Cell:
@@ -203,12 +174,16 @@ class Board(QTableWidget):
             meaning = NEED_MEANINGS[card.need]
             return _Cell(card.next_step(now), meaning, MEANING_ICONS[meaning])
         applied = self._profile.result(port)
-        if applied is None:
-            text = "\n".join(_difference(row) for row in self._profile.differences(port))
-            return _Cell(text, Meaning.ATTENTION, Icon.SETTINGS)
-        meaning = _APPLIED_MEANINGS[applied.state]
-        text = tr(applied.state.value)
-        return _Cell(labelled(text, applied.sentence) if applied.why else text, meaning, MEANING_ICONS[meaning])
+        if applied is not None:
+            meaning = _APPLIED_MEANINGS[applied.state]
+            text = tr(applied.state.value)
+            return _Cell(labelled(text, applied.sentence) if applied.why else text, meaning, MEANING_ICONS[meaning])
+        lines = []
+        for row in self._profile.differences(port):
+            value = tr("unknown") if row.module_value is None else value_text(row.command, row.module_value.value)
+            target = "" if row.target is None else value_text(row.command, row.target)
+            lines.append(f"{tr(row.command.title)} {value} → {target}")
+        return _Cell("\n".join(lines), Meaning.ATTENTION, Icon.SETTINGS)
 
     def _fit_profile(self) -> None:
         """All differences are in sight when a profile is opened; the rows keep their heights until it is closed."""
@@ -216,12 +191,18 @@ class Board(QTableWidget):
         if profile is self._fitted:
             return
         self._fitted = profile
-        title = tr(_TITLES[NEXT]) if profile is None else labelled(tr("Profile"), profile.name)
-        self.setHorizontalHeaderLabels([*map(tr, _TITLES[:NEXT]), title])
-        self._fit_columns()
+        self._name_columns()
         self.show_cards({port: self._members.card(port) for port in self._items}, self._members.now())
         for row in range(self.rowCount()):
             self.setRowHeight(row, self._row_px if profile is None else max(self._row_px, self.sizeHintForRow(row)))
+
+    def _name_columns(self) -> None:
+        profile = self._profile.profile
+        title = tr(_TITLES[NEXT]) if profile is None else labelled(tr("Profile"), profile.name)
+        self.setHorizontalHeaderLabels([*map(tr, _TITLES[:NEXT]), title])
+        # Left out where large text or a profile takes their room.
+        for column in (TRIGGERS_CELL, VERDICT):
+            self.setColumnHidden(column, is_text_large() or profile is not None)
 
     def _on_ticked(self, item: QTableWidgetItem) -> None:
         port = next(port for port, items in self._items.items() if item in items)
@@ -230,26 +211,11 @@ class Board(QTableWidget):
             self._members.unticked.add(port)
         self.ticked.emit()
 
-    def resizeEvent(self, event: QResizeEvent) -> None:
-        super().resizeEvent(event)
-        self._fit_columns()
-
     def keyPressEvent(self, event: QKeyEvent) -> None:
         if event.key() in (Qt.Key.Key_Return, Qt.Key.Key_Enter) and self.marked is not None:
             self.chosen.emit(self.marked)
         else:
             super().keyPressEvent(event)
-
-
-def _letter_px() -> int:
-    return QFontMetrics(font()).averageCharWidth()
-
-
-def _difference(row: ProfileRow) -> str:
-    """ "Attitude threshold 60° → 70°"."""
-    value = tr("unknown") if row.module_value is None else value_text(row.command, row.module_value.value)
-    target = "" if row.target is None else value_text(row.command, row.target)
-    return f"{tr(row.command.title)} {value} → {target}"
 
 
 def _ago(at: float | None, now: float) -> str:
@@ -275,20 +241,16 @@ def _state(card: Card, now: float) -> _Cell:
         Activation.UNKNOWN: labelled(tr("Activation"), tr("unknown")),
         Activation.ACTIVE: tr("ACTIVE"),
         Activation.WAS_ACTIVE: tr("was ACTIVE"),
-        Activation.LOCKED: tr("LOCKED"),
-        Activation.WAS_LOCKED: tr("LOCKED"),
     }
-    lines = [words[seen.state]]
     triggered = card.conversation.known("triggered", now)
     is_triggered = triggered is not None and triggered.value is True
     if is_triggered:
-        lines.append(tr("TRIGGERED"))
+        fired = tr("TRIGGERED")
     elif card.may_have_fired:
-        lines.append(tr("may have fired"))
-    elif triggered is None:
-        lines.append(labelled(tr("Trigger"), tr("unknown")))
+        fired = tr("may have fired")
     else:
-        lines.append(tr("NOT TRIGGERED"))
+        fired = labelled(tr("Trigger"), tr("unknown")) if triggered is None else tr("NOT TRIGGERED")
+    lines = [words.get(seen.state, tr("LOCKED")), fired]
     if seen.state in (Activation.WAS_ACTIVE, Activation.WAS_LOCKED):
         lines.append(_ago(seen.at, now))
     elif triggered is not None and triggered.is_stale:

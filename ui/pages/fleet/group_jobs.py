@@ -43,7 +43,12 @@ class GroupChecks:
     @property
     def verdicts(self) -> list[Verdict | None]:
         """Of those that have ended, as they stand now: what is void by now is not checked, None."""
-        return [_verdict(module) for port, module in self._set.items() if not port.module.is_checking]
+        ended = [module for port, module in self._set.items() if not port.module.is_checking]
+        checks = [None if module is None else module.check for module in ended]
+        return [
+            None if check is None or check.void is not None or check.filed is None else check.filed.assessment.verdict
+            for check in checks
+        ]
 
     def check(self, profile: Profile | None, *, is_enabling: bool = False) -> None:
         """Start; the results of the previous set are discarded."""
@@ -60,15 +65,8 @@ class GroupChecks:
                 port.module.check.cancel()
 
 
-def _verdict(module: ShownModule | None) -> Verdict | None:
-    check = None if module is None else module.check
-    if check is None or check.void is not None or check.filed is None:
-        return None
-    return check.filed.assessment.verdict
-
-
 class GroupProfile(QObject):
-    """Writes one profile and verifies it on each module; the engine refuses an active one."""
+    """Writes one profile and verifies it on each module; the procedure refuses an active one."""
 
     changed = Signal()
 
@@ -102,6 +100,18 @@ class GroupProfile(QObject):
         module, applied = self._applied.get(port, (None, None))
         return applied if applied is not None and module is port.module else self._foreseen(port)
 
+    def _foreseen(self, port: Port) -> AppliedProfile | None:
+        module = port.module
+        if port not in self._members.reachable:
+            return AppliedProfile(Applied.UNREACHABLE)
+        if not self.differences(port):
+            return AppliedProfile(Applied.NOTHING_TO_DO)
+        if not module.activation.may_fire:
+            return None
+        unmet = refusals(Act.WRITE, inputs_at(module.view, module.now_s))
+        locked = [refusal.message for refusal in unmet if refusal.condition is Interlock.MAY_WRITE]
+        return AppliedProfile(Applied.REFUSED, tuple(locked))
+
     @property
     def writable(self) -> list[Port]:
         """The modules to which something would be written now."""
@@ -109,8 +119,7 @@ class GroupProfile(QObject):
 
     def changes(self) -> tuple[SettingChange, ...]:
         """What would be written to any of the modules."""
-        changes = [change for port in self.writable for change in changes_of(self.differences(port))]
-        return tuple(dict.fromkeys(changes))
+        return tuple(dict.fromkeys(one for port in self.writable for one in changes_of(self.differences(port))))
 
     def named_results(self) -> list[tuple[str, AppliedProfile]]:
         """Of the last writing, with the name of each module, or its port where it has none. What was verified ends
@@ -128,48 +137,32 @@ class GroupProfile(QObject):
             return
         self._applied = {}
         for port in self._members.ticked:
-            foreseen = self._foreseen(port)
+            module, foreseen = port.module, self._foreseen(port)
+            self._applied[port] = module, foreseen or AppliedProfile(Applied.WRITING)
             if foreseen is None:
-                self._begin(port, changes_of(self.differences(port)), accepted)
-            self._applied[port] = port.module, foreseen or AppliedProfile(Applied.WRITING)
+                context = WriteContext(
+                    journal=module.journal,
+                    armed=self._services.armed,
+                    accepted_risks=accepted,
+                    keep_as_found=module.keep_as_found(),
+                )
+                writing = write_all(changes_of(self.differences(port)), context)
+                self._jobs[module] = module.run(writing, partial(self._end, port, module), goes_on=True)
         self.changed.emit()
 
     def cancel(self) -> None:
         for job in self._jobs.values():
             job.cancel()
 
-    def _foreseen(self, port: Port) -> AppliedProfile | None:
-        module = port.module
-        if port not in self._members.reachable:
-            return AppliedProfile(Applied.UNREACHABLE)
-        if not self.differences(port):
-            return AppliedProfile(Applied.NOTHING_TO_DO)
-        if not module.activation.may_fire:
-            return None
-        unmet = refusals(Act.WRITE, inputs_at(module.view, module.now_s))
-        locked = [refusal.message for refusal in unmet if refusal.condition is Interlock.MAY_WRITE]
-        return AppliedProfile(Applied.REFUSED, tuple(locked))
-
-    def _begin(self, port: Port, changes: tuple[SettingChange, ...], accepted: frozenset[SettingChange]) -> None:
-        module = port.module
-        context = WriteContext(
-            journal=module.journal,
-            armed=self._services.armed,
-            accepted_risks=accepted,
-            keep_as_found=module.keep_as_found(),
-        )
-        self._jobs[module] = module.run(write_all(changes, context), partial(self._end, port, module), goes_on=True)
-
     def _end(self, port: Port, module: ShownModule, job: Job[WriteReport]) -> None:
         del self._jobs[module]
-        if isinstance(job.error, UserError):
-            applied = AppliedProfile(Applied.FAILED, (job.error.message,))
-        elif job.error is not None:
-            applied = AppliedProfile(Applied.FAILED)
-        else:
+        if job.error is None:
             applied = outcome_of(job.outcome())
+        else:
+            why = (job.error.message,) if isinstance(job.error, UserError) else ()
+            applied = AppliedProfile(Applied.FAILED, why)
         self._applied[port] = module, applied
         if not module.is_going:  # the row is of the next conversation by now
-            why = joined(applied.why, " ") if applied.why else message(applied.state.value)
-            module.keep_report(message(marked("{name}: {value}"), name=message(marked("Profile")), value=why))
+            told = joined(applied.why, " ") if applied.why else message(applied.state.value)
+            module.keep_report(message(marked("{name}: {value}"), name=message(marked("Profile")), value=told))
         self.changed.emit()

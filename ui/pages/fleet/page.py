@@ -6,7 +6,7 @@ from pathlib import Path
 from typing import Final
 
 from PySide6.QtCore import Qt
-from PySide6.QtWidgets import QHBoxLayout, QPushButton, QTabBar, QTabWidget, QToolButton, QVBoxLayout, QWidget
+from PySide6.QtWidgets import QPushButton, QTabBar, QTabWidget, QToolButton, QWidget
 
 from app.fleet.card import Applied, Card, Need, result_line, summary
 from app.preflight.verdict import Verdict
@@ -25,12 +25,11 @@ from ui.session.port import Port
 from ui.session.shown_module import is_risk_open, risk_notice
 from ui.style.icons import Icon
 from ui.style.theme import Meaning, Space
-from ui.widgets.controls import EmptyState, control, named, text_label
+from ui.widgets.controls import EmptyState, control, in_column, in_row, named, text_label
 from ui.widgets.notice_bar import Choice, Notice, NoticeBar
 from ui.widgets.visibility_timer import VisibilityTimer
 
 REFRESH_EVERY_MS: Final = 250
-_URGENT: Final = (Meaning.DANGER, Meaning.ATTENTION)
 
 
 class FleetPage(Page):
@@ -40,68 +39,49 @@ class FleetPage(Page):
 
     def __init__(self, services: Services) -> None:
         super().__init__("fleet")
-        self._services = services
-        self._ports = services.ports
+        self._services, self._ports = services, services.ports
         self.ask_profile: AskOpen = ask_profile
         self.result = JobNotice(self)
         self.members = FleetMembers(services)
         self.checks = GroupChecks(self.members)
         self.profile = GroupProfile(services, self.members, self)
-        self._make_controls()
+        self.board = Board(self.members, self.profile)
         self._lay_out()
         self._timer = VisibilityTimer(self, self.refresh, every_ms=REFRESH_EVERY_MS)
-        for changed in (
-            self.board.ticked,
-            self.profile.changed,
-            self.result.changed,
-            self._ports.watcher.listed,
-        ):
+        for changed in (self.board.ticked, self.profile.changed, self.result.changed, self._ports.watcher.listed):
             changed.connect(self._timer.refresh_seen)
 
-    # Construction
-
-    def _make_controls(self) -> None:
-        self.summary = text_label("fleet_summary", "strong")
-        self.add = AddPort(self.members, self._ports.watcher.refresh)
-        self.check = control(QPushButton(tr("Check selected")), "fleet_check", picture=Icon.CHECKLIST, slot=self._check)
-        self.open_profile = control(
-            QPushButton(tr("Profile…")), "fleet_profile", picture=Icon.SETTINGS, slot=self._choose_profile
-        )
+    def _lay_out(self) -> None:
         self.lock_all = control(
             QPushButton(tr("LOCK ALL")), "fleet_lock_all", picture=Icon.LOCK, role="primary", slot=self._lock_all
         )
-        self.notice_bar = named(NoticeBar(), "fleet_said")
-        self.empty = EmptyState("fleet_empty", Icon.FLEET, tr("Not connected"), tr("Add the port of each module."))
-        self.first = control(
-            QPushButton(tr("Connect all ports")), "fleet_connect_all", role="primary", slot=self.members.connect_all
-        )
-        self.empty.column.insertWidget(4, self.first, 0, Qt.AlignmentFlag.AlignHCenter)
-        self.board = Board(self.members, self.profile)
-        self.board.chosen.connect(self._choose)
-        self.archive = ArchivePanel(self._services)
-        self.archive.settings_wanted.connect(lambda: self.page_wanted.emit("settings"))
-
-    def _lay_out(self) -> None:
+        self.summary = text_label("fleet_summary", "strong")
         head = self.make_header(tr("Fleet"), self.lock_all)
         head.row.insertWidget(1, self.summary, 3)
         enable = partial(self._check, is_enabling=True)
         self.enable = head.add_rare("fleet_enable", tr("Enable triggers and check"), enable)
         self.show_marked = head.add_rare("fleet_show", tr("Show on all pages"), lambda: self._choose(self.board.marked))
         self.disconnect_marked = head.add_rare("fleet_disconnect", tr("Disconnect"), self._disconnect)
-        self.board.addAction(self.show_marked)
-        self.board.addAction(self.disconnect_marked)
+        self.board.chosen.connect(self._choose)
+        self.board.addActions([self.show_marked, self.disconnect_marked])
+        self.add = AddPort(self.members, self._ports.watcher.refresh)
+        self.check = control(QPushButton(tr("Check selected")), "fleet_check", picture=Icon.CHECKLIST, slot=self._check)
+        self.open_profile = control(
+            QPushButton(tr("Profile…")), "fleet_profile", picture=Icon.SETTINGS, slot=self._choose_profile
+        )
+        self.empty = EmptyState("fleet_empty", Icon.FLEET, tr("Not connected"), tr("Add the port of each module."))
+        self.first = control(
+            QPushButton(tr("Connect all ports")), "fleet_connect_all", role="primary", slot=self.members.connect_all
+        )
+        self.empty.column.insertWidget(4, self.first, 0, Qt.AlignmentFlag.AlignHCenter)
+        self.notice_bar = named(NoticeBar(), "fleet_said")
         connected = QWidget()
-        column = QVBoxLayout(connected)
-        column.setContentsMargins(0, Space.S, 0, 0)
-        buttons = QHBoxLayout()
-        for action in (self.add, self.check, self.open_profile):
-            buttons.addWidget(action)
-        buttons.addStretch(1)
-        column.addLayout(buttons)
-        for view in (self.empty, self.board):
-            column.addWidget(view, 1)
-        # Below the table, so that a notice moves no LOCK.
-        column.addWidget(self.notice_bar)
+        buttons = in_row(self.add, self.check, self.open_profile, 1)
+        # The notice below the table, so that it moves no LOCK.
+        parts = (buttons, (self.empty, 1), (self.board, 1), self.notice_bar)
+        in_column(*parts, of=connected, margins=(0, Space.S, 0, 0))
+        self.archive = ArchivePanel(self._services)
+        self.archive.settings_wanted.connect(lambda: self.page_wanted.emit("settings"))
         self.tabs = named(QTabWidget(), "fleet_views")
         bar = control(QTabBar(), "fleet_tabs", says=tr("Fleet"))
         self.tabs.setTabBar(bar)
@@ -115,10 +95,7 @@ class FleetPage(Page):
         for name, says in (("ScrollLeftButton", marked("Scroll left")), ("ScrollRightButton", marked("Scroll right"))):
             for button in bar.findChildren(QToolButton, name):
                 control(button, name, says=tr(says))
-        page = QVBoxLayout(self)
-        page.setContentsMargins(Space.M, 0, Space.M, Space.S)
-        page.addWidget(head)
-        page.addWidget(self.tabs, 1)
+        in_column(head, (self.tabs, 1), of=self, margins=(Space.M, 0, Space.M, Space.S))
 
     # What is shown
 
@@ -126,59 +103,33 @@ class FleetPage(Page):
         self.tabs.setCurrentIndex(("connected", "archive").index(view))
 
     def refresh(self) -> None:
-        cards = {port: self.members.card(port) for port in self.members.connections}
+        connections = self.members.connections
+        cards = {port: self.members.card(port) for port in connections}
         self.board.show_cards(cards, self.members.now())
         self.empty.setVisible(not cards)
         self.board.setVisible(bool(cards))
-        self._show_summary(list(cards.values()))
-        self._show_controls()
-        self.notice_bar.show_notice(self._notice())
-
-    def _show_summary(self, cards: list[Card]) -> None:
-        parts = [labelled(tr("Modules"), len(cards))]
-        counts = Counter(card.need for card in cards)
-        if counts[Need.NOTHING]:
-            parts.append(f"{counts[Need.NOTHING]} {tr('GO')}")
-        active = sum(card.activation.may_fire for card in cards)
-        if active:
-            parts.append(f"{active} {tr('ACTIVE')}")
-        urgent = sum(count for need, count in counts.items() if NEED_MEANINGS[need] in _URGENT)
-        if urgent:
-            parts.append(tr("Attention: {count}", count=urgent))
-        self.summary.setText(" · ".join(parts))
+        self.summary.setText(_summary(list(cards.values())))
         self.summary.setVisible(bool(cards))
-
-    def _show_controls(self) -> None:
-        connections = self.members.connections
-        ticked = self.members.ticked
         is_free = not self.profile.is_running and not any(port.module.is_checking for port in connections)
-        can_check = is_free and bool(self.members.reachable)
-        self.check.setEnabled(can_check)
-        self.enable.setEnabled(can_check)
-        self.open_profile.setEnabled(bool(ticked) and is_free)
-        self.lock_all.setEnabled(any(port.is_requested for port in connections))
+        for one in (self.check, self.enable):
+            one.setEnabled(is_free and bool(self.members.reachable))
+        self.open_profile.setEnabled(is_free and bool(self.members.ticked))
+        self.lock_all.setEnabled(bool(cards))
         self.first.setVisible(bool(self.members.unconnected))
+        self.notice_bar.show_notice(self._notice())
 
     def _notice(self) -> Notice | None:
         """What is going on, else what it came to, else the profile that is open."""
         if self.checks.is_running:
-            text = tr(
-                "{what} ({done} of {total})",
-                what=capitalised(tr("checking…")),
-                done=len(self.checks.verdicts),
-                total=self.checks.total,
-            )
+            done, total = len(self.checks.verdicts), self.checks.total
+            text = tr("{what} ({done} of {total})", what=capitalised(tr("checking…")), done=done, total=total)
             return progress_notice(text, self.checks.cancel)
-        if self.profile.is_running:
-            return progress_notice(result_line(self.profile.named_results()), self.profile.cancel)
-        return self.result.result_notice() or self._profile_notice()
-
-    def _profile_notice(self) -> Notice | None:
-        """What was written, and what would be."""
-        profile = self.profile.profile
-        if profile is None:
-            return None
         results = self.profile.named_results()
+        if self.profile.is_running:
+            return progress_notice(result_line(results), self.profile.cancel)
+        notice, profile = self.result.result_notice(), self.profile.profile
+        if notice is not None or profile is None:
+            return notice
         states = [result.state for _, result in results]
         meaning = Meaning.INFORMATION if all(state.is_fine for state in states) else Meaning.ATTENTION
         if Applied.FAILED in states:
@@ -217,7 +168,7 @@ class FleetPage(Page):
         self.checks.check(self.profile.profile, is_enabling=is_enabling)
         self.result.set_notice_of_now(self._checked_notice)
 
-    def _checked_notice(self) -> Notice | None:
+    def _checked_notice(self) -> Notice:
         verdicts = self.checks.verdicts
         is_fine = all(verdict in (Verdict.GO, Verdict.READY) for verdict in verdicts)
         return Notice(Meaning.INFORMATION if is_fine else Meaning.ATTENTION, summary(verdicts))
@@ -246,3 +197,16 @@ class FleetPage(Page):
 
     def ways_back(self) -> WaysBack:
         return ((self.profile.profile is not None and not self.profile.is_running, self._close_profile),)
+
+
+def _summary(cards: list[Card]) -> str:
+    counts = Counter(card.need for card in cards)
+    active = sum(card.activation.may_fire for card in cards)
+    urgent = sum(NEED_MEANINGS[card.need] in (Meaning.DANGER, Meaning.ATTENTION) for card in cards)
+    parts = (
+        labelled(tr("Modules"), len(cards)),
+        f"{counts[Need.NOTHING]} {tr('GO')}" if counts[Need.NOTHING] else "",
+        f"{active} {tr('ACTIVE')}" if active else "",
+        tr("Attention: {count}", count=urgent) if urgent else "",
+    )
+    return " · ".join(filter(None, parts))

@@ -11,7 +11,7 @@ from app.engine.conversation import ConversationView, Known
 from app.limits.limits import LimitsInUse, OutOfLimit, bay_outside, value_outside
 from app.procedures.light import LightDirection
 from app.recordings.markers import acting_limits, last_limits, limits_of
-from app.safety.trigger_flags import TRIGGER_NOT_KNOWN, TRIGGER_OFF, trigger_flags
+from app.safety.last_known import TRIGGER_NOT_KNOWN, TRIGGER_OFF, trigger_flags
 from app.text.i18n import tr
 from protocol.catalogue import BY_NAME
 from ui.plots.gauge import TiltGauge

@@ -15,7 +15,7 @@ from typing import Final
 from PySide6.QtWidgets import QFrame, QGridLayout, QLabel, QLineEdit, QPushButton, QToolButton
 
 from app.limits.limits import record_outside
-from app.store.opening import StoreTrouble
+from app.store.fact_store import StoreTrouble
 from app.system.clock import local_time
 from app.text.i18n import tr
 from app.text.messages import capitalised, join_sentences, labelled, saved_text, with_units
