@@ -211,7 +211,7 @@ def _history(facts: Facts, name: str) -> list[HistoryEvent]:
                 # One of a newer version is told by its word.
                 text = UserMessage(clean(content.test)) if test is None else _guided_test(test)
             case ModuleNamed():
-                text = message(marked("Named, or met at another adapter."))
+                text = message(marked("Named."))
             case TriggerRecordSeen():
                 what = UserMessage(content.raw)
                 with suppress(ValueError):  # of another station it may be anything

@@ -1652,10 +1652,6 @@
         <translation>姓名、日期</translation>
     </message>
     <message>
-        <source>Named, or met at another adapter.</source>
-        <translation>已命名，或在另一适配器上再次出现。</translation>
-    </message>
-    <message>
         <source>Never counts as falling: nothing is below 0 g.</source>
         <translation>永远不会判定为失重：加速度不可能低于 0 g。</translation>
     </message>

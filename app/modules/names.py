@@ -8,8 +8,10 @@ settings tell nothing, as the vendor's own tool sets them, too: they are shown, 
 
 from collections.abc import Mapping
 from datetime import timedelta
-from types import MappingProxyType
-from typing import Any, Final, NamedTuple
+from typing import Final
+
+from msgspec import Struct, convert
+from msgspec.structs import replace
 
 from app.engine.conversation import ConversationView
 from app.modules.service import COUNTS_ANEW
@@ -27,17 +29,16 @@ NOT_NAMED: Final = message(marked("module not named"))
 _MODULE = "module:"
 
 
-class Remembered(NamedTuple):
-    """What was last kept under a name. What was never read is None, or absent."""
+class Remembered(Struct, frozen=True):
+    """What was last kept under a name. What was never read is None, or absent. Times are in UTC, as in facts."""
 
-    name: str
-    # When something was last kept under it, in UTC as in facts.
-    at: str = ""
-    # The USB identity that it was last at.
-    adapter: str = ""
+    name: str = ""
+    seen_at: str = ""
+    # When its boot count was read.
+    read_at: str = ""
     boot_count: int | None = None
     # By key, in the field's unit.
-    settings: Mapping[str, Value] = MappingProxyType({})
+    settings: dict[str, Value] = {}
     # Its boot count may be lower by now: it was read long ago, or a part that counts was changed since.
     may_count_anew: bool = False
 
@@ -49,22 +50,16 @@ class Remembered(NamedTuple):
 
 
 def remember(
-    facts: Facts,
-    name: str,
-    *,
-    adapter: str = "",
-    boot_count: int | None = None,
-    settings: Mapping[str, Value] | None = None,
+    facts: Facts, name: str, *, boot_count: int | None = None, settings: Mapping[str, Value] | None = None
 ) -> None:
     """Keep what was read of the module that a person named so; a new name is made. What is not given stays. Within
     `Store.write`."""
-    known = facts.state(_MODULE + name) or {}
-    adapter = clean(adapter) or known.get("adapter", "")
-    if not known or adapter != known["adapter"]:
-        facts.add(ModuleNamed(adapter=adapter), name)
-    state = {**known, "adapter": adapter, "seen_at": time_text(facts.now())}
+    state, now = facts.state(_MODULE + name), time_text(facts.now())
+    if state is None:
+        facts.add(ModuleNamed(), name)
+    state = {**(state or {}), "seen_at": now}
     if boot_count is not None:
-        state |= {"boot_count": boot_count, "read_at": state["seen_at"]}
+        state |= {"boot_count": boot_count, "read_at": now}
     if settings:
         state["settings"] = dict(settings)
     facts.set_state(_MODULE + name, state)
@@ -75,21 +70,15 @@ def remembered(facts: Facts, name: str) -> Remembered | None:
     state = facts.state(_MODULE + name)
     if state is None:
         return None
-    read_at = state.get("read_at", "")
+    known = convert({**state, "name": name}, Remembered)
     changed = [one.at for one in facts.of_module(Serviced, name) if one.content.service in COUNTS_ANEW]
-    may_count_anew = read_at < max([time_text(facts.now() - COUNTS_FOR), *changed])
-    return _remembered(name, state)._replace(may_count_anew=may_count_anew)
+    return replace(known, may_count_anew=known.read_at < max([time_text(facts.now() - COUNTS_FOR), *changed]))
 
 
-def modules(facts: Facts) -> tuple[Remembered, ...]:
+def modules(facts: Facts) -> list[Remembered]:
     """All names, the last seen first. Without `may_count_anew`."""
-    known = [_remembered(name, state) for name, state in facts.states(_MODULE).items()]
-    return tuple(sorted(known, key=lambda module: module.at, reverse=True))
-
-
-def _remembered(name: str, state: Mapping[str, Any]) -> Remembered:
-    settings = state.get("settings", {})
-    return Remembered(name, state["seen_at"], state["adapter"], state.get("boot_count"), settings)
+    known = [convert({**state, "name": name}, Remembered) for name, state in facts.states(_MODULE).items()]
+    return sorted(known, key=lambda module: module.seen_at, reverse=True)
 
 
 # What a person reads beside the question

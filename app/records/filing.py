@@ -165,7 +165,6 @@ def keep_check(facts: Facts, filed: Filed) -> None:
         is_simulated=record.is_simulated,
         who=record.who,
         aircraft=record.aircraft,
-        adapter=record.adapter,
         code=record.settings_code,
         cell_voltage_v=record.cell_voltage_v,
         document=signed.text,

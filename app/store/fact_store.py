@@ -377,7 +377,8 @@ class Store:
         self.path = self.folder / FILE_NAME
         # Done when the file is open, with what a person should know; or has the reason why it is not.
         self.opened: Future[UserMessage | None] = Future()
-        self._station = ""
+        # The public key of this station, as hex, once it is open.
+        self.station = ""
         self._clock = clock
         self._last_time = datetime.min.replace(tzinfo=UTC)
         self._lock = threading.Lock()
@@ -394,12 +395,6 @@ class Store:
             if self._thread is None:
                 self._thread = threading.Thread(target=self._run, name="dps-s store", daemon=True)
                 self._thread.start()
-
-    @property
-    def station(self) -> str:
-        """The public key of this station, as hex. Waits for the opening. Raises `StoreTrouble`."""
-        self.opened.result()
-        return self._station
 
     def add(self, content: Content, module: str | None = None) -> "Future[Row]":
         """The row, once it is on the disk. A content that is none raises `ValueError` here, in the caller."""
@@ -426,10 +421,10 @@ class Store:
     def read(self, work: Callable[[Facts], Result]) -> Result:
         """In this thread. Waits for the opening, so not in the window's before that. Raises `StoreTrouble`."""
         self.start()
-        station = self.station
+        self.opened.result()
         try:
             with closing(connect_to_read(self.path)) as connection:
-                return work(Facts(connection, station, self._now))
+                return work(Facts(connection, self.station, self._now))
         except sqlite3.Error as error:
             raise trouble_of(error, self.path) from error
 
@@ -517,7 +512,7 @@ class Store:
                 key = known
             if known != key:
                 facts.set_state("station", key)
-            facts.station = self._station = key
+            facts.station = self.station = key
             last, name = facts.newest(StationNamed, None), clean(platform.node().strip()) or "station"
             if last is None or (last.content.public_key, last.content.name) != (key, name):
                 facts.add(StationNamed(public_key=key, name=name))

@@ -367,7 +367,7 @@ def file_triggers(
     do_follow = kept.do_follow(name, slots, is_confirmed=history.is_confirmed)
     if remembered(facts, name) is not None and not do_follow and not is_same_module:
         return PossiblyOther(message(marked("the records do not follow those of its last visit")))
-    remember(facts, name, adapter=adapter, boot_count=reading.boot_count, settings=reading.settings)
+    remember(facts, name, boot_count=reading.boot_count, settings=reading.settings)
     claim_fired(facts, name, port=port, adapter=adapter)
     return kept.store_visit(name, slots, port=port, boot_count=reading.boot_count, is_confirmed=history.is_confirmed)
 

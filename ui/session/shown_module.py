@@ -301,9 +301,7 @@ class ShownModule(QObject):
         if store is None or target is None or not self.name:
             return
         settings = self.view.settings(self._port.now_s)
-        act = partial(
-            remember, name=self.name, adapter=target.identity, boot_count=self.view.boot_count, settings=settings
-        )
+        act = partial(remember, name=self.name, boot_count=self.view.boot_count, settings=settings)
         store.write(act).add_done_callback(_log_trouble)
 
     def _keep_name(self) -> None:

@@ -102,7 +102,7 @@ def left_in(store: Store) -> tuple[LeftActive, ...]:
     return store.write(all_left).result(PATIENCE_S)
 
 
-def modules_in(store: Store) -> tuple[Remembered, ...]:
+def modules_in(store: Store) -> list[Remembered]:
     return store.write(modules).result(PATIENCE_S)
 
 
@@ -110,8 +110,8 @@ def remembered_in(store: Store, name: str) -> Remembered | None:
     return store.write(lambda facts: remembered(facts, name)).result(PATIENCE_S)
 
 
-def register(store: Store, name: str, adapter: str = "") -> None:
-    store.write(lambda facts: remember(facts, name, adapter=adapter)).result(PATIENCE_S)
+def register(store: Store, name: str) -> None:
+    store.write(lambda facts: remember(facts, name)).result(PATIENCE_S)
 
 
 def records_of(store: Store, name: str) -> tuple[SeenRecord, ...]:

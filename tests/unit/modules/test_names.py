@@ -55,16 +55,16 @@ def against(desk: Desk, boot_count: int | None) -> list[str]:
 
 
 def test_what_is_not_given_stays(desk: Desk) -> None:
-    remember(desk.facts, "M-07", adapter="usb", boot_count=12, settings=SETTINGS)
+    remember(desk.facts, "M-07", boot_count=12, settings=SETTINGS)
     remember(desk.facts, "M-07")
     known = remembered(desk.facts, "M-07")
     assert known is not None
-    assert (known.adapter, known.boot_count, known.settings) == ("usb", 12, SETTINGS)
+    assert (known.boot_count, known.settings) == (12, SETTINGS)
     assert len(desk.facts.of_module(ModuleNamed, "M-07")) == 1
-    remember(desk.facts, "M-07", adapter="other", boot_count=13)
+    remember(desk.facts, "M-07", boot_count=13)
     known = remembered(desk.facts, "M-07")
     assert known is not None
-    assert (known.adapter, known.boot_count, known.settings) == ("other", 13, SETTINGS)
+    assert (known.boot_count, known.settings) == (13, SETTINGS)
 
 
 def test_the_last_seen_comes_first(desk: Desk) -> None:

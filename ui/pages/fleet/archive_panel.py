@@ -41,7 +41,7 @@ from app.text.messages import UserError, clean, join_sentences, joined
 from protocol.catalogue import DEFAULT_BAUD_RATE
 from protocol.translatable import marked
 from ui.core.background_task import BackgroundTask, Running
-from ui.files.file_dialogs import AskText, ThenPath, ask_path, ask_text
+from ui.files.file_dialogs import AskText, ask_path, ask_text
 from ui.forms.tables import RowsTable, TableColumn, select_row
 from ui.services.context import Services
 from ui.session.port import Port
@@ -62,7 +62,6 @@ from ui.widgets.number_line import WheelGuard, label_for
 
 SIMULATED: Final = "sim://module-{number}?lifelike"
 EXCHANGE_EVERY_MS: Final = 300_000
-SUFFIX: Final = ".dps-s"
 MAX_LENGTH: Final = 200
 # Proposed; a person decides.
 REPACKED_FOR_MONTHS: Final = 6
@@ -107,10 +106,11 @@ class ArchivePanel(QWidget):
         self._services = services
         # The server that is set, without its password.
         self._server: str | None = None
-        self.ask_file: Callable[[QWidget, ThenPath], object] = _ask_file
+        self.ask_file = ask_path
         self._exchanging: BackgroundTask[tuple[str, bool]] = BackgroundTask("dps-s archive", self)
-        self._timer = QTimer(self, interval=EXCHANGE_EVERY_MS)
-        self._timer.timeout.connect(lambda: self._exchange(self._server))
+        timer = QTimer(self, interval=EXCHANGE_EVERY_MS)
+        timer.timeout.connect(self._exchange_with_server)
+        timer.start()
         self._loading: BackgroundTask[list[ModuleToday]] = BackgroundTask("dps-s archive list", self)
         self._loading_history: BackgroundTask[list[HistoryEvent]] = BackgroundTask("dps-s archive history", self)
         self._keeping: BackgroundTask[object] = BackgroundTask("dps-s archive service", self)
@@ -122,7 +122,7 @@ class ArchivePanel(QWidget):
             QPushButton(tr("Exchange with a file…")),
             "archive_file",
             picture=Icon.FOLDER,
-            slot=lambda: self.ask_file(self, lambda path: self._exchange(str(path))),
+            slot=self._choose_file,
         )
         self.state = text_label("archive_state", is_selectable=True)
         self.enter_service = control(
@@ -177,8 +177,10 @@ class ArchivePanel(QWidget):
         store = self._services.storage.ready
         self._server = None if store is None else store.state("server")
         self.server.setText(self._server or "")
+        self._exchange_with_server()
+
+    def _exchange_with_server(self) -> None:
         if self._server is not None:
-            self._timer.start()
             self._exchange(self._server)
 
     def _sync(self) -> None:
@@ -192,11 +194,12 @@ class ArchivePanel(QWidget):
         self.server.setText(self._server or "")  # without its password
         if store is not None:
             store.set_state("server", self._server)
-        if self._server is None:
-            self._timer.stop()
-        else:
-            self._timer.start()
         self._exchange(typed if self._server else None)
+
+    def _choose_file(self) -> None:
+        """One that is there gets what it lacks, and gives what this station lacks."""
+        suggested, then = Path.home() / "archive.dps-s", lambda path: self._exchange(str(path))
+        self.ask_file(self, tr("Exchange with a file…"), suggested, "*.dps-s", then, is_extended=True)
 
     def _exchange(self, place: str | None) -> None:
         """With a server or a file, in both directions; None: count only what is not shared with the server."""
@@ -219,8 +222,8 @@ class ArchivePanel(QWidget):
             if done is not None and done.left_out_count:
                 parts.append(tr("Left out, unreadable or altered: {count}.", count=done.left_out_count))
                 parts += [f"{one.id[:12]}: {one.why}." for one in done.left_out[:3]]
-            is_whole = done is None or not done.left_out_count
-            return join_sentences(parts) or tr("No server is set."), not is_whole
+            needs_attention = done is not None and done.left_out_count > 0
+            return join_sentences(parts) or tr("No server is set."), needs_attention
 
         self._exchanging.run(work, self._end_exchange, self._fail_exchange)
         self.sync.setEnabled(False)
@@ -309,12 +312,6 @@ class ArchivePanel(QWidget):
         if store is not None:
             kept = partial(Facts.add, content=service, module=module)
             self._keeping.run_in(store, kept, lambda _kept: self._exchange(None), self._fail)
-
-
-def _ask_file(parent: QWidget, then: ThenPath) -> None:
-    """One that is there gets what it lacks, and gives what this station lacks."""
-    suggested = Path.home() / f"archive{SUFFIX}"
-    ask_path(parent, tr("Exchange with a file…"), suggested, f"*{SUFFIX}", then, is_extended=True)
 
 
 class ServiceForm(QWidget):

@@ -49,7 +49,7 @@ def test_a_file_brings_what_another_station_knows(qtbot: QtBot, assembly: Assemb
     stick = stick_of_another(tmp_path)
     store_of(assembly.storage).add(SaidNew(is_new=True), "M-01").result(PATIENCE_S)
     panel = shown(qtbot, assembly)
-    panel.ask_file = lambda _parent, then: then(stick)
+    panel.ask_file = lambda *given, **_options: given[-1](stick)
     qtbot.waitUntil(panel.carry.isEnabled, timeout=WAIT_MS)
     panel.carry.click()
     model = panel.modules.model()
