@@ -49,20 +49,20 @@ class OpenModule:
 
     def watch(self, seconds: float) -> Iterator[StatusSample]:
         """Ask for the status ten times a second. The serial output is left as it is."""
+
+        def next_report() -> Procedure[StatusSample | None]:
+            yield Pause(POLL_EVERY_S)
+            return (yield from ask_report())
+
         ends_at = steady_time() + seconds
         while steady_time() < ends_at:
-            report = self._port.run(_next_report())
+            report = self._port.run(next_report())
             if report is not None:
                 yield report
 
     def lock(self) -> Locked:
         """Send LOCK until the module reports LOCKED, for ten seconds at most. This is never refused."""
         return self._port.run(lock(self._records.journal), outlives=True)
-
-
-def _next_report() -> Procedure[StatusSample | None]:
-    yield Pause(POLL_EVERY_S)
-    return (yield from ask_report())
 
 
 @contextmanager

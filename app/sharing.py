@@ -54,7 +54,6 @@ MOST_LOCKS = 20
 MOST_NOISE = 512
 # Bytes that a reader has not taken yet.
 MOST_UNREAD = 65_536
-_UNASKED = (Role.STREAMED, Role.UNSOLICITED, Role.DUPLICATE)
 
 
 class Event(Enum):
@@ -84,9 +83,8 @@ class Reader:
         self.questions: deque[Request] = deque()  # each once
         self.unread = bytearray()
         self.refused: set[int] = set()  # codes, each told once
-        self.noise = 0
+        self.noise = self.bytes = self.locks = 0
         self.second_began_at = steady_time()
-        self.bytes = self.locks = 0
 
     def receive(self) -> list[Request]:
         """What it asks for. Raises OSError where it has left."""
@@ -173,7 +171,7 @@ class Sharing:
     def turn(self, longest_s: float) -> None:
         """Do what is due, and wait at most `longest_s` for readers."""
         self._ask_next()
-        self._send_to_all(b"")
+        self._send(self.readers, b"")
         for key, _ in self._selector.select(longest_s):
             if isinstance(key.data, Reader):
                 self._hear(key.data)
@@ -184,6 +182,21 @@ class Sharing:
         """End the waiting of `turn`; from any thread."""
         with suppress(OSError):  # it will wake up already, or is closed
             self._waking.send(b"\0")
+
+    def take_in(self, batch: Batch) -> None:
+        self._conversation = batch.conversation
+        for event in batch.events:
+            if isinstance(event, Ended) and event.reason not in (EndReason.CLOSED, EndReason.PORT_LOST):
+                self._quiet_until = steady_time() + QUIET_S
+                self._askers.clear()
+                self._tell(Event.ENDED, "", reason_message(event.reason, event.contradiction).translated())
+            elif isinstance(event, Received) and event.role in (Role.STREAMED, Role.UNSOLICITED, Role.DUPLICATE):
+                is_quiet = steady_time() < self._quiet_until
+                is_restart = isinstance(event.message, Heartbeat)  # told at once, also while it is quiet
+                if is_restart and is_quiet:
+                    self._quiet_until = steady_time() + QUIET_S
+                if is_restart or not is_quiet:
+                    self._send(self.readers, event.frame.raw)
 
     def close(self) -> None:
         """Hang up."""
@@ -213,16 +226,17 @@ class Sharing:
         with self._watched(reader), suppress(BlockingIOError):
             for request in reader.receive():
                 if request == LOCK:
-                    self._lock_for(reader)
+                    if reader not in self._lockers:
+                        self._lockers.append(reader)
+                        self._tell(Event.LOCK, reader.name, "LOCK")
+                    self._lock(self._on_locked)
                 elif not request.command.can_be_asked or request.is_set:
-                    self._refuse(reader, request)
+                    if request.command.code not in reader.refused:
+                        reader.refused.add(request.command.code)
+                        why = labelled(request.encode().hex(" ").upper(), tr(SHARED))
+                        self._tell(Event.REFUSED, reader.name, why)
                 elif request not in reader.questions and not (reader in self._askers and request == self._question):
                     reader.questions.append(request)
-
-    def _refuse(self, reader: Reader, request: Request) -> None:
-        if request.command.code not in reader.refused:
-            reader.refused.add(request.command.code)
-            self._tell(Event.REFUSED, reader.name, labelled(request.encode().hex(" ").upper(), tr(SHARED)))
 
     @contextmanager
     def _watched(self, reader: Reader) -> Iterator[None]:
@@ -236,15 +250,11 @@ class Sharing:
                 self._drop(reader, tr("Dropped: sends too much or no frames, or does not read."))
 
     def _drop(self, reader: Reader, why: str = "") -> None:
-        if reader not in self.readers:
-            return
-        self.readers.remove(reader)
-        self._selector.unregister(reader.client)
-        reader.client.close()
-        self._tell(Event.DROPPED if why else Event.LEFT, reader.name, why)
-
-    def _send_to_all(self, data: bytes) -> None:
-        self._send(self.readers, data)
+        if reader in self.readers:
+            self.readers.remove(reader)
+            self._selector.unregister(reader.client)
+            reader.client.close()
+            self._tell(Event.DROPPED if why else Event.LEFT, reader.name, why)
 
     def _send(self, readers: Sequence[Reader], data: bytes) -> None:
         for reader in tuple(readers):
@@ -253,21 +263,11 @@ class Sharing:
 
     # The module
 
-    def take_in(self, batch: Batch) -> None:
-        self._conversation = batch.conversation
-        for event in batch.events:
-            if isinstance(event, Ended) and event.reason not in (EndReason.CLOSED, EndReason.PORT_LOST):
-                self._quiet_until = steady_time() + QUIET_S
-                self._askers.clear()
-                self._tell(Event.ENDED, "", reason_message(event.reason, event.contradiction).translated())
-            elif isinstance(event, Received) and event.role in _UNASKED:
-                self._pass_on(event)
-
     def _ask_next(self) -> None:
         conversation = self._conversation
         if conversation is None:
             return
-        if not conversation.is_going or self._is_quiet:
+        if not conversation.is_going or steady_time() < self._quiet_until:
             for reader in self.readers:
                 reader.questions.clear()
         waiting = [reader for reader in self.readers if reader.questions]
@@ -284,23 +284,6 @@ class Sharing:
         if job.error is None:
             self._send(self._askers, b"".join(map(frame_of, job.outcome())))
         self._askers, self._question = [], None
-
-    def _lock_for(self, reader: Reader) -> None:
-        if reader not in self._lockers:
-            self._lockers.append(reader)
-            self._tell(Event.LOCK, reader.name, "LOCK")
-        self._lock(self._on_locked)
-
-    @property
-    def _is_quiet(self) -> bool:
-        return steady_time() < self._quiet_until
-
-    def _pass_on(self, event: Received) -> None:
-        is_restart = isinstance(event.message, Heartbeat)  # told at once, also while it is quiet
-        if is_restart and self._is_quiet:
-            self._quiet_until = steady_time() + QUIET_S
-        if is_restart or not self._is_quiet:
-            self._send_to_all(event.frame.raw)
 
     def _on_locked(self, done: Locked) -> None:
         names = join_names(reader.name for reader in self._lockers)

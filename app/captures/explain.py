@@ -41,86 +41,15 @@ from protocol.translatable import marked
 
 Asked = Request | Command | None
 
+# D4 that means "received" (E2), and is also a value.
 _EITHER_OR = 0x01
-"""D4 that means "received" (E2), and is also a value."""
-
+# Acts with names of their own, by command and D4.
 _ACTS: dict[tuple[str, int], str] = {
     ("activation", 0x00): marked("Lock"),
     ("activation", 0x01): marked("Activate"),
     ("deploy", 0x00): marked("Forbid serial trigger"),
     ("deploy", 0x01): marked("Deploy"),
 }
-"""Acts with names of their own, by command and D4."""
-
-
-def meaning(frame: Frame, asked: Asked = None) -> dict[str, JsonValue]:
-    """The command and the values of a frame, with units in their names; always in English."""
-    if frame.direction is Direction.HOST_TO_MODULE:
-        return _meaning_of_request(decode_request(frame.raw))
-    return _meaning_of_message(read_reply(frame.raw, asked), asked)
-
-
-def sentence(piece: Frame | Noise, asked: Asked = None) -> str:
-    """One line for people, in the language in use; for rejected bytes the reason."""
-    if isinstance(piece, Noise):
-        return labelled(tr("no frame"), tr(piece.reason.value))
-    if piece.direction is Direction.HOST_TO_MODULE:
-        return _request_text(decode_request(piece.raw))
-    return _message_text(read_reply(piece.raw, asked), asked)
-
-
-def event_sentence(event: Event) -> str:
-    """What an event of the link says, in the language in use; "" for what its frames have told."""
-    match event:
-        case Sent():
-            return _sentence(Direction.HOST_TO_MODULE, event.raw, None)
-        case Received():
-            return _sentence(event.frame.direction, event.frame.raw, _asked_before(event))
-        case Rejected():
-            return sentence(event.noise)
-        case Unanswered() if event.attempts == 0:
-            return tr("not sent: the module stopped answering")
-        case Unanswered():
-            return tr(
-                "no reply within {seconds:.1f} s, asked {attempts} times",
-                seconds=event.waited_s,
-                attempts=event.attempts,
-            )
-        case OutcomeUnknown():
-            return tr("no reply within {seconds:.1f} s; may have been carried out", seconds=event.waited_s)
-        case Began():
-            return tr("the module answers")
-        case Ended():
-            return reason_message(event.reason, event.contradiction).translated()
-        case _:
-            return ""
-
-
-@lru_cache(maxsize=4096)
-def _sentence(direction: Direction, raw: bytes, asked: Asked) -> str:
-    """Cached, since few frames differ and a search needs those of all rows."""
-    return sentence(Frame(direction, raw), asked)
-
-
-def _asked_before(received: Received) -> Asked:
-    """What the link took the frame for an answer to."""
-    match received.message:
-        case Acknowledgement(request=request):
-            return request
-        case Reading(command=command) if received.role is not Role.UNSOLICITED and command.can_be_asked:
-            return command.query()
-        case _:
-            return None
-
-
-def read_reply(raw: bytes, asked: Asked) -> Message:
-    """Decode the valid module frame `raw` as the answer to `asked`."""
-    if not isinstance(asked, Command):
-        return decode(raw, asked)
-    if asked.can_be_asked:
-        return decode(raw, asked.query())
-    # The value that was sent is unknown; the reply is taken for its echo.
-    return decode(raw, asked.query() if asked.write is None else Request(asked, control=SET, data=raw[4]))
 
 
 class _Said(Enum):
@@ -142,6 +71,135 @@ class _Reply(NamedTuple):
     may_answer: tuple[Command, ...] = ()
 
 
+def meaning(frame: Frame, asked: Asked = None) -> dict[str, JsonValue]:
+    """The command and the values of a frame, with units in their names; always in English."""
+    if frame.direction is Direction.HOST_TO_MODULE:
+        request = decode_request(frame.raw)
+        command, named = request.command, dict[str, JsonValue](command=request.command.name)
+        if request.is_set and command.write is not None and command.write_key is not None:
+            named[command.write_key] = command.write.decode(request.data)
+        return named
+    answer = read_reply(frame.raw, asked)
+    match answer:
+        case Heartbeat():
+            return {"command": "heartbeat"}
+        case Status():
+            return {"command": "status"} | {part.name: getattr(answer, part.name) for part in STATUS_PARTS}
+        case TriggerRecord():
+            return {"command": "trigger_records"} | record_values(answer)
+        case EmptySlot():
+            return {"command": "trigger_records", "empty": True}
+    reply = _reply_of(answer, asked)
+    command, key = reply.command, reply.command.reply_key
+    named = {"command": command.name}
+    match reply.said:
+        case _Said.RECEIVED:
+            return named | {"acknowledged": True}
+        case _Said.OPEN if key is not None:
+            # A baud rate cannot be queried, so its reply is always an acknowledgement.
+            return named | ({key: None} if command.can_be_asked else {"acknowledged": True})
+        case _Said.REFUSED:
+            named["acknowledged"] = False
+            if command.acknowledged_by_one:
+                return named  # "anything else: failed", so it need not carry the present value
+    if command.reply is not None and key is not None:
+        named[key] = command.reply.decode(reply.raw)
+    if reply.may_answer:
+        named["may_answer"] = [command.name for command in reply.may_answer]
+    return named
+
+
+def sentence(piece: Frame | Noise, asked: Asked = None) -> str:
+    """One line for people, in the language in use; for rejected bytes the reason."""
+    if isinstance(piece, Noise):
+        return labelled(tr("no frame"), tr(piece.reason.value))
+    if piece.direction is Direction.HOST_TO_MODULE:
+        request = decode_request(piece.raw)
+        title = _inside(request.command.title)
+        if request.command.name == "heartbeat":
+            return title
+        if request.is_set:
+            return labelled(tr("set"), _value_text(request.command, request.command.write, request.data))
+        return labelled(tr("query") if request.is_repeatable else tr("set"), title)
+    answer = read_reply(piece.raw, asked)
+    match answer:
+        case Heartbeat():
+            return _inside(BY_NAME["heartbeat"].title)
+        case Status():
+            words = (
+                f"{_inside(marked('Tilt'))} {answer.tilt_deg}°",
+                f"{answer.acceleration_g:.1f} g",
+                tr("triggered") if answer.triggered else tr("not triggered"),
+                tr("active") if answer.active else tr("locked"),
+            )
+            return labelled(_inside(STATUS.title), join_names(words))
+        case TriggerRecord():
+            return labelled(_inside(TRIGGER_RECORDS.title), told(answer).translated())
+        case EmptySlot():
+            return labelled(_inside(TRIGGER_RECORDS.title), tr("none"))
+    reply = _reply_of(answer, asked)
+    command, title = reply.command, _inside(reply.command.title)
+    match reply.said:
+        case _Said.OPEN:
+            return labelled(tr("reply"), f"{title} ?")
+        case _Said.RECEIVED:
+            return labelled(tr("acknowledged"), title)
+        case _Said.ACCEPTED:
+            return labelled(tr("acknowledged"), _value_text(command, command.reply, reply.raw))
+        case _Said.REFUSED:
+            return labelled(tr("not acknowledged"), f"{title} ({reply.raw:02X})")
+        case _Said.VALUE:
+            values = (_value_text(one, one.reply, reply.raw) for one in reply.may_answer or (command,))
+            return labelled(tr("reply"), " / ".join(values))
+
+
+# Few frames differ, and a search in the traffic needs the sentences of all rows.
+_cached_sentence = lru_cache(maxsize=4096)(sentence)
+
+
+def event_sentence(event: Event) -> str:
+    """What an event of the link says, in the language in use; "" for what its frames have told."""
+    match event:
+        case Sent():
+            return _cached_sentence(Frame(Direction.HOST_TO_MODULE, event.raw))
+        case Received(message=Acknowledgement(request=request)):
+            return _cached_sentence(_unplaced(event.frame), request)
+        case Received(message=Reading(command=command)) if event.role is not Role.UNSOLICITED and command.can_be_asked:
+            return _cached_sentence(_unplaced(event.frame), command.query())
+        case Received():
+            return _cached_sentence(_unplaced(event.frame))
+        case Rejected():
+            return sentence(event.noise)
+        case Unanswered() if event.attempts == 0:
+            return tr("not sent: the module stopped answering")
+        case Unanswered():
+            text = marked("no reply within {seconds:.1f} s, asked {attempts} times")
+            return tr(text, seconds=event.waited_s, attempts=event.attempts)
+        case OutcomeUnknown():
+            return tr("no reply within {seconds:.1f} s; may have been carried out", seconds=event.waited_s)
+        case Began():
+            return tr("the module answers")
+        case Ended():
+            return reason_message(event.reason, event.contradiction).translated()
+        case _:
+            return ""
+
+
+def _unplaced(frame: Frame) -> Frame:
+    """Without its place in the stream, so that equal frames are equal."""
+    return Frame(frame.direction, frame.raw)
+
+
+def read_reply(raw: bytes, asked: Asked) -> Message:
+    """Decode the valid module frame `raw` as the answer to `asked`."""
+    if not isinstance(asked, Command):
+        return decode(raw, asked)
+    if asked.can_be_asked or asked.write is None:
+        return decode(raw, asked.query())
+    # The value that was sent is unknown; the reply is taken for its echo.
+    return decode(raw, Request(asked, control=SET, data=raw[4]))
+
+
 def _reply_of(message: Reading | Acknowledgement, asked: Asked) -> _Reply:
     raw = message.raw
     if isinstance(message, Reading):
@@ -160,97 +218,10 @@ def _reply_of(message: Reading | Acknowledgement, asked: Asked) -> _Reply:
     return _Reply(_Said.ACCEPTED if message.is_accepted else _Said.REFUSED, command, raw)
 
 
-def _meaning_of_request(request: Request) -> dict[str, JsonValue]:
-    command = request.command
-    named: dict[str, JsonValue] = {"command": command.name}
-    if request.is_set and command.write is not None and command.write_key is not None:
-        named[command.write_key] = command.write.decode(request.data)
-    return named
-
-
-def _meaning_of_message(message: Message, asked: Asked) -> dict[str, JsonValue]:
-    match message:
-        case Heartbeat():
-            return {"command": "heartbeat"}
-        case Status():
-            return {"command": "status"} | {part.name: getattr(message, part.name) for part in STATUS_PARTS}
-        case TriggerRecord():
-            return {"command": "trigger_records"} | record_values(message)
-        case EmptySlot():
-            return {"command": "trigger_records", "empty": True}
-        case _:
-            return _meaning_of_reply(_reply_of(message, asked))
-
-
-def _meaning_of_reply(reply: _Reply) -> dict[str, JsonValue]:
-    command, key = reply.command, reply.command.reply_key
-    named: dict[str, JsonValue] = {"command": command.name}
-    match reply.said:
-        case _Said.RECEIVED:
-            return named | {"acknowledged": True}
-        case _Said.OPEN if key is not None:
-            # A baud rate cannot be queried, so its reply is always an acknowledgement.
-            return named | ({key: None} if command.can_be_asked else {"acknowledged": True})
-        case _Said.REFUSED:
-            named["acknowledged"] = False
-            if command.acknowledged_by_one:
-                return named  # "anything else: failed", so it need not carry the present value
-    if command.reply is not None and key is not None:
-        named[key] = command.reply.decode(reply.raw)
-    if reply.may_answer:
-        named["may_answer"] = [command.name for command in reply.may_answer]
-    return named
-
-
 def _inside(title: str) -> str:
     """A title in the language in use, for the middle of a sentence."""
     words = tr(title)
     return words[:1].lower() + words[1:]
-
-
-def _request_text(request: Request) -> str:
-    command = request.command
-    if command.name == "heartbeat":
-        return _inside(command.title)
-    if request.is_set:
-        return labelled(tr("set"), _value_text(command, command.write, request.data))
-    return labelled(tr("query") if request.is_repeatable else tr("set"), _inside(command.title))
-
-
-def _message_text(message: Message, asked: Asked) -> str:
-    match message:
-        case Heartbeat():
-            return _inside(BY_NAME["heartbeat"].title)
-        case Status():
-            words = (
-                f"{_inside(marked('Tilt'))} {message.tilt_deg}°",
-                f"{message.acceleration_g:.1f} g",
-                tr("triggered") if message.triggered else tr("not triggered"),
-                tr("active") if message.active else tr("locked"),
-            )
-            return labelled(_inside(STATUS.title), join_names(words))
-        case TriggerRecord():
-            return labelled(_inside(TRIGGER_RECORDS.title), told(message).translated())
-        case EmptySlot():
-            return labelled(_inside(TRIGGER_RECORDS.title), tr("none"))
-        case _:
-            return _reply_text(_reply_of(message, asked))
-
-
-def _reply_text(reply: _Reply) -> str:
-    command, title = reply.command, _inside(reply.command.title)
-    match reply.said:
-        case _Said.OPEN:
-            return labelled(tr("reply"), f"{title} ?")
-        case _Said.RECEIVED:
-            return labelled(tr("acknowledged"), title)
-        case _Said.ACCEPTED:
-            return labelled(tr("acknowledged"), _value_text(command, command.reply, reply.raw))
-        case _Said.REFUSED:
-            return labelled(tr("not acknowledged"), f"{title} ({reply.raw:02X})")
-        case _Said.VALUE:
-            values = (_value_text(one, one.reply, reply.raw) for one in reply.may_answer or (command,))
-            return labelled(tr("reply"), " / ".join(values))
 
 
 def _value_text(command: Command, field: Field | None, raw: int) -> str:

@@ -51,10 +51,8 @@ class CaptureEntry(NamedTuple):
 
 
 def entries_of(events: Iterable[Event], started_at: float) -> Iterator[CaptureEntry]:
-    """The bytes of these events; bytes that were received together become one entry.
-
-    `started_at`: monotonic time that becomes 0, also for earlier events.
-    """
+    """The bytes of these events; bytes that were received together become one entry. `started_at`: monotonic time that
+    becomes 0, also for earlier events."""
     together: CaptureEntry | None = None
     for event in events:
         if isinstance(event, Received):
@@ -132,13 +130,9 @@ class Explainer:
         return rows
 
 
-MAX_TEXT_LENGTH: Final = 1 << 22
-"""Of a line; a longer one is read in pieces."""
+MAX_LINE: Final = 1 << 22  # characters; a longer line is read in pieces
 MAX_FAULTS: Final = 100
 _ENTRY = re.compile(r"(\d{1,12}(?:\.\d{1,9})?)\s+([<>])\s*(.*)")
-_WORD = re.compile(r"[^\s,\ufeff]+")
-_SHOWN = 24
-"""Characters of a word that is refused."""
 
 
 class NotHex(ValueError):
@@ -146,7 +140,7 @@ class NotHex(ValueError):
 
     def __init__(self, word: str) -> None:
         super().__init__(f"{word!r} is not a pair of hex digits")
-        self.word = word
+        self.word = word[:24]
 
 
 def hex_bytes(text: str) -> bytes:
@@ -154,34 +148,26 @@ def hex_bytes(text: str) -> bytes:
     with suppress(ValueError):  # most text has neither commas nor "0x"
         return bytes.fromhex(text)
     raw = bytearray()
-    for word in _WORD.findall(text):
+    for word in re.findall(r"[^\s,\ufeff]+", text):
         digits = word[2:] if word[:2] in ("0x", "0X") else word
         try:
             raw += bytes.fromhex(digits)
         except ValueError:
             digits = ""
         if not digits:
-            raise NotHex(word[:_SHOWN])
+            raise NotHex(word)
     return bytes(raw)
-
-
-class LineFault(NamedTuple):
-    """A line that was skipped. `line` counts from 1; `text` is English, marked."""
-
-    line: int
-    text: str
 
 
 class TextReader:
     """Explains text line by line; its first line that is no remark tells whether it has times."""
 
     def __init__(self, asked: Command | None = None) -> None:
-        """`asked`: the command that the module's frames answer until the first request."""
-        self._is_timed = False
-        self.faults: list[LineFault] = []
-        """Of lines with times: the first `MAX_FAULTS`."""
+        """`asked`: as of `Explainer`."""
+        # Lines with times that were skipped, by number from 1, and why (marked): the first `MAX_FAULTS`.
+        self.faults: list[tuple[int, str]] = []
         self._explainer = Explainer(asked)
-        self._has_begun = False
+        self._is_timed: bool | None = None
         self._number = 0
         self._last_s = 0.0
 
@@ -191,36 +177,27 @@ class TextReader:
         plain = line.strip("\ufeff \t\r\n")
         if not plain or plain.startswith("#"):
             return []
-        if not self._has_begun:
-            self._has_begun, self._is_timed = True, _ENTRY.fullmatch(plain) is not None
+        found = _ENTRY.fullmatch(plain)
+        if self._is_timed is None:
+            self._is_timed = found is not None
         if not self._is_timed:
             return self._explainer.feed_untimed(hex_bytes(plain))
-        entry = self._entry(plain)
-        return [] if entry is None else self._explainer.feed(entry)
+        raw, fault = b"", marked("no time, direction and bytes")
+        if found is not None:
+            try:
+                raw, fault = hex_bytes(found[3]), ""
+                if float(found[1]) < self._last_s:
+                    fault = marked("the time runs backwards")  # its bytes count all the same
+                self._last_s = max(self._last_s, float(found[1]))
+            except NotHex:
+                fault = marked("no pairs of hex digits")
+        if fault and len(self.faults) < MAX_FAULTS:
+            self.faults.append((self._number, fault))
+        return self._explainer.feed(CaptureEntry(self._last_s, Way(found[2]), raw)) if found and raw else []
 
     def end(self) -> list[Explained]:
         return self._explainer.end()
 
-    def _entry(self, plain: str) -> CaptureEntry | None:
-        """The bytes of a line with a time; None where it has none, or cannot be read."""
-        found = _ENTRY.fullmatch(plain)
-        if found is None:
-            self._refuse(marked("no time, direction and bytes"))
-            return None
-        try:
-            raw = hex_bytes(found[3])
-        except NotHex:
-            self._refuse(marked("no pairs of hex digits"))
-            return None
-        if float(found[1]) < self._last_s:
-            self._refuse(marked("the time runs backwards"))  # its bytes count all the same
-        self._last_s = max(self._last_s, float(found[1]))
-        return CaptureEntry(self._last_s, Way(found[2]), raw) if raw else None
-
-    def _refuse(self, text: str) -> None:
-        if len(self.faults) < MAX_FAULTS:
-            self.faults.append(LineFault(self._number, text))
-
 
 def lines_in(file: TextIO) -> Iterator[str]:
-    return iter(partial(file.readline, MAX_TEXT_LENGTH), "")
+    return iter(partial(file.readline, MAX_LINE), "")

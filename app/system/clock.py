@@ -14,29 +14,21 @@ from functools import partial
 Clock = Callable[[], float]
 
 
-def _sleepless_clock() -> Clock:
-    # Windows' monotonic clock counts sleep itself.
-    name = "CLOCK_MONOTONIC" if sys.platform == "darwin" else "CLOCK_BOOTTIME"
-    number: int | None = getattr(time, name, None)
-    if number is None:
-        return time.monotonic
-    return partial(time.clock_gettime, number)
-
-
-steady_time: Clock = _sleepless_clock()
-"""Seconds since some moment. All times (`at`) in the engine are of this clock."""
-
+# Windows has none of them: its monotonic clock counts sleep itself.
+_SLEEPLESS = getattr(time, "CLOCK_MONOTONIC" if sys.platform == "darwin" else "CLOCK_BOOTTIME", None)
+# Seconds since some moment. All times (`at`) in the engine are of this clock.
+steady_time: Clock = time.monotonic if _SLEEPLESS is None else partial(time.clock_gettime, _SLEEPLESS)
 
 SECOND, MINUTE, DAY = "%Y-%m-%d %H:%M:%S", "%Y-%m-%d %H:%M", "%Y-%m-%d"
 
 
 def wall_offset_s() -> float:
-    """Return what makes a time of `steady_time` seconds since 1970; once a wrong clock was set, also an earlier one."""
+    """What makes a time of `steady_time` seconds since 1970; once a wrong clock was set, also an earlier one."""
     return time.time() - steady_time()
 
 
 def age_days(at: str, now: datetime) -> float | None:
-    """Return the age of an ISO 8601 time, without zone in UTC; None if it is invalid, or more than a day in the future,
+    """The age of an ISO 8601 time, without zone in UTC; None if it is invalid, or more than a day in the future,
     as a clock was wrong then."""
     try:
         then = datetime.fromisoformat(at)
@@ -47,7 +39,7 @@ def age_days(at: str, now: datetime) -> float | None:
 
 
 def local_time(text: str, form: str = SECOND, zone: tzinfo | None = None) -> str:
-    """Return an ISO 8601 time of the store in this zone, by default that of this computer; anything else as it is."""
+    """An ISO 8601 time of the store in this zone, by default that of this computer; anything else as it is."""
     try:
         return datetime.fromisoformat(text).astimezone(zone).strftime(form)
     except (ValueError, OverflowError, OSError):  # some are of no year in this zone
@@ -55,7 +47,7 @@ def local_time(text: str, form: str = SECOND, zone: tzinfo | None = None) -> str
 
 
 def clock_text(wall_s: float, decimals: int = 0) -> str:
-    """Return the local time of day of seconds since 1970, with `decimals` of a second."""
+    """The local time of day of seconds since 1970, with `decimals` of a second."""
     whole = math.floor(round(wall_s, decimals))
     text = time.strftime("%H:%M:%S", time.localtime(whole))
     if not decimals:

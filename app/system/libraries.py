@@ -38,23 +38,15 @@ FOR_X: Final = {
 }
 
 
-def wanted_libraries() -> dict[str, str]:
-    """The libraries for a window on the present X screen, or for offscreen use."""
-    is_x = bool(os.environ.get("DISPLAY")) and os.environ.get("QT_QPA_PLATFORM", "") in ("", "xcb")
-    return ALWAYS | FOR_X if is_x and os.environ.get("XDG_SESSION_TYPE") != "wayland" else ALWAYS
-
-
 def missing(libraries: Mapping[str, str]) -> dict[str, str]:
     """Those that cannot be loaded."""
-    return {name: package for name, package in libraries.items() if not _loads(name)}
-
-
-def _loads(name: str) -> bool:
-    try:
-        ctypes.CDLL(name)
-    except OSError:
-        return False
-    return True
+    lacking: dict[str, str] = {}
+    for name, package in libraries.items():
+        try:
+            ctypes.CDLL(name)
+        except OSError:
+            lacking[name] = package
+    return lacking
 
 
 def install_command(packages: Iterable[str]) -> str | None:
@@ -73,7 +65,10 @@ def window_obstacle() -> str | None:
 
 def missing_libraries() -> str | None:
     """The missing libraries and the command that installs them; None if nothing is missing."""
-    lacking = missing(wanted_libraries()) if sys.platform.startswith("linux") else {}
+    if not sys.platform.startswith("linux"):
+        return None
+    is_x = bool(os.environ.get("DISPLAY")) and os.environ.get("QT_QPA_PLATFORM", "") in ("", "xcb")
+    lacking = missing(ALWAYS | FOR_X if is_x and os.environ.get("XDG_SESSION_TYPE") != "wayland" else ALWAYS)
     if not lacking:
         return None
     what = tr("Missing system libraries: {names}.", names=", ".join(lacking))

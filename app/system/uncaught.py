@@ -19,7 +19,7 @@ class UncaughtError(NamedTuple):
     thread: str
 
 
-# Who is told, beside the log.
+# Who is told, beside the log: the last one.
 _listeners: list[Callable[[UncaughtError], None]] = []
 
 

@@ -13,7 +13,7 @@ _FORMULA_STARTS = ("=", "+", "-", "@", "|", "%", "＝", "＋", "－", "＠", "'"
 
 
 def csv_text(head: Sequence[str], rows: Iterable[Iterable[object]]) -> str:
-    """Return CSV by RFC 4180, without a byte-order mark."""
+    """CSV by RFC 4180, without a byte-order mark."""
     text = io.StringIO(newline="")
     writer = csv.writer(text)
     writer.writerow(head)
@@ -22,21 +22,15 @@ def csv_text(head: Sequence[str], rows: Iterable[Iterable[object]]) -> str:
 
 
 def cell(value: object) -> str:
-    """Return a value as a cell; text that would be a formula is defused."""
-    match value:
-        case None:
-            return ""
-        case bool():
-            return "true" if value else "false"
-        case list():
-            return defused(" ".join(map(str, value)))
-        case str():
-            return defused(value)
-    return str(value)
+    if value is None or isinstance(value, bool):
+        return {None: "", True: "true", False: "false"}[value]
+    if isinstance(value, list):
+        value = " ".join(map(str, value))
+    return defused(value) if isinstance(value, str) else str(value)
 
 
 def utc_cell(text: str) -> str:
-    """Return an ISO 8601 time as "2026-01-31 23:59:59" in UTC, which spreadsheets know; other text as it is."""
+    """An ISO 8601 time as "2026-01-31 23:59:59" in UTC, which spreadsheets know; other text as it is."""
     try:
         return f"{datetime.fromisoformat(text).astimezone(UTC):%Y-%m-%d %H:%M:%S}"
     except ValueError:
@@ -44,7 +38,7 @@ def utc_cell(text: str) -> str:
 
 
 def defused(text: str) -> str:
-    """Return `text` with an apostrophe in front where a spreadsheet would take it for a formula."""
+    """`text` with an apostrophe in front where a spreadsheet would take it for a formula."""
     return f"'{text}" if text.lstrip().startswith(_FORMULA_STARTS) else text
 
 

@@ -38,30 +38,27 @@ def set_language(name: str) -> None:
 
 
 def language() -> str:
-    """Return the language in use; "en" at the start."""
     return _language
 
 
 def tr(text: str, /, **values: object) -> str:
-    """Return the text in the language in use, with its `{name}` place-holders filled in by `str.format`.
-
-    Without values it is not formatted, so it may contain braces. Raises KeyError or ValueError only if the English text
-    does not fit its values.
-    """
+    """The text in the language in use, with its `{name}` place-holders filled in by `str.format`; without values it is
+    not formatted, so it may contain braces."""
     translated = _texts.get(text, text)
     if not values:
         return translated
-    if translated is not text:
-        try:
-            return translated.format(**values)
-        except (LookupError, ValueError, TypeError, AttributeError) as error:
-            _log.warning("Translation of %r cannot be filled in: %r", text, error)
-    return text.format(**values)
+    try:
+        return translated.format(**values)
+    except (LookupError, ValueError, TypeError, AttributeError) as error:
+        if translated is text:
+            raise
+        _log.warning("Translation of %r cannot be filled in: %r", text, error)
+        return text.format(**values)
 
 
 @cache
 def read_translations(path: Path) -> Mapping[str, str]:
-    """Return the translations of one .ts file with their variants; none where it cannot be read."""
+    """The translations of one .ts file with their variants; none where it cannot be read."""
     try:
         messages = read_messages(path)
     except (OSError, SyntaxError) as error:  # ElementTree's ParseError is a SyntaxError
@@ -73,7 +70,7 @@ def read_translations(path: Path) -> Mapping[str, str]:
 
 
 def read_messages(path: Path) -> dict[str, str]:
-    """Return the finished translations of one .ts file, by English text. Raises OSError, or SyntaxError for no XML."""
+    """The finished translations of one .ts file, by English text. Raises OSError, or SyntaxError for no XML."""
     from xml.etree import ElementTree  # an English run reads none
 
     texts: dict[str, str] = {}
@@ -85,8 +82,8 @@ def read_messages(path: Path) -> dict[str, str]:
 
 
 def variants(english: str, chinese: str) -> Iterator[tuple[str, str]]:
-    """Yield what needs no translation of its own: the same text with a capital first letter, in capitals, as a
-    sentence, and with the ellipsis of what asks first."""
+    """What needs no translation of its own: the same text with a capital first letter, in capitals, as a sentence, and
+    with the ellipsis of what asks first."""
     for text in (english, english[:1].upper() + english[1:]):
         yield text, chinese
         if text[-1:].isalnum() or text.endswith("}"):
@@ -97,12 +94,9 @@ def variants(english: str, chinese: str) -> Iterator[tuple[str, str]]:
 
 
 def system_language(environ: Mapping[str, str] = os.environ) -> str:
-    """Return "zh_CN" if the computer is set to Simplified or unspecified Chinese, else "en".
-
-    The POSIX variables decide; where none is set, as on Windows, the platform does.
-    """
-    names = (environ.get(variable, "") for variable in ("LC_ALL", "LC_MESSAGES", "LANG"))
-    chosen = next(filter(None, names), "")
+    """Chinese if the computer is set to Simplified or unspecified Chinese, else English. The POSIX variables decide;
+    where none is set, as on Windows, the platform does."""
+    chosen = environ.get("LC_ALL") or environ.get("LC_MESSAGES") or environ.get("LANG") or ""
     # As in gettext, LANGUAGE overrides the language, but not in the C locale.
     if chosen.partition(".")[0] not in ("", "C", "POSIX"):
         chosen = environ.get("LANGUAGE", "").partition(":")[0] or chosen

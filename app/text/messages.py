@@ -1,10 +1,4 @@
-"""Texts for people: messages with values, sentences, durations, the error that is read, text made safe to show.
-
-Terminals execute escape characters, and direction marks reorder text: both are shown as code points.
-
-Its text is English with place-holders such as {limit}; their values are texts too, already formatted. They are filled
-in without `str.format`, so that a text from a file cannot run a format specification.
-"""
+"""Texts for people: messages with values, sentences, durations, the error that is read, text made safe to show."""
 
 import re
 import unicodedata
@@ -23,22 +17,20 @@ def capitalised(text: str) -> str:
 
 
 def join_sentences(sentences: Iterable[str]) -> str:
-    """Joins sentences; no space follows full-width Chinese punctuation."""
+    """No space follows full-width Chinese punctuation."""
     return _WIDE_STOP_AND_SPACE.sub(r"\1", " ".join(sentence for sentence in sentences if sentence))
 
 
 def join_names(names: Iterable[str]) -> str:
-    """Joins names with the comma of the language in use."""
     return ("、" if language() == CHINESE else ", ").join(names)
 
 
 def labelled(label: object, text: object) -> str:
-    """`text` after its label, with the colon of the language in use."""
     return f"{label}：{text}" if language() == CHINESE else f"{label}: {text}"
 
 
 def in_brackets(text: str) -> str:
-    """`text` in the parentheses of the language in use, to be appended to a word."""
+    """To be appended to a word."""
     return f"（{text}）" if language() == CHINESE else f" ({text})"
 
 
@@ -83,30 +75,29 @@ def duration(seconds: float) -> str:
     return tr("{value:.0f} h", value=seconds / 3600)
 
 
-NEWLINE = "\n"
 _LINE_BREAKS = "\t\n\r\v\f\x85\u2028\u2029"
 _DIRECTION_MARKS = "\u061c\u200b\u200e\u200f\u202a\u202b\u202c\u202d\u202e\u2066\u2067\u2068\u2069\ufeff"
 _IN_JSON = re.compile("[\x7f-\x9f\u061c\u200b\u200e\u200f\u2028-\u202e\u2066-\u2069\ufeff\ud800-\udfff]")
 
 
 def visible(text: str, *, keep: str = "") -> str:
-    """Return `text` with control characters, direction marks and unpaired surrogates as code points, and with spaces
-    for line breaks and tabs; those in `keep` stay."""
+    """`text` with control characters, direction marks and unpaired surrogates as code points, and with spaces for line
+    breaks and tabs; those in `keep` stay. Terminals execute escape characters, and direction marks reorder text."""
     if text.isprintable():
         return text
-    return "".join(character if character in keep else _visible(character) for character in text)
-
-
-def _visible(character: str) -> str:
-    if character in _LINE_BREAKS:
-        return " "
-    if unicodedata.category(character) in ("Cc", "Cs", "Co", "Cn") or character in _DIRECTION_MARKS:
-        return f"[U+{ord(character):04X}]"
-    return character
+    shown = ""
+    for character in text:
+        if character in _LINE_BREAKS and character not in keep:
+            shown += " "
+        elif unicodedata.category(character) in ("Cc", "Cs", "Co", "Cn") and character not in keep:
+            shown += f"[U+{ord(character):04X}]"
+        else:
+            shown += f"[U+{ord(character):04X}]" if character in _DIRECTION_MARKS else character
+    return shown
 
 
 def visible_json(text: str) -> str:
-    """Return JSON with such characters escaped; `json` has already escaped those below U+0020."""
+    """JSON with such characters escaped; `json` has already escaped those below U+0020."""
     return _IN_JSON.sub(lambda match: f"\\u{ord(match[0]):04x}", text)
 
 
@@ -118,18 +109,22 @@ _DEEPEST = 4
 
 
 class UserMessage(NamedTuple):
-    """`values` fill the place-holders of `text`; a `UserMessage` among them is translated, too."""
+    """A translatable message, which can be kept in a record and read in any language later.
+
+    `values` fill the place-holders of `text`, such as {limit}: texts that are already formatted, or messages, which are
+    translated, too. They are filled in without `str.format`, so that a text from a file runs no format specification.
+    """
 
     text: str
     values: tuple[tuple[str, Union[str, "UserMessage"]], ...] = ()
 
     def in_english(self) -> str:
-        """Return the message in English, for JSON and logs."""
+        """For JSON and logs."""
         values = {name: value if isinstance(value, str) else value.in_english() for name, value in self.values}
         return _filled(self.text, values)
 
     def translated(self) -> str:
-        """Return the message in the language in use; see `joined` for lists."""
+        """In the language in use; see `joined` for lists."""
         values = {name: value if isinstance(value, str) else value.translated() for name, value in self.values}
         if language() == CHINESE and _LIST.fullmatch(self.text):
             return _filled(self.text.replace(", ", "，"), values)
@@ -137,29 +132,30 @@ class UserMessage(NamedTuple):
         return join_sentences([filled]) if _SENTENCES.fullmatch(self.text) else filled
 
     def to_json(self) -> dict[str, Any]:
-        """Return it for a record; `message_from_json` reverses it."""
+        """For a record; `message_from_json` reverses it."""
         values = {name: value if isinstance(value, str) else value.to_json() for name, value in self.values}
         return {"text": self.text, "values": values} if values else {"text": self.text}
 
 
 def message(text: str, /, **values: object) -> UserMessage:
-    """Return a message of `text`, which is `marked` if it is translatable. Values are formatted now, as in
-    "{seconds:.1f} s old"; those that are messages are translated later."""
+    """`text` is `marked` if it is translatable. Values are formatted now, as in "{seconds:.1f} s old"; those that are
+    messages are translated later."""
     specs = dict(_PLACE.findall(text))
-    kept = []
-    for name, value in values.items():
-        kept.append((name, value if isinstance(value, UserMessage) else format(value, specs.get(name, ""))))
-    return UserMessage(text, tuple(kept))
+
+    def kept(name: str, value: object) -> str | UserMessage:
+        return value if isinstance(value, UserMessage) else format(value, specs.get(name, ""))
+
+    return UserMessage(text, tuple((name, kept(name, value)) for name, value in values.items()))
 
 
 def joined(parts: Sequence[UserMessage], between: str = ", ") -> UserMessage:
-    """Join messages to one; its comma, or the space between sentences, is that of the language in which it is read."""
+    """Its comma, or the space between sentences, is that of the language in which it is read."""
     places = [f"p{number}" for number in range(len(parts))]
     return UserMessage(between.join(f"{{{place}}}" for place in places), tuple(zip(places, parts, strict=True)))
 
 
 def message_from_json(plain: object, *, depth: int = 0) -> UserMessage:
-    """Return the message of `UserMessage.to_json`; of anything else the text in it, if there is one."""
+    """The message of `UserMessage.to_json`; of anything else the text in it, if there is one."""
     if not isinstance(plain, Mapping) or not isinstance(plain.get("text"), str):
         return UserMessage(plain if isinstance(plain, str) else "")
     values = plain.get("values")
@@ -177,7 +173,7 @@ def _filled(text: str, values: Mapping[str, str]) -> str:
 
 
 def clean(text: str, *, longest: int = MAX_TEXT_LENGTH) -> str:
-    """Return what somebody typed, or what a file says, on one line, `visible`, and cut at `longest` characters."""
+    """What somebody typed, or what a file says, on one line, `visible`, and cut at `longest` characters."""
     shown = visible(text[: longest + 1])
     return shown[: longest - 1] + "…" if len(shown) > longest else shown
 
@@ -200,15 +196,14 @@ class ErrorCode(StrEnum):
 
     @property
     def exit_code(self) -> int:
-        return _EXIT_CODES.get(self, 1)
-
-
-_EXIT_CODES = {
-    **dict.fromkeys((ErrorCode.USAGE, ErrorCode.UNREADABLE, ErrorCode.NOT_JUDGED), 2),
-    **dict.fromkeys((ErrorCode.NO_PORT, ErrorCode.BUSY, ErrorCode.NO_PERMISSION), 3),
-    **dict.fromkeys((ErrorCode.NO_LINK, ErrorCode.INTERRUPTED), 3),
-    ErrorCode.CANCELLED: 130,
-}
+        match self:
+            case self.USAGE | self.UNREADABLE | self.NOT_JUDGED:
+                return 2
+            case self.NO_PORT | self.BUSY | self.NO_PERMISSION | self.NO_LINK | self.INTERRUPTED:
+                return 3
+            case self.CANCELLED:
+                return 130
+        return 1
 
 
 class UserError(Exception):
@@ -220,8 +215,7 @@ class UserError(Exception):
     # Why a command that it ends has no result.
     code = ErrorCode.USAGE
     # What happened, and what to do next, where the two are known apart.
-    what = ""
-    hint = ""
+    what = hint = ""
 
     def __init__(self, text: str | UserMessage, /, **values: object) -> None:
         self.message = text if isinstance(text, UserMessage) else message(text, **values)

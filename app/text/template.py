@@ -22,19 +22,21 @@ LONGEST: Final = 320  # characters of one value; the whole text is in the record
 
 
 def page(template: str, /, **values: Any) -> str:
-    """Return the HTML of a page or of a part of one."""
+    """The HTML of a page or of a part of one."""
     return _environment().get_template(template).render(**values)
 
 
 @cache
 def _environment() -> "Environment":
     from jinja2 import Environment, FileSystemLoader, StrictUndefined
+    from markupsafe import Markup
 
     environment = Environment(
         loader=FileSystemLoader(TEMPLATES),
         autoescape=True,
         undefined=StrictUndefined,
-        finalize=_plain,
+        # What people typed, or that came out of a file, does no harm where it is printed. Markup is our own.
+        finalize=lambda value: value if isinstance(value, Markup) else clean(str(value), longest=LONGEST),
         trim_blocks=True,
         lstrip_blocks=True,
     )
@@ -42,10 +44,3 @@ def _environment() -> "Environment":
     environment.filters["say"] = lambda kept: message_from_json(kept).translated()
     environment.filters["cut"] = lambda text, longest: clean(str(text), longest=longest)
     return environment
-
-
-def _plain(value: object) -> object:
-    """What people typed, or that came out of a file, does no harm where it is printed. Markup is our own."""
-    from markupsafe import Markup
-
-    return value if isinstance(value, Markup) else clean(str(value), longest=LONGEST)

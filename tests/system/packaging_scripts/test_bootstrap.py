@@ -7,6 +7,7 @@ import subprocess
 import sys
 import tomllib
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any
 
 import pytest
@@ -50,10 +51,14 @@ class Checkout:
         patch.setattr(subprocess, "run", self._run)
         patch.setattr(shutil, "which", self._which)
         patch.setattr(os, "geteuid", lambda: self.user, raising=False)  # Windows has none
-        patch.setattr(qt_libraries, "_loads", lambda name: name not in self.lacking)
+        patch.setattr(qt_libraries, "ctypes", SimpleNamespace(CDLL=self._load))
         patch.setattr(sys, "stdin", self)
         patch.setattr("builtins.input", lambda _question: self.answer)
         patch.delenv("CI", raising=False)
+
+    def _load(self, name: str) -> None:
+        if name in self.lacking:
+            raise OSError(name)
 
     def isatty(self) -> bool:
         return self.answer is not None

@@ -1,5 +1,7 @@
 """What is said where Qt would end the program: no screen, no libraries, a screen that turns the user away."""
 
+from types import SimpleNamespace
+
 import pytest
 
 from app.system import libraries as qt_libraries
@@ -19,7 +21,12 @@ def lacking(monkeypatch: pytest.MonkeyPatch) -> set[str]:
     for name in SCREENS:
         monkeypatch.delenv(name, raising=False)
     monkeypatch.setattr("shutil.which", lambda name: f"/usr/bin/{name}")
-    monkeypatch.setattr(qt_libraries, "_loads", lambda soname: soname not in absent)
+
+    def load(name: str) -> None:
+        if name in absent:
+            raise OSError(name)
+
+    monkeypatch.setattr(qt_libraries, "ctypes", SimpleNamespace(CDLL=load))
     return absent
 
 
