@@ -1,7 +1,6 @@
 """Infers the most likely cause of a failed connection, and the next action, from the evidence.
 
-The first row of `CAUSES` that fits counts. `app.diagnosis.symptoms` and `app.diagnosis.adapter_facts` collect the
-evidence.
+The first row of `CAUSES` that fits counts. `app.diagnosis.symptoms` collects the evidence.
 """
 
 import sys
@@ -19,31 +18,6 @@ from app.text.i18n import tr
 from app.text.messages import in_brackets, join_sentences
 from protocol.events import EndReason, Role
 from protocol.translatable import marked
-
-
-class Cause(Enum):
-    """What is wrong. The value is for logs and tests."""
-
-    BRAILLE = "brltty takes the adapter"
-    MODEM_PROBER = "a modem prober has the port"
-    HELD = "another program has the port"
-    NO_PERMISSION = "no permission"
-    OTHER_SERVER = "not an RFC 2217 server"
-    UNREACHABLE = "host not reached"
-    MISSING = "no such port"
-    UNPLUGGED = "unplugged"
-    STUCK = "takes no bytes"
-    UNUSABLE = "no serial port"
-    LOGIN = "a computer's console"
-    FLIGHT_CONTROLLER = "a flight controller"
-    SHUT_DOWN = "it was shut down"
-    ECHO = "echo only"
-    WRONG_RATE = "wrong baud rate"
-    BAD_LINE = "checksum errors"
-    TOO_SLOW = "answers too late"
-    DEAF = "sends and does not answer"
-    FELL_SILENT = "fell silent"
-    NOTHING = "no bytes at all"
 
 
 class NextStep(Enum):
@@ -68,13 +42,13 @@ class Diagnosis(NamedTuple):
 
     what: str
     next_step: str
+    # A command of this program, for the command line.
     terminal_command: str = ""
-    """A command of this program, for the command line."""
     step: NextStep = NextStep.CONNECT_AGAIN
-    cause: Cause | None = None
-    """None for what no row of `CAUSES` is about."""
-    command: str | None = None
-    """The shell command that is the next step."""
+    # For tests; empty for what no row of `CAUSES` is about.
+    cause: str = ""
+    # The shell command that is the next step.
+    command: str = ""
 
     @property
     def terminal_sentence(self) -> str:
@@ -85,32 +59,42 @@ class Diagnosis(NamedTuple):
 
 
 class CauseRow(NamedTuple):
-    """A row of `CAUSES`. `what` and `next_step` are English, marked, with the placeholders of `_values`.
-    `step`: where no command is the next step. `is_at_module`: the next step brings a hand near the module."""
+    """`what` and `next_step` are English, marked, with the place-holders that `diagnose` fills."""
 
-    cause: Cause
+    cause: str
     fits: Callable[[PortEvidence], bool]
     what: str
     next_step: str
-    command: Callable[[PortEvidence], str | None] = lambda _evidence: None
+    command: str = ""
     terminal_command: str = ""
+    # The next step brings a hand near the module.
     is_at_module: bool = False
+    # Where no command is the next step.
     step: NextStep = NextStep.CONNECT_AGAIN
 
 
 def diagnose(evidence: PortEvidence) -> Diagnosis | None:
     """The cause and what to do; None where nothing is wrong or nothing was asked yet."""
-    for row in CAUSES:
-        if row.fits(evidence):
-            values = _values(evidence)
-            command = row.command(evidence)
-            next_step = tr(row.next_step, **values, command="" if command is None else command)
-            if evidence.was_active and not evidence.is_answering:
-                next_step = keep_away("" if row.is_at_module else next_step)
-            what = tr(row.what, **values)
-            step = row.step if command is None else NextStep.COPY_COMMAND
-            return Diagnosis(what, next_step, row.terminal_command, step, row.cause, command)
-    return None
+    row = next((row for row in CAUSES if row.fits(evidence)), None)
+    if row is None:
+        return None
+    trouble = evidence.trouble
+    holder = None if trouble is None else trouble.holder
+    command = row.command.replace("{group}", evidence.facts.group or "")
+    values: dict[str, object] = {
+        "port": evidence.port or ("" if trouble is None else trouble.port),
+        "rate": evidence.baud_rate,
+        "program": "" if holder is None else holder.name,
+        "pid": "" if holder is None else holder.pid,
+        "bytes": evidence.counters.bytes_received,
+        "rejected": evidence.counters.rejected,
+        "command": command,
+    }
+    next_step = tr(row.next_step, **values)
+    if evidence.was_active and not evidence.is_answering:
+        next_step = keep_away("" if row.is_at_module else next_step)
+    step = NextStep.COPY_COMMAND if command else row.step
+    return Diagnosis(tr(row.what, **values), next_step, row.terminal_command, step, row.cause, command)
 
 
 def explain(error: Exception | PortEvidence) -> Diagnosis:
@@ -139,24 +123,9 @@ _AFTER_END: Mapping[EndReason, str] = {
 }
 
 
-# Shell commands
-
-
-def _permission_command(evidence: PortEvidence) -> str | None:
-    group = evidence.facts.group
-    return f"sudo usermod -aG {group} $USER" if group and evidence.platform.startswith("linux") else None
-
-
-def _values(evidence: PortEvidence) -> Mapping[str, object]:
-    holder = evidence.trouble.holder if evidence.trouble is not None else None
-    return {
-        "port": evidence.port or (evidence.trouble.port if evidence.trouble is not None else ""),
-        "rate": evidence.baud_rate,
-        "program": "" if holder is None else holder.name,
-        "pid": "" if holder is None else holder.pid,
-        "bytes": evidence.counters.bytes_received,
-        "rejected": evidence.counters.rejected,
-    }
+def _is_for_a_group(seen: PortEvidence) -> bool:
+    is_known = seen.facts.group is not None and seen.platform.startswith("linux")
+    return is_known and seen.has(PortTrouble.NOT_ALLOWED)
 
 
 def _is_socket(seen: PortEvidence, came: Silence) -> bool:
@@ -176,77 +145,76 @@ _PASSTHROUGH = marked(
 _OF_A_NETWORK = PortTrouble.MISSING, PortTrouble.UNUSABLE, PortTrouble.LOST, PortTrouble.STUCK
 CAUSES: tuple[CauseRow, ...] = (
     # The port cannot be opened
-    CauseRow(Cause.BRAILLE, PortEvidence.is_claimed_by_brltty,
+    CauseRow("brltty", PortEvidence.is_claimed_by_brltty,
              marked("{port} is gone: brltty, for Braille displays, takes such adapters."),
-             marked("Type: {command} — then plug the adapter in again."), lambda _seen: "sudo apt remove brltty"),
-    CauseRow(Cause.MODEM_PROBER, PortEvidence.is_prober, marked("ModemManager sends AT commands on {port}."),
-             marked("Type: {command} — then plug the adapter in again."),
-             lambda _seen: "sudo systemctl stop ModemManager"),
-    CauseRow(Cause.HELD, lambda seen: seen.has(PortTrouble.BUSY) and bool(seen.holder),
+             marked("Type: {command} — then plug the adapter in again."), "sudo apt remove brltty"),
+    CauseRow("modem prober", PortEvidence.is_prober, marked("ModemManager sends AT commands on {port}."),
+             marked("Type: {command} — then plug the adapter in again."), "sudo systemctl stop ModemManager"),
+    CauseRow("held", lambda seen: seen.has(PortTrouble.BUSY) and bool(seen.holder),
              marked("{port} is in use by {program} (process {pid})."), marked("Close it and connect again.")),
-    CauseRow(Cause.HELD, lambda seen: seen.has(PortTrouble.BUSY),
+    CauseRow("held", lambda seen: seen.has(PortTrouble.BUSY),
              marked("{port} is in use by another program."), marked("Close it and connect again.")),
-    CauseRow(Cause.NO_PERMISSION,
-             lambda seen: seen.has(PortTrouble.NOT_ALLOWED) and _permission_command(seen) is not None,
+    CauseRow("no permission", _is_for_a_group,
              marked("No permission for {port}."), marked("Type: {command} — then log out and in again."),
-             _permission_command),
-    CauseRow(Cause.NO_PERMISSION, lambda seen: seen.has(PortTrouble.NOT_ALLOWED),
+             "sudo usermod -aG {group} $USER"),
+    CauseRow("no permission", lambda seen: seen.has(PortTrouble.NOT_ALLOWED),
              marked("No permission for {port}."), marked("Ask the administrator for access to serial ports.")),
-    CauseRow(Cause.OTHER_SERVER, _is_other_server, marked("{port}: no RFC 2217 server answers."),
+    CauseRow("other server", _is_other_server, marked("{port}: no RFC 2217 server answers."),
              marked("Correct the address, or try socket://HOST:PORT.")),
-    CauseRow(Cause.UNREACHABLE, lambda seen: seen.has(*_OF_A_NETWORK, is_address=True),
+    CauseRow("unreachable", lambda seen: seen.has(*_OF_A_NETWORK, is_address=True),
              marked("{port} cannot be reached."),
              marked("Check the network and the program that offers the port, then connect again.")),
-    CauseRow(Cause.MISSING, lambda seen: seen.has(PortTrouble.MISSING), marked("There is no port {port}."),
+    CauseRow("missing", lambda seen: seen.has(PortTrouble.MISSING), marked("There is no port {port}."),
              marked("Plug the adapter in. If no port appears, install its driver."), terminal_command="dps-s ports",
              step=NextStep.CHOOSE_PORT),
-    CauseRow(Cause.UNPLUGGED, lambda seen: seen.has(PortTrouble.LOST),
+    CauseRow("unplugged", lambda seen: seen.has(PortTrouble.LOST),
              marked("{port} was unplugged, or its driver failed."), marked("Unplug the adapter and plug it in again.")),
-    CauseRow(Cause.STUCK, lambda seen: seen.has(PortTrouble.STUCK),
+    CauseRow("stuck", lambda seen: seen.has(PortTrouble.STUCK),
              marked("Write to {port} timed out."), marked("Unplug the adapter and plug it in again.")),
-    CauseRow(Cause.UNUSABLE, lambda seen: seen.has(PortTrouble.UNUSABLE),
+    CauseRow("unusable", lambda seen: seen.has(PortTrouble.UNUSABLE),
              marked("{port} is no serial port."), marked("Choose a port."), terminal_command="dps-s ports",
              step=NextStep.CHOOSE_PORT),
-    CauseRow(Cause.UNUSABLE, lambda seen: seen.has(PortTrouble.UNSUPPORTED),
+    CauseRow("unusable", lambda seen: seen.has(PortTrouble.UNSUPPORTED),
              marked("{port} is no serial port."),
              marked("Use a device name, socket://HOST:PORT or rfc2217://HOST:PORT; dps-s FILE opens a file."),
              step=NextStep.CHOOSE_PORT),
     # The port is open
-    CauseRow(Cause.LOGIN, PortEvidence.has_login,
+    CauseRow("console", PortEvidence.has_login,
              marked("{port} leads to a computer, not a module."), marked("Choose a port."),
              step=NextStep.CHOOSE_PORT),
-    CauseRow(Cause.FLIGHT_CONTROLLER, lambda seen: seen.came() is Silence.FLIGHT_CONTROLLER,
+    CauseRow("flight controller", lambda seen: seen.came() is Silence.FLIGHT_CONTROLLER,
              marked("A flight controller answers on {port}, not a module."), _PASSTHROUGH),
-    CauseRow(Cause.FLIGHT_CONTROLLER, PortEvidence.is_at_flight_controller,
+    CauseRow("flight controller", PortEvidence.is_at_flight_controller,
              marked("No module answers on {port}, a flight controller's port."), _PASSTHROUGH),
-    CauseRow(Cause.SHUT_DOWN, lambda seen: seen.is_open and seen.was_shut_down and not seen.is_answering,
+    CauseRow("shut down", lambda seen: seen.is_open and seen.was_shut_down and not seen.is_answering,
              marked("The module was switched off."), marked("Hold its switch for 2 s, or connect external power."),
              is_at_module=True),
-    CauseRow(Cause.ECHO, lambda seen: seen.came() is Silence.ECHO, marked("Only an echo on {port}."),
+    CauseRow("echo", lambda seen: seen.came() is Silence.ECHO, marked("Only an echo on {port}."),
              marked("Check the wiring: TX and RX touch, or no module is connected."), is_at_module=True,
              step=NextStep.CHOOSE_PORT),
-    CauseRow(Cause.BAD_LINE, PortEvidence.is_bad_line,
+    CauseRow("bad line", PortEvidence.is_bad_line,
              marked("Damaged frames: {rejected} of {bytes} bytes are invalid."),
              marked("Use a shorter cable, connect ground, avoid motors and antennas."), is_at_module=True),
-    CauseRow(Cause.WRONG_RATE, lambda seen: _is_socket(seen, Silence.GARBAGE), marked("No readable frames on {port}."),
+    CauseRow("wrong rate", lambda seen: _is_socket(seen, Silence.GARBAGE), marked("No readable frames on {port}."),
              marked("Check the address, and the baud rate in the program that offers the port.")),
-    CauseRow(Cause.WRONG_RATE, lambda seen: seen.came() is Silence.GARBAGE,
+    CauseRow("wrong rate", lambda seen: seen.came() is Silence.GARBAGE,
              marked("No readable frames on {port} at {rate} baud."), marked("Find the baud rate."),
              terminal_command="dps-s find, or --baud auto", step=NextStep.FIND_RATE),
-    CauseRow(Cause.TOO_SLOW, lambda seen: seen.came() is Silence.OTHER_FRAMES and seen.counters.by_role[Role.LATE] > 0,
+    CauseRow("too slow",
+             lambda seen: seen.came() is Silence.OTHER_FRAMES and seen.counters.by_role[Role.LATE] > 0,
              marked("The module on {port} answers later than a second."),
              marked("Use the cable, or a quicker line. LOCK works."), is_at_module=True),
-    CauseRow(Cause.DEAF, lambda seen: seen.came() is Silence.OTHER_FRAMES and not seen.was_online,
+    CauseRow("deaf", lambda seen: seen.came() is Silence.OTHER_FRAMES and not seen.was_online,
              marked("The module on {port} sends, but does not answer."), marked("Check the wire to the module's RX."),
              is_at_module=True, step=NextStep.CHOOSE_PORT),
-    CauseRow(Cause.FELL_SILENT, lambda seen: seen.came() is not None and seen.was_online,
+    CauseRow("fell silent", lambda seen: seen.came() is not None and seen.was_online,
              marked("The module does not answer."), marked("Check its power and cable; hold its switch for 2 s."),
              is_at_module=True),
-    CauseRow(Cause.NOTHING, lambda seen: _is_socket(seen, Silence.NOTHING) and not seen.was_online,
+    CauseRow("nothing", lambda seen: _is_socket(seen, Silence.NOTHING) and not seen.was_online,
              marked("No module answers on {port}."),
              marked("Check the address, the baud rate at the other end, and the module's power and wires."),
              is_at_module=True),
-    CauseRow(Cause.NOTHING, lambda seen: seen.came() is Silence.NOTHING,
+    CauseRow("nothing", lambda seen: seen.came() is Silence.NOTHING,
              marked("No module answers on {port} at {rate} baud."),
              marked("Check power, ground and crossed TX and RX, or find the baud rate."),
              terminal_command="dps-s find", is_at_module=True, step=NextStep.FIND_RATE),

@@ -2,7 +2,6 @@
 
 import time
 from collections import deque
-from collections.abc import Iterable
 from enum import Enum
 from typing import Final, NamedTuple
 
@@ -18,7 +17,7 @@ from app.procedures.find import Silence
 from app.safety.last_known import keep_away
 from app.text.i18n import tr
 from app.text.messages import capitalised, duration
-from protocol.events import Answered, Counters, Ended, Event, Received, Rejected, Sent
+from protocol.events import Answered, Counters, Ended
 
 
 class Phase(Enum):
@@ -43,22 +42,27 @@ _AT_THE_COMPUTER: Final = (Phase.LOST, Phase.FAILED)
 
 
 class LinkState(NamedTuple):
-    """A phase with what is known in it: why the conversation `ended` (OFFLINE), what came instead of an answer
-    (SILENT) and from which `adapter`, the lag (LATE), the trouble of the port (FAILED, LOST), why it is not open again
-    (LOST), and the `time.time()` of a shutdown (SWITCHED_OFF)."""
+    """A phase with what is known in it."""
 
     phase: Phase
     port: str = ""
     baud_rate: int = 0
+    # Why the conversation ended (OFFLINE).
     ended: Ended | None = None
+    # What came instead of an answer (SILENT).
     silence: Silence | None = None
+    # LATE
     lag_s: float | None = None
+    # Of the port (FAILED, LOST).
     trouble: PortError | None = None
+    # The `time.time()` of a shutdown by command since which the module has not answered (SWITCHED_OFF).
     off_at: float | None = None
+    # Why a lost port is not open again (LOST).
     absence: Absence | None = None
+    # Its USB identity.
     adapter: str = ""
+    # The module was ACTIVE when it was last heard.
     was_active: bool = False
-    """The module was ACTIVE when it was last heard."""
 
     @property
     def is_fine(self) -> bool:
@@ -86,10 +90,7 @@ def link_state(
     adapter: str = "",
     was_active: bool = False,
 ) -> LinkState:
-    """`silence`: what came instead of an answer, as far as is known. `absence`: why a lost port is not open again.
-    `adapter`: its USB identity.
-    `switched_off_at`: `time.time()` of a shutdown by command since which the module has not answered. `was_active`: it
-    was ACTIVE when it was last heard."""
+    """`silence`: what came instead of an answer, as far as is known. The others are those of `LinkState`."""
     has_answered = conversation.number > 0
     if absence is not None:
         phase = Phase.LOST
@@ -200,7 +201,6 @@ class LinkStatistics:
             if self._was_open and batch.connection.trouble is not None:
                 self.losses += 1
             self._was_open = False
-            self.totals += _counted(batch.events)  # the last events, which are in no totals of the link
             self._last = Counters()
             return
         self._was_open = True
@@ -222,21 +222,3 @@ class LinkStatistics:
         """Quantile (`share` 0 … 1) of the last 4,096 round trips; None without any."""
         ordered = sorted(self._trips_s)
         return ordered[min(len(ordered) - 1, int(share * len(ordered)))] if ordered else None
-
-
-def _counted(events: Iterable[Event]) -> Counters:
-    grown = Counters()
-    for event in events:
-        match event:
-            case Sent():
-                grown.sent += 1
-            case Received(frame=frame, role=role):
-                grown.frames += 1
-                grown.by_role[role] += 1
-                grown.bytes_received += len(frame.raw)
-            case Rejected(noise=noise):
-                grown.rejected_bytes[noise.reason] += len(noise.raw)
-                grown.bytes_received += len(noise.raw)
-            case _:
-                pass
-    return grown

@@ -30,20 +30,13 @@ from protocol.events import Event
 
 USER = "<user>"
 COMPUTER = "<computer>"
+# Shorter names occur in ordinary words and are not replaced; others identify nobody, and occur in paths and messages.
 SHORTEST_NAME = 3
-"""Shorter names occur in ordinary words and are not replaced."""
+_USUAL = frozenset({"root", "user", "admin", "public", "shared", "localhost"})
 _HOME = re.compile(
     r"((?:/home/|/Users/|[A-Za-z]:[\\/]+(?:Users|Documents and Settings)[\\/]+))"
     r"([^/\\\n\"'<>|:]{1,64}?(?=[/\\])|[^/\\\s\"'<>|:]+)"
 )
-_USUAL = frozenset({"root", "user", "admin", "public", "shared", "localhost"})
-"""Names that identify nobody and occur in paths and messages."""
-_ZIP_TIME = (1980, 1, 1, 0, 0, 0)
-
-
-class BundleFile(NamedTuple):
-    name: str
-    text: str
 
 
 class Names(NamedTuple):
@@ -52,13 +45,6 @@ class Names(NamedTuple):
     user: str = ""
     computer: str = ""
     home: str = ""
-
-    @classmethod
-    def of_this_computer(cls) -> "Names":
-        user = ""
-        with suppress(OSError, KeyError, ImportError):
-            user = getpass.getuser()
-        return cls(user, socket.gethostname(), str(Path.home()))
 
 
 def scrub(text: str, names: Names) -> str:
@@ -80,67 +66,62 @@ class Contents:
     log: str = ""
     connection: Connection = field(default_factory=Connection)
     conversation: ConversationView = field(default_factory=ConversationView)
+    # In seconds of the program's clock.
     now: float = 0.0
-    """In seconds of the program's clock."""
     statistics: LinkStatistics | None = None
+    # Language, theme …
     preferences: Mapping[str, object] = field(default_factory=dict)
-    """Language, theme …"""
+    # The latest, oldest first.
     traffic: Sequence[Event] = ()
-    """The latest, oldest first."""
 
 
-class SupportBundle:
-    """Immutable. `files`: exactly what `write` writes."""
+def bundle_files(contents: Contents, names: Names | None = None) -> dict[str, str]:
+    """The text of each file, by name. `names`: None for those of this computer."""
+    if names is None:
+        user = ""
+        with suppress(OSError, KeyError, ImportError):
+            user = getpass.getuser()
+        names = Names(user, socket.gethostname(), str(Path.home()))
+    about = {
+        "program": f"DPS-S Configurator {contents.version}",
+        "python": platform.python_version(),
+        "system": platform.system(),
+        "release": platform.release(),
+        "machine": platform.machine(),
+    }
+    texts = {
+        "about.json": _json(about),
+        "link.json": _json(_link(contents.connection, contents.statistics)),
+        "module.json": _json(_module(contents.conversation, contents.now)),
+        "preferences.json": _json(dict(contents.preferences)),
+        "log.txt": contents.log,
+    }
+    if contents.traffic:
+        # As `dps-s decode` reads it.
+        began_at = contents.traffic[0].at
+        started_at = datetime.fromtimestamp(began_at + wall_offset_s(), UTC)
+        lines = [f"# started: {started_at.isoformat(timespec='seconds')}"]
+        lines += [entry.line for entry in entries_of(contents.traffic, began_at)]
+        texts["capture.txt"] = "\n".join([*lines, ""])
+    return {name: scrub(text, names) for name, text in texts.items() if text}
 
-    def __init__(self, contents: Contents, *, names: Names | None = None) -> None:
-        names = names or Names.of_this_computer()
-        texts = {
-            "about.json": _json(_about(contents.version)),
-            "link.json": _json(_link(contents)),
-            "module.json": _json(_module(contents)),
-            "preferences.json": _json(dict(contents.preferences)),
-            "log.txt": contents.log,
-            "capture.txt": _capture(contents.traffic),
-        }
-        self.files = tuple(BundleFile(name, scrub(text, names)) for name, text in texts.items() if text)
 
-    def write(self, path: Path) -> None:
-        """Writes the zip atomically. Raises OSError."""
-        with whole_file(path) as file, zipfile.ZipFile(file, "w", zipfile.ZIP_DEFLATED) as archive:
-            for part in self.files:
-                # A fixed time and mode, so that the zip contains no more than the preview.
-                entry = zipfile.ZipInfo(part.name, _ZIP_TIME)
-                entry.compress_type = zipfile.ZIP_DEFLATED
-                entry.external_attr = 0o644 << 16
-                archive.writestr(entry, part.text.encode())
+def write_bundle(path: Path, files: Mapping[str, str]) -> None:
+    """Writes the zip atomically. Raises OSError."""
+    with whole_file(path) as file, zipfile.ZipFile(file, "w", zipfile.ZIP_DEFLATED) as archive:
+        for name, text in files.items():
+            # A fixed time and mode, so that the zip contains no more than the preview.
+            entry = zipfile.ZipInfo(name, (1980, 1, 1, 0, 0, 0))
+            entry.compress_type = zipfile.ZIP_DEFLATED
+            entry.external_attr = 0o644 << 16
+            archive.writestr(entry, text.encode())
 
 
 def _json(value: object) -> str:
     return json.dumps(value, indent=2, ensure_ascii=False, default=str) + "\n"
 
 
-def _capture(traffic: Sequence[Event]) -> str:
-    """As `dps-s decode` reads it."""
-    if not traffic:
-        return ""
-    started_at = datetime.fromtimestamp(traffic[0].at + wall_offset_s(), UTC)
-    lines = [f"# started: {started_at.isoformat(timespec='seconds')}"]
-    lines += [entry.line for entry in entries_of(traffic, traffic[0].at)]
-    return "".join(f"{line}\n" for line in lines)
-
-
-def _about(version: str) -> dict[str, object]:
-    return {
-        "program": f"DPS-S Configurator {version}",
-        "python": platform.python_version(),
-        "system": platform.system(),
-        "release": platform.release(),
-        "machine": platform.machine(),
-    }
-
-
-def _link(contents: Contents) -> dict[str, object]:
-    connection = contents.connection
+def _link(connection: Connection, statistics: LinkStatistics | None) -> dict[str, object]:
     link: dict[str, object] = {
         "port": connection.port,
         "baud_rate": connection.baud_rate,
@@ -150,32 +131,30 @@ def _link(contents: Contents) -> dict[str, object]:
         link["trouble"] = connection.trouble.trouble.value
         link["what"] = explain(connection.trouble).what
         link["driver_says"] = connection.trouble.detail
-    statistics = contents.statistics
-    if statistics is None:
-        return link
-    for name, count in vars(statistics.totals).items():
-        link[name] = {key.value: n for key, n in count.most_common()} if isinstance(count, Counter) else count
-    trips = {f"{share:.0%}": statistics.quantile_s(share) for share in (0.5, 0.95, 1.0)}
-    trips_ms = {share: round(trip * 1000, 1) for share, trip in trips.items() if trip is not None}
-    return link | {"losses": statistics.losses, "round_trips_ms": trips_ms}
+    if statistics is not None:
+        for name, count in vars(statistics.totals).items():
+            link[name] = {key.value: n for key, n in count.most_common()} if isinstance(count, Counter) else count
+        trips = {f"{share:.0%}": statistics.quantile_s(share) for share in (0.5, 0.95, 1.0)}
+        link["losses"] = statistics.losses
+        link["round_trips_ms"] = {share: round(trip * 1000, 1) for share, trip in trips.items() if trip is not None}
+    return link
 
 
-def _module(contents: Contents) -> dict[str, object]:
-    conversation = contents.conversation
-    values: dict[str, object] = {}
-    for key in sorted(conversation.values):
-        known = conversation.known(key, contents.now)
-        if known is not None:
-            values[key] = {
-                "value": known.value,
-                "how": known.how.value,
-                "age_s": round(contents.now - known.at, 1),
-                "is_stale": known.is_stale,
-            }
+def _module(conversation: ConversationView, now: float) -> dict[str, object]:
+    known = {key: conversation.known(key, now) for key in sorted(conversation.values)}
     ended = conversation.ended
     return {
         "conversation": conversation.number,
         "is_going": conversation.is_going,
         "ended": None if ended is None else ended.reason.value,
-        "values": values,
+        "values": {
+            key: {
+                "value": one.value,
+                "how": one.how.value,
+                "age_s": round(now - one.at, 1),
+                "is_stale": one.is_stale,
+            }
+            for key, one in known.items()
+            if one is not None
+        },
     }

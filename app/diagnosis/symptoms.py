@@ -1,10 +1,11 @@
-"""Evidence of a port that does not connect, collected from the worker's batches."""
+"""Evidence of a port that does not connect, from the worker's batches and from the system."""
 
 import re
 import sys
+from contextlib import suppress
+from pathlib import Path
 from typing import NamedTuple
 
-from app.diagnosis.adapter_facts import AdapterFacts
 from app.engine.ports import is_flight_controller
 from app.engine.session import MAX_NOISE_BYTES
 from app.engine.target import is_network_address
@@ -15,6 +16,8 @@ from protocol.catalogue import BY_NAME
 from protocol.events import Began, Counters, Role, Sent
 from protocol.messages import Reason
 
+# Of serial ports, on Debian and Ubuntu.
+USUAL_GROUP = "dialout"
 # Of the rejected bytes: at a wrong rate hardly any reach the checksum.
 CHECKSUM_SHARE = 0.25
 # Of all bytes while frames arrive: more is a bad line.
@@ -25,32 +28,59 @@ _PROBERS = {"modemmanager", "mmcli"}
 _SHUT_DOWN = BY_NAME["shutdown"].set(True)
 
 
+class AdapterFacts(NamedTuple):
+    # Programs that grab serial ports and are running.
+    grabbers: tuple[str, ...] = ()
+    # The group that may open the port; None where only root may.
+    group: str | None = USUAL_GROUP
+
+
+def facts_about(port: str, *, root: Path = Path("/")) -> AdapterFacts:
+    """What the system knows of a device, on Linux; nothing of a URL. Reads files only, and never raises."""
+    if not sys.platform.startswith("linux") or "://" in port:
+        return AdapterFacts()
+    import grp
+
+    running = set()
+    with suppress(OSError):
+        for comm in (root / "proc").glob("[0-9]*/comm"):
+            with suppress(OSError):  # the process has ended
+                running.add(comm.read_text(errors="replace", encoding="utf-8").strip())
+    grabbers = tuple(name for name in ("ModemManager", "brltty") if name in running)
+    try:
+        status = (root / port.lstrip("/")).stat()
+        is_of_group = status.st_mode & 0o060 and status.st_gid != 0
+        return AdapterFacts(grabbers, grp.getgrgid(status.st_gid).gr_name if is_of_group else None)
+    except (OSError, KeyError):  # the device is gone; a group without a name
+        return AdapterFacts(grabbers)
+
+
 class PortEvidence(NamedTuple):
     """Observations of one port since it was opened, or why it was not. Times in seconds."""
 
     port: str = ""
     baud_rate: int = 115200
     trouble: PortError | None = None
+    # What a handshake received instead of an answer, where that is the only evidence.
     silence: Silence | None = None
-    """What a handshake received instead of an answer, where that is the only evidence."""
     is_open: bool = False
+    # A module answers requests; one that only sends unasked does not.
     is_answering: bool = False
-    """A module answers requests; one that only sends unasked does not."""
+    # A module has answered since the connection began.
     was_online: bool = False
-    """A module has answered since the connection began."""
+    # The module was ACTIVE when it was last heard.
     was_active: bool = False
-    """The module was ACTIVE when it was last heard."""
+    # Command 12 was sent and nothing was received since.
     was_shut_down: bool = False
-    """Command 12 was sent and nothing was received since."""
     counters: Counters = Counters()
+    # The last rejected bytes, up to `MAX_NOISE_BYTES`.
     noise: bytes = b""
-    """The last rejected bytes, up to `MAX_NOISE_BYTES`."""
+    # Its USB identity, where it is known.
     adapter: str = ""
-    """Its USB identity, where it is known."""
     round_trip_median_s: float | None = None
     facts: AdapterFacts = AdapterFacts()
+    # As `sys.platform`.
     platform: str = "linux"
-    """As `sys.platform`."""
 
     def has(self, *kinds: PortTrouble, is_address: bool = False) -> bool:
         """Whether the port has one of these troubles; with `is_address` only one that is a network address."""
@@ -106,39 +136,35 @@ class PortEvidence(NamedTuple):
 
 
 class EvidenceCollector:
-    """Collects evidence from every batch. Belongs to one thread; `begin` starts a connection."""
+    """Collects evidence from every batch. Belongs to one thread."""
 
     def __init__(self) -> None:
         self.begin("")
 
     def begin(self, port: str) -> None:
         """Discards all evidence: a new connection to `port`."""
-        self._seen = PortEvidence(port=port, platform=sys.platform)
+        self.seen = PortEvidence(port=port, platform=sys.platform)
         # Evidence of a conversation counts from its beginning, that of a silence from the last answer. Bytes that came
         # at another rate are no evidence.
         self._mark = Counters()
 
     def on_batch(self, batch: Batch) -> None:
         """Processes one batch; to be called for every batch, in order."""
-        connection, seen = batch.connection, self._seen
+        connection, seen, link = batch.connection, self.seen, batch.link
         is_open = connection.state is PortState.OPEN
         is_answering = is_open and batch.conversation.is_going
+        is_new = connection.baud_rate != seen.baud_rate or is_answering is not seen.is_answering
         if connection.state is PortState.OPENING:
             self._mark = Counters()
-        elif batch.link is not None and (
-            connection.baud_rate != seen.baud_rate or is_answering is not seen.is_answering
-        ):
-            self._mark = batch.link.counters
+        elif link is not None and is_new:
+            self._mark = link.counters
         was_shut_down = seen.was_shut_down
         for event in batch.events:
-            match event:
-                case Sent(request=request) if request == _SHUT_DOWN:
-                    was_shut_down = True
-                case Began():
-                    was_shut_down = False
-                case _:
-                    pass
-        self._seen = seen._replace(
+            if isinstance(event, Began):
+                was_shut_down = False
+            elif isinstance(event, Sent) and event.request == _SHUT_DOWN:
+                was_shut_down = True
+        self.seen = seen._replace(
             port=connection.port or seen.port,
             baud_rate=connection.baud_rate or seen.baud_rate,
             trouble=connection.trouble,
@@ -146,14 +172,7 @@ class EvidenceCollector:
             is_answering=is_answering,
             was_online=seen.was_online or is_answering,
             was_shut_down=was_shut_down,
+            counters=seen.counters if link is None else link.counters - self._mark,
+            round_trip_median_s=seen.round_trip_median_s if link is None else link.round_trip_median_s,
+            noise=seen.noise if link is None else link.noise,
         )
-        if batch.link is not None:
-            self._seen = self._seen._replace(
-                counters=batch.link.counters - self._mark,
-                round_trip_median_s=batch.link.round_trip_median_s,
-                noise=batch.link.noise,
-            )
-
-    def evidence(self, *, facts: AdapterFacts | None = None) -> PortEvidence:
-        """The evidence so far, with that of the system (`facts_about`)."""
-        return self._seen._replace(facts=facts or AdapterFacts())

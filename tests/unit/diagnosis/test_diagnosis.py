@@ -1,21 +1,23 @@
-"""The table of causes row by row, the collection of evidence, and causes on a simulated line."""
+"""The table of causes row by row, the collection of evidence, causes on a simulated line, and facts of the system."""
 
+import os
+import re
 import sys
 from collections import Counter
 from collections.abc import Callable
+from contextlib import suppress
 from functools import partial
+from pathlib import Path
 from typing import Any
 
 import pytest
 
-from app.diagnosis.adapter_facts import AdapterFacts
-from app.diagnosis.causes import CAUSES, Cause, diagnose, explain
+from app.diagnosis.causes import CAUSES, diagnose, explain
 from app.diagnosis.link_state import LinkState, Phase, link_text
-from app.diagnosis.symptoms import EvidenceCollector, PortEvidence
-from app.engine.conversation import Interrupted
-from app.engine.procedure import Ask, Procedure
+from app.diagnosis.symptoms import AdapterFacts, EvidenceCollector, PortEvidence, facts_about
+from app.engine.conversation import ConversationView, Interrupted
+from app.engine.procedure import Ask, LinkView, Procedure
 from app.engine.reconnect import Absence
-from app.engine.session import MAX_NOISE_BYTES
 from app.engine.transport import PortError, PortHolder, PortTrouble, _trouble_at_opening
 from app.engine.worker import Batch, Connection, PortState
 from app.procedures.find import Silence
@@ -82,66 +84,66 @@ def cut_off(kind: PortTrouble) -> PortEvidence:
     return PortEvidence(port=ADDRESS, trouble=PortError(kind, ADDRESS, ""))
 
 
-TABLE: tuple[tuple[str, PortEvidence, Cause], ...] = (
-    ("no bytes at all", opened(), Cause.NOTHING),
-    ("echo only", opened(bytes_received=18, counters={"frames": 3, "by_role": Counter({Role.ECHO: 3})}), Cause.ECHO),
-    ("echo and hiss", opened(bytes_received=20, noise=b"\x00Ba\x01", counters=rejected(4)), Cause.ECHO),
-    ("garbage", opened(bytes_received=200, counters=rejected(200)), Cause.WRONG_RATE),
-    ("checksum errors and no frame", opened(bytes_received=60, counters=rejected(60, Reason.CHECKSUM)), Cause.BAD_LINE),
+TABLE: tuple[tuple[str, PortEvidence, str], ...] = (
+    ("no bytes at all", opened(), "nothing"),
+    ("echo only", opened(bytes_received=18, counters={"frames": 3, "by_role": Counter({Role.ECHO: 3})}), "echo"),
+    ("echo and hiss", opened(bytes_received=20, noise=b"\x00Ba\x01", counters=rejected(4)), "echo"),
+    ("garbage", opened(bytes_received=200, counters=rejected(200)), "wrong rate"),
+    ("checksum errors and no frame", opened(bytes_received=60, counters=rejected(60, Reason.CHECKSUM)), "bad line"),
     ("checksum errors among frames", online(
         bytes_received=4000, counters=Counters(frames=400, **rejected(400, Reason.CHECKSUM))
-    ), Cause.BAD_LINE),
-    ("held by a named program", trouble(PortTrouble.BUSY, PortHolder("minicom", 4711)), Cause.HELD),
-    ("held by nobody knows whom", trouble(PortTrouble.BUSY), Cause.HELD),
-    ("held by ModemManager", trouble(PortTrouble.BUSY, PortHolder("ModemManager", 600)), Cause.MODEM_PROBER),
+    ), "bad line"),
+    ("held by a named program", trouble(PortTrouble.BUSY, PortHolder("minicom", 4711)), "held"),
+    ("held by nobody knows whom", trouble(PortTrouble.BUSY), "held"),
+    ("held by ModemManager", trouble(PortTrouble.BUSY, PortHolder("ModemManager", 600)), "modem prober"),
     ("held, and ModemManager runs", with_facts(trouble(PortTrouble.BUSY), grabbers=("ModemManager",)),
-     Cause.MODEM_PROBER),
+     "modem prober"),
     ("held by another, and ModemManager runs",
-     with_facts(trouble(PortTrouble.BUSY, PortHolder("minicom", 1)), grabbers=("ModemManager",)), Cause.HELD),
-    ("AT in the noise", opened(bytes_received=30, noise=b"AT\rAT\rATE0\r", counters=rejected(30)), Cause.MODEM_PROBER),
+     with_facts(trouble(PortTrouble.BUSY, PortHolder("minicom", 1)), grabbers=("ModemManager",)), "held"),
+    ("AT in the noise", opened(bytes_received=30, noise=b"AT\rAT\rATE0\r", counters=rejected(30)), "modem prober"),
     ("a modem's other question", opened(bytes_received=5, noise=b"\x7e\x00\x78\xf0\x7e", counters=rejected(5)),
-     Cause.MODEM_PROBER),
-    ("held by brltty", trouble(PortTrouble.BUSY, PortHolder("brltty", 33)), Cause.BRAILLE),
-    ("gone, and brltty runs", with_facts(trouble(PortTrouble.MISSING), grabbers=("brltty",)), Cause.BRAILLE),
-    ("no permission", trouble(PortTrouble.NOT_ALLOWED), Cause.NO_PERMISSION),
+     "modem prober"),
+    ("held by brltty", trouble(PortTrouble.BUSY, PortHolder("brltty", 33)), "brltty"),
+    ("gone, and brltty runs", with_facts(trouble(PortTrouble.MISSING), grabbers=("brltty",)), "brltty"),
+    ("no permission", trouble(PortTrouble.NOT_ALLOWED), "no permission"),
     ("no permission, no group has it", with_facts(trouble(PortTrouble.NOT_ALLOWED), group=None),
-     Cause.NO_PERMISSION),
-    ("no such port", trouble(PortTrouble.MISSING), Cause.MISSING),
-    ("nobody listens", unreached("Could not open port: [Errno 111] Connection refused"), Cause.UNREACHABLE),
-    ("no such host", unreached("Could not open port: [Errno -2] Name or service not known"), Cause.UNREACHABLE),
+     "no permission"),
+    ("no such port", trouble(PortTrouble.MISSING), "missing"),
+    ("nobody listens", unreached("Could not open port: [Errno 111] Connection refused"), "unreachable"),
+    ("no such host", unreached("Could not open port: [Errno -2] Name or service not known"), "unreachable"),
     ("another server", unreached("Remote does not seem to support RFC2217", "rfc2217://10.0.0.9:7000"),
-     Cause.OTHER_SERVER),
-    ("the other end closes", cut_off(PortTrouble.LOST), Cause.UNREACHABLE),
-    ("the other end takes nothing", cut_off(PortTrouble.STUCK), Cause.UNREACHABLE),
-    ("unplugged", trouble(PortTrouble.LOST), Cause.UNPLUGGED),
-    ("stuck", trouble(PortTrouble.STUCK), Cause.STUCK),
-    ("no serial port", trouble(PortTrouble.UNUSABLE), Cause.UNUSABLE),
-    ("a console", opened(bytes_received=40, noise=b"\r\nraspberrypi login: ", counters=rejected(40)), Cause.LOGIN),
+     "other server"),
+    ("the other end closes", cut_off(PortTrouble.LOST), "unreachable"),
+    ("the other end takes nothing", cut_off(PortTrouble.STUCK), "unreachable"),
+    ("unplugged", trouble(PortTrouble.LOST), "unplugged"),
+    ("stuck", trouble(PortTrouble.STUCK), "stuck"),
+    ("no serial port", trouble(PortTrouble.UNUSABLE), "unusable"),
+    ("a console", opened(bytes_received=40, noise=b"\r\nraspberrypi login: ", counters=rejected(40)), "console"),
     ("heartbeats of MAVLink 1", opened(bytes_received=34, noise=2 * MAVLINK_1, counters=rejected(34)),
-     Cause.FLIGHT_CONTROLLER),
+     "flight controller"),
     ("heartbeats of MAVLink 2, after passthrough ended", opened(
         was_online=True, bytes_received=40, noise=2 * MAVLINK_2, counters=rejected(40)
-    ), Cause.FLIGHT_CONTROLLER),
-    ("silence at a flight controller", opened(adapter="1209:5741:2B00"), Cause.FLIGHT_CONTROLLER),
+    ), "flight controller"),
+    ("silence at a flight controller", opened(adapter="1209:5741:2B00"), "flight controller"),
     ("greeted: silence at a flight controller",
-     PortEvidence(port=PORT, silence=Silence.NOTHING, adapter="2dae:1016@1-2"), Cause.FLIGHT_CONTROLLER),
+     PortEvidence(port=PORT, silence=Silence.NOTHING, adapter="2dae:1016@1-2"), "flight controller"),
     ("a module behind a flight controller fell silent", opened(was_online=True, adapter="26ac:0011:0"),
-     Cause.FELL_SILENT),
-    ("we shut it down", opened(was_online=True, was_shut_down=True), Cause.SHUT_DOWN),
+     "fell silent"),
+    ("we shut it down", opened(was_online=True, was_shut_down=True), "shut down"),
     ("it sends and does not answer", opened(
         bytes_received=80, counters={"frames": 10, "by_role": Counter({Role.STREAMED: 10})}
-    ), Cause.DEAF),
+    ), "deaf"),
     ("it answers too late", opened(
         bytes_received=80, counters={"frames": 10, "by_role": Counter({Role.LATE: 10})}
-    ), Cause.TOO_SLOW),
-    ("it was there before", opened(was_online=True), Cause.FELL_SILENT),
-    ("its rate was changed", opened(was_online=True, bytes_received=50, counters=rejected(50)), Cause.WRONG_RATE),
-    ("greeted: nothing", PortEvidence(port=PORT, silence=Silence.NOTHING), Cause.NOTHING),
-    ("greeted: nothing at an address", PortEvidence(port=ADDRESS, silence=Silence.NOTHING), Cause.NOTHING),
-    ("greeted: garbage at an address", PortEvidence(port=ADDRESS, silence=Silence.GARBAGE), Cause.WRONG_RATE),
-    ("greeted: garbage", PortEvidence(port=PORT, silence=Silence.GARBAGE), Cause.WRONG_RATE),
-    ("greeted: an echo", PortEvidence(port=PORT, silence=Silence.ECHO), Cause.ECHO),
-    ("greeted: other frames", PortEvidence(port=PORT, silence=Silence.OTHER_FRAMES), Cause.DEAF),
+    ), "too slow"),
+    ("it was there before", opened(was_online=True), "fell silent"),
+    ("its rate was changed", opened(was_online=True, bytes_received=50, counters=rejected(50)), "wrong rate"),
+    ("greeted: nothing", PortEvidence(port=PORT, silence=Silence.NOTHING), "nothing"),
+    ("greeted: nothing at an address", PortEvidence(port=ADDRESS, silence=Silence.NOTHING), "nothing"),
+    ("greeted: garbage at an address", PortEvidence(port=ADDRESS, silence=Silence.GARBAGE), "wrong rate"),
+    ("greeted: garbage", PortEvidence(port=PORT, silence=Silence.GARBAGE), "wrong rate"),
+    ("greeted: an echo", PortEvidence(port=PORT, silence=Silence.ECHO), "echo"),
+    ("greeted: other frames", PortEvidence(port=PORT, silence=Silence.OTHER_FRAMES), "deaf"),
 )  # fmt: skip
 
 FINE: tuple[tuple[str, PortEvidence], ...] = (
@@ -156,15 +158,15 @@ FINE: tuple[tuple[str, PortEvidence], ...] = (
 
 
 @pytest.mark.parametrize(("evidence", "cause"), [row[1:] for row in TABLE], ids=[row[0] for row in TABLE])
-def test_evidence_has_its_cause(evidence: PortEvidence, cause: Cause) -> None:
+def test_evidence_has_its_cause(evidence: PortEvidence, cause: str) -> None:
     found = diagnose(evidence)
     assert found is not None
-    assert found.cause is cause
+    assert found.cause == cause
     assert found.what.strip()
     assert found.next_step.strip()
     assert "{" not in found.what + found.next_step
     assert "driver's words" not in found.what
-    assert (found.command is None) or found.command in found.next_step
+    assert found.command in found.next_step
 
 
 @pytest.mark.parametrize("evidence", [row[1] for row in FINE], ids=[row[0] for row in FINE])
@@ -173,19 +175,19 @@ def test_nothing_is_wrong(evidence: PortEvidence) -> None:
 
 
 @pytest.mark.parametrize("language", ["en", "zh_CN"])
-@pytest.mark.parametrize("evidence", [row[1] for row in TABLE], ids=[row[0] for row in TABLE])
 @pytest.mark.promise("l")
-def test_nobody_is_sent_to_a_silent_module_that_was_active(evidence: PortEvidence, language: str) -> None:
+def test_nobody_is_sent_to_a_silent_module_that_was_active(language: str) -> None:
     """Whatever is wrong: keep away, LOCK, restore the link; its switch and its wires come after that, or not at all."""
     with in_language(language):
-        usual, armed = (diagnose(evidence._replace(was_active=one)) for one in (False, True))
-        assert usual is not None
-        assert armed is not None
-        if evidence.is_answering:
-            assert armed == usual
-            return
-        assert armed.next_step.startswith(keep_away())
-        assert not any(word in armed.next_step for word in AT_THE_MODULE)
+        for name, evidence, _ in TABLE:
+            usual, armed = (diagnose(evidence._replace(was_active=one)) for one in (False, True))
+            assert usual is not None
+            assert armed is not None
+            if evidence.is_answering:
+                assert armed == usual
+            else:
+                assert armed.next_step.startswith(keep_away()), name
+                assert not any(word in armed.next_step for word in AT_THE_MODULE), name
 
 
 @pytest.mark.parametrize("language", ["en", "zh_CN"])
@@ -209,7 +211,7 @@ def test_what_the_window_advises_about_a_silent_module_that_was_active(phase: Ph
 
 
 def test_every_cause_is_in_this_test() -> None:
-    assert {row.cause for row in CAUSES} == set(Cause) == {cause for _, _, cause in TABLE}
+    assert {row.cause for row in CAUSES} == {cause for _, _, cause in TABLE}
 
 
 @pytest.mark.parametrize("evidence", [seen for _, seen, _ in TABLE if "://" in seen.port])
@@ -224,12 +226,12 @@ def test_of_an_address_nothing_is_said_of_adapters(evidence: PortEvidence) -> No
     [
         (with_facts(trouble(PortTrouble.NOT_ALLOWED), group="uucp"), "sudo usermod -aG uucp $USER"),
         (trouble(PortTrouble.NOT_ALLOWED), "sudo usermod -aG dialout $USER"),
-        (with_facts(trouble(PortTrouble.NOT_ALLOWED), group=None), None),
-        (trouble(PortTrouble.NOT_ALLOWED)._replace(platform="win32"), None),
+        (with_facts(trouble(PortTrouble.NOT_ALLOWED), group=None), ""),
+        (trouble(PortTrouble.NOT_ALLOWED)._replace(platform="win32"), ""),
         (trouble(PortTrouble.BUSY, PortHolder("ModemManager", 600)), "sudo systemctl stop ModemManager"),
     ],
 )
-def test_the_commands_are_exact(evidence: PortEvidence, command: str | None) -> None:
+def test_the_commands_are_exact(evidence: PortEvidence, command: str) -> None:
     found = diagnose(evidence)
     assert found is not None
     assert found.command == command
@@ -241,22 +243,18 @@ def test_the_commands_are_exact(evidence: PortEvidence, command: str | None) -> 
 class Watched:
     """A session with an evidence collector."""
 
-    def __init__(self, options: dict[str, str]) -> None:
+    def __init__(self, seconds: float = 3.0, **options: str) -> None:
         self.rig = Rig(options)
-        self.evidence_collector = EvidenceCollector()
-        self.evidence_collector.begin(PORT)
+        self.collector = EvidenceCollector()
+        self.collector.begin(PORT)
+        self.wait(seconds)
 
     def tell(self, connection: Connection | None = None) -> None:
         session, now = self.rig.session, self.rig.clock.now_s
-        self.evidence_collector.on_batch(
-            Batch(
-                now,
-                connection or Connection(PortState.OPEN, PORT, 115200),
-                session.conversation_view(now),
-                session.link_view() if connection is None else None,
-                events=tuple(session.take_events()),
-            )
-        )
+        link = session.link_view() if connection is None else None
+        connection = connection or Connection(PortState.OPEN, PORT, 115200)
+        events = tuple(session.take_events())
+        self.collector.on_batch(Batch(now, connection, session.conversation_view(now), link, events=events))
 
     def wait(self, seconds: float) -> None:
         end_s = self.rig.clock.now_s + seconds
@@ -264,19 +262,13 @@ class Watched:
             self.rig.session.step()
             self.tell()
 
-    def cause(self) -> Cause | None:
-        found = diagnose(self.evidence_collector.evidence())
+    def cause(self) -> str | None:
+        found = diagnose(self.collector.seen)
         return None if found is None else found.cause
 
 
-def opened_for(seconds: float, **options: str) -> Watched:
-    watched = Watched(options)
-    watched.wait(seconds)
-    return watched
-
-
 def rate_changed_later() -> Watched:
-    watched = opened_for(3.0)
+    watched = Watched()
     watched.rig.bench.module.baud_rate = 19200
     watched.rig.bench.module.start_stream(watched.rig.clock.now_s)
     watched.wait(20)
@@ -284,14 +276,14 @@ def rate_changed_later() -> Watched:
 
 
 def pulled_from_the_adapter() -> Watched:
-    watched = opened_for(3.0)
+    watched = Watched()
     watched.rig.bench.change(mute=True)
     watched.wait(20)
     return watched
 
 
 def shut_down() -> Watched:
-    watched = opened_for(3.0)
+    watched = Watched()
 
     def act() -> Procedure[None]:
         yield Ask(BY_NAME["shutdown"].set(True), is_deliberate=True)
@@ -304,15 +296,15 @@ def shut_down() -> Watched:
 @pytest.mark.parametrize(
     ("make", "cause"),
     [
-        (rate_changed_later, Cause.WRONG_RATE),
-        (pulled_from_the_adapter, Cause.FELL_SILENT),
-        (shut_down, Cause.SHUT_DOWN),
-        (partial(opened_for, 6.0, delay_ms="1400"), Cause.TOO_SLOW),
-        (partial(opened_for, 4.0, direction="to-module", drop="1", rate="50", stream_at_boot="yes"), Cause.DEAF),
+        (rate_changed_later, "wrong rate"),
+        (pulled_from_the_adapter, "fell silent"),
+        (shut_down, "shut down"),
+        (partial(Watched, 6.0, delay_ms="1400"), "too slow"),
+        (partial(Watched, 4.0, direction="to-module", drop="1", rate="50", stream_at_boot="yes"), "deaf"),
     ],
 )
-def test_what_happens_on_the_line_is_recognised(make: Callable[[], Watched], cause: Cause) -> None:
-    assert make().cause() is cause
+def test_what_happens_on_the_line_is_recognised(make: Callable[[], Watched], cause: str) -> None:
+    assert make().cause() == cause
 
 
 def test_a_module_that_returns_after_a_shutdown_is_not_shut_down() -> None:
@@ -320,18 +312,28 @@ def test_a_module_that_returns_after_a_shutdown_is_not_shut_down() -> None:
     watched.rig.bench.press_switch()
     watched.wait(5)
     assert watched.cause() is None
-    assert not watched.evidence_collector.evidence().was_shut_down
+    assert not watched.collector.seen.was_shut_down
 
 
-@pytest.mark.parametrize("make", [partial(opened_for, 3.0), pulled_from_the_adapter])
+@pytest.mark.parametrize("make", [Watched, pulled_from_the_adapter])
 def test_a_lost_port_is_the_cause_and_a_new_connection_resets_it(make: Callable[[], Watched]) -> None:
     watched = make()
     watched.tell(Connection(PortState.CLOSED, PORT, 115200, PortError(PortTrouble.LOST, PORT, "")))
-    assert watched.cause() is Cause.UNPLUGGED
-    assert not watched.evidence_collector.evidence().is_answering
-    watched.evidence_collector.begin("/dev/ttyUSB1")
-    assert watched.cause() is None
-    assert watched.evidence_collector.evidence() == PortEvidence(port="/dev/ttyUSB1", platform=sys.platform)
+    assert watched.cause() == "unplugged"
+    assert not watched.collector.seen.is_answering
+    watched.collector.begin("/dev/ttyUSB1")
+    assert watched.collector.seen == PortEvidence(port="/dev/ttyUSB1", platform=sys.platform)
+
+
+@pytest.mark.promise("g")
+def test_never_more_requests_time_out_than_were_sent() -> None:
+    """One request was pending when the module last answered."""
+    collector = EvidenceCollector()
+    opened, online = Connection(PortState.OPEN, PORT, 115200), ConversationView(number=1)
+    for at, sent, time_outs in ((1.0, 0, 0), (2.0, 11, 0), (9.0, 24, 14)):
+        counters = Counters(sent=sent, time_outs=time_outs, by_role=Counter({Role.ANSWER: min(sent, 10)}))
+        collector.on_batch(Batch(at, opened, online, LinkView(counters, 0.003)))
+    assert collector.seen.counters.time_outs <= collector.seen.counters.sent
 
 
 @pytest.mark.parametrize("reason", EndReason)
@@ -341,7 +343,41 @@ def test_an_end_of_a_conversation_is_said_with_what_to_do(reason: EndReason) -> 
     assert said.next_step.endswith("again.")
 
 
-def test_stored_noise_is_bounded() -> None:
-    watched = Watched({"garbage": "1", "rate": "1000", "stream_at_boot": "yes", "uptime": "60"})
-    watched.wait(2)
-    assert 0 < len(watched.evidence_collector.evidence().noise) <= MAX_NOISE_BYTES
+# What the system tells
+
+
+@pytest.mark.skipif(not sys.platform.startswith("linux"), reason="reads /proc and groups")
+def test_what_the_system_tells_of_an_adapter(tmp_path: Path) -> None:
+    assert facts_about("socket://10.0.0.2:4000") == AdapterFacts()
+    assert facts_about("/dev/tty", root=tmp_path) == AdapterFacts((), "dialout")
+    for number, name in enumerate(("ModemManager", "brltty", "bash")):
+        (tmp_path / "proc" / f"{number}").mkdir(parents=True)
+        (tmp_path / "proc" / f"{number}" / "comm").write_text(f"{name}\n", encoding="utf-8")
+    device = tmp_path / "dev" / "tty"
+    device.parent.mkdir()
+    device.touch(0o600)
+    assert facts_about("/dev/tty", root=tmp_path) == AdapterFacts(("ModemManager", "brltty"), None)
+    device.chmod(0o660)
+    with suppress(OSError):
+        os.chown(device, -1, 20)
+        assert facts_about("/dev/tty", root=tmp_path).group == device.group()
+
+
+RULES = Path(__file__).parents[3] / "packaging" / "linux" / "60-dps-s.rules"
+_ASSIGNMENT = re.compile(r'[A-Z]+(?:\{[A-Za-z_]+\})?(?:==|!=|\+=|=)"[^"]*"')
+
+
+def test_the_rule_covers_the_usual_adapters_and_excludes_modem_manager_and_brltty() -> None:
+    text = RULES.read_text(encoding="ascii")
+    assert RULES.name < "73-seat-late.rules"  # which asks for `uaccess`
+    assert set(re.findall(r'GOTO="(\w+)"', text)) == set(re.findall(r'LABEL="(\w+)"', text))
+    assert "brltty" in text
+    lines = [line for line in text.splitlines() if line.strip() and not line.startswith("#")]
+    for line in lines:
+        assert all(_ASSIGNMENT.fullmatch(part.strip()) for part in re.split(r",\s*(?=[A-Z])", line)), line
+    adapters = [line for line in lines if "idVendor" in line and "uaccess" in line]
+    assert all('ENV{ID_MM_DEVICE_IGNORE}="1"' in line for line in adapters)
+    vendors = {one for line in adapters for one in re.findall(r'idVendor\}=="([^"]+)"', line)[0].split("|")}
+    assert {"0403", "10c4", "1a86", "067b", "1209", "2dae"} <= vendors
+    products = "|".join(re.findall(r'idProduct\}=="([^"]+)"', "\n".join(adapters))).split("|")
+    assert {"6001", "ea60", "7523", "5523", "55d4", "2303", "5740"} <= set(products)

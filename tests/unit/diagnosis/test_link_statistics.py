@@ -7,14 +7,14 @@ from pathlib import Path
 import pytest
 
 from app.diagnosis.link_state import LinkStatistics
-from app.diagnosis.support_bundle import COMPUTER, USER, Contents, Names, SupportBundle, scrub
+from app.diagnosis.support_bundle import COMPUTER, USER, Contents, Names, bundle_files, scrub, write_bundle
 from app.engine.conversation import ConversationView, How, Known
 from app.engine.procedure import LinkView
 from app.engine.transport import PortError, PortHolder, PortTrouble
 from app.engine.worker import Batch, Connection, PortState
 from app.procedures.read import read_everything
 from protocol.catalogue import STATUS
-from protocol.events import Answered, Counters, Event, Rejected, Role, Sent
+from protocol.events import Answered, Counters, Event, Rejected, Role
 from protocol.messages import Noise, Reason
 from tests.support.line.sim_line import Rig
 from tests.support.records.recordings_made import asked
@@ -48,22 +48,14 @@ def test_round_trips_have_quantiles() -> None:
 def test_a_lost_port_counts_as_a_loss_and_counting_continues() -> None:
     figures = LinkStatistics()
     figures.on_batch(batch(1.0, view(100, sent=10)))
-    noise = Noise(b"\x00\x01", Reason.NO_HEADER, 0)
-    figures.on_batch(batch(1.5, None, Sent(b"", QUERY, 1, 1.5), Rejected(noise, 1.5), connection=LOST))
+    figures.on_batch(batch(1.5, None, connection=LOST))
     figures.on_batch(batch(1.6, None, connection=LOST))
     figures.on_batch(batch(2.0, None, connection=Connection(PortState.OPENING, "x", 115200)))
     figures.on_batch(batch(2.1, view(7, sent=3)))
-    figures.on_batch(batch(2.2, None, connection=Connection(PortState.CLOSED, "x", 115200)))  # by a person
+    figures.on_batch(batch(2.2, view(5, sent=2)))  # reopened without a batch between
+    figures.on_batch(batch(2.3, None, connection=Connection(PortState.CLOSED, "x", 115200)))  # by a person
     assert figures.losses == 1
-    assert figures.totals.sent == 14
-    assert figures.totals.bytes_received == 109
-
-
-def test_a_reopened_port_without_a_batch_does_not_count_backwards() -> None:
-    figures = LinkStatistics()
-    figures.on_batch(batch(1.0, view(100, sent=10)))
-    figures.on_batch(batch(2.0, view(5, sent=2)))
-    assert (figures.totals.sent, figures.totals.bytes_received) == (12, 105)
+    assert (figures.totals.sent, figures.totals.bytes_received) == (15, 112)
 
 
 def test_statistics_equal_the_links_totals_on_a_bad_line() -> None:
@@ -127,63 +119,43 @@ def test_names_that_identify_nobody_stay(name: str) -> None:
     assert scrub(text, Names(name, name, "/")) == text
 
 
-def test_the_zip_equals_the_preview(tmp_path: Path) -> None:
-    bundle = SupportBundle(CONTENTS, names=NAMES)
-    path = tmp_path / "support.zip"
-    bundle.write(path)
-    with zipfile.ZipFile(path) as archive:
+def test_the_zip_equals_the_preview_and_names_nobody(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    files = bundle_files(CONTENTS, NAMES)
+    for name, text in files.items():
+        assert "wolfgang" not in text.lower(), name
+        assert "field-laptop" not in text.lower(), name
+    paths = [tmp_path / "support.zip", tmp_path / "again.zip"]
+    for path in paths:
+        write_bundle(path, files)
+    assert paths[0].read_bytes() == paths[1].read_bytes()
+    with zipfile.ZipFile(paths[0]) as archive:
         held = {name: archive.read(name).decode() for name in archive.namelist()}
         assert archive.comment == b""
         assert all(entry.extra == b"" and entry.comment == b"" for entry in archive.infolist())
-    assert held == {part.name: part.text for part in bundle.files}
-    assert [path.name for path in tmp_path.iterdir()] == ["support.zip"]
+    assert held == files
 
+    def full(*_: object) -> None:
+        raise OSError(28, "No space left on device")
 
-def test_the_same_contents_give_the_same_file(tmp_path: Path) -> None:
-    for name in ("a", "b"):
-        SupportBundle(CONTENTS, names=NAMES).write(tmp_path / name)
-    assert (tmp_path / "a").read_bytes() == (tmp_path / "b").read_bytes()
-
-
-def test_a_bundle_names_nobody() -> None:
-    for part in SupportBundle(CONTENTS, names=NAMES).files:
-        lower = part.text.lower()
-        assert "wolfgang" not in lower, part.name
-        assert "field-laptop" not in lower, part.name
+    monkeypatch.setattr(zipfile.ZipFile, "writestr", full)
+    with pytest.raises(OSError, match="space"):
+        write_bundle(paths[1], {"a": ""})
+    assert paths[0].read_bytes() == paths[1].read_bytes(), "the old file stays"
+    assert sorted(tmp_path.iterdir()) == sorted(paths)
 
 
 def test_a_bundle_contains_what_support_needs() -> None:
-    parts = {part.name: part.text for part in SupportBundle(CONTENTS, names=NAMES).files}
-    link = json.loads(parts["link.json"])
+    files = bundle_files(CONTENTS, NAMES)
+    link = json.loads(files["link.json"])
     assert link["trouble"] == "busy"
     assert "minicom" in link["what"]
     assert link["sent"] == 0
-    assert json.loads(parts["about.json"])["program"] == "DPS-S Configurator 1.2"
-    module = json.loads(parts["module.json"])
+    assert json.loads(files["about.json"])["program"] == "DPS-S Configurator 1.2"
+    module = json.loads(files["module.json"])
     assert module["values"]["tilt_deg"] == {"value": 7, "how": "streamed", "age_s": 2.0, "is_stale": True}
-    assert json.loads(parts["preferences.json"])["language"] == "zh_CN"
-    started, *lines = parts["capture.txt"].splitlines()
+    assert json.loads(files["preferences.json"])["language"] == "zh_CN"
+    started, *lines = files["capture.txt"].splitlines()
     assert started.startswith("# started: 20")
     assert lines == [f"0.000000 > {TRAFFIC[0].raw.hex(' ').upper()}", "1.000000 < 02"]
-
-
-def test_a_bundle_of_a_version_alone_can_be_made() -> None:
-    names = [part.name for part in SupportBundle(Contents(version="1"), names=NAMES).files]
-    assert names == ["about.json", "link.json", "module.json", "preferences.json"]
-
-
-def test_a_bundle_that_cannot_be_written_leaves_the_old_file(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    path = tmp_path / "support.zip"
-    path.write_bytes(b"old")
-
-    class FullDisk(zipfile.ZipFile):
-        def writestr(self, *args: object, **values: object) -> None:
-            raise OSError(28, "No space left on device")
-
-    monkeypatch.setattr("app.diagnosis.support_bundle.zipfile.ZipFile", FullDisk)
-    with pytest.raises(OSError, match="space"):
-        SupportBundle(CONTENTS, names=NAMES).write(path)
-    assert path.read_bytes() == b"old"
-    assert [path.name for path in tmp_path.iterdir()] == ["support.zip"]
-    with pytest.raises(OSError, match="No such"):
-        SupportBundle(CONTENTS, names=NAMES).write(tmp_path / "missing" / "x.zip")
+    least = bundle_files(Contents(version="1"), NAMES)
+    assert least.keys() == {"about.json", "link.json", "module.json", "preferences.json"}

@@ -6,7 +6,7 @@ import pytest
 from PySide6.QtWidgets import QApplication
 from pytestqt.qtbot import QtBot
 
-from app.diagnosis.support_bundle import Contents, SupportBundle
+from app.diagnosis.support_bundle import Contents, bundle_files
 from app.system.clock import steady_time, wall_offset_s
 from tests.support.records.recordings_made import asked
 from tests.support.window.live_bench import live_bench
@@ -21,7 +21,7 @@ def test_what_came_an_hour_ago_came_an_hour_ago(qapp: QApplication) -> None:
     event = asked(steady_time() - HOUR_S)
     model.append([event])
     model.show_new()
-    capture = SupportBundle(Contents(version="1", traffic=[event])).files[-1].text
+    capture = bundle_files(Contents(version="1", traffic=[event]))["capture.txt"]
     began = datetime.fromisoformat(capture.splitlines()[0].removeprefix("# started: "))
     assert abs((datetime.now(UTC) - began).total_seconds() - HOUR_S) < 2
     shown = model.index(0, Column.TIME.value).data()

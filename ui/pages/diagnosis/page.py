@@ -33,7 +33,6 @@ class DiagnosisPage(Page):
 
     def __init__(self, services: Services) -> None:
         super().__init__("diagnosis")
-        self._ports = services.ports
         self._opening = 0
         self.traffic = TrafficView()
         self.why = WhyPanel(services)
@@ -41,18 +40,7 @@ class DiagnosisPage(Page):
         self.result = JobNotice(self)
         self.bundle = BundlePreview(services, self.traffic.model, self.result)
         self.strip = named(NoticeBar(), "diagnosis_notice")
-        self.tabs = self._make_tabs()
-        head = self.make_header(tr("Diagnosis"))
-        head.setContentsMargins(Space.M, 0, Space.M, 0)
-        # The notice is below all controls, so that it moves none of them.
-        in_column(head, (self.tabs, 1), self.strip, of=self, spacing=Space.XS, margins=0)
-        self.result.changed.connect(self._show_result)
-        self.why.connect_wanted.connect(self.connect_wanted)
-        self.why.choose_wanted.connect(self.ports_wanted)
-        self._ports.chosen.connect(self._begin_again)
-
-    def _make_tabs(self) -> QTabWidget:
-        tabs = named(QTabWidget(), "diagnosis_views")
+        tabs = self.tabs = named(QTabWidget(), "diagnosis_views")
         tabs.setDocumentMode(True)
         tabs.setFocusPolicy(Qt.FocusPolicy.NoFocus)  # also of the bar, to which it passes the focus
         tabs.setUsesScrollButtons(False)
@@ -63,14 +51,20 @@ class DiagnosisPage(Page):
         if not is_text_large():  # then the page scrolls as a whole
             views[0] = scroll_area(self.why, "why_scroll", tr("Connection"), is_vertical=True)
             views[2] = scroll_area(self.statistics, "figures_scroll", tr("Statistics"), is_vertical=True)
-        for number, view in enumerate(views):
-            key, title = _VIEWS[number]
+        for number, ((key, title), view) in enumerate(zip(_VIEWS, views, strict=True)):
             shortcut = f"Alt+{number + 1}"
             tabs.addTab(view, tr(title))
             view.setAccessibleName(tr(title))
             tabs.setTabToolTip(number, shortcut)
             Shortcut(view, shortcut, partial(self._choose, key), holder=self)
-        return tabs
+        head = self.make_header(tr("Diagnosis"))
+        head.setContentsMargins(Space.M, 0, Space.M, 0)
+        # The notice is below all controls, so that it moves none of them.
+        in_column(head, (tabs, 1), self.strip, of=self, spacing=Space.XS, margins=0)
+        self.result.changed.connect(lambda: self.strip.show_notice(self.result.result_notice()))
+        self.why.connect_wanted.connect(self.connect_wanted)
+        self.why.choose_wanted.connect(self.ports_wanted)
+        services.ports.chosen.connect(self._begin_again)
 
     def show_module(self, module: ShownModule) -> None:
         super().show_module(module)
@@ -81,7 +75,7 @@ class DiagnosisPage(Page):
             self._opening = batch.connection.opening
             self._begin_again()
         self.traffic.on_batch(batch)
-        self.why.on_batch(batch)
+        self.why.collector.on_batch(batch)
 
     def go_to(self, key: str) -> None:
         """Shows a view: "why", "traffic", "figures" or "bundle"."""
@@ -96,6 +90,3 @@ class DiagnosisPage(Page):
         self.traffic.begin_again()
         self.bundle.begin_again()
         self.why.begin_again()
-
-    def _show_result(self) -> None:
-        self.strip.show_notice(self.result.result_notice())

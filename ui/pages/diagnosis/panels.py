@@ -10,7 +10,7 @@ from typing import Final
 from PySide6.QtWidgets import QCheckBox, QFormLayout, QFrame, QLabel, QLineEdit, QPlainTextEdit, QPushButton, QWidget
 
 from app import version
-from app.diagnosis.support_bundle import Contents, SupportBundle
+from app.diagnosis.support_bundle import Contents, bundle_files, write_bundle
 from app.text import i18n
 from app.text.i18n import tr
 from app.text.messages import error_text, in_brackets, join_names, labelled
@@ -71,7 +71,6 @@ class SharingCard(QFrame):
         set_role(self.last, "attention" if sharing.meaning is Meaning.ATTENTION else "")
 
 
-REFRESH_EVERY_MS: Final = 500
 # The share of requests without reply from which a warning is shown.
 LOSS_ATTENTION: Final = 0.01
 _FIGURES: Final = (
@@ -86,12 +85,6 @@ _FIGURES: Final = (
     ("rejected", marked("Invalid bytes")),
     ("reasons", marked("Why")),
 )
-
-
-def percent_text(share: float) -> str:
-    """ "0 %", "0.03 %", "12 %"."""
-    percent = share * 100
-    return f"{percent:.0f} %" if percent >= 10 or not percent else f"{percent:.2g} %"
 
 
 class StatisticsView(QWidget):
@@ -109,22 +102,23 @@ class StatisticsView(QWidget):
             figure.setAccessibleName(tr(english))
             form.addRow(named(QLabel(tr(english)), f"figures_{key}_name", "muted"), figure)
         in_column(card, 1, of=self, spacing=Space.S, margins=(Space.M, Space.S))
-        VisibilityTimer(self, self.refresh, every_ms=REFRESH_EVERY_MS)
+        VisibilityTimer(self, self.refresh, every_ms=500)
 
     def refresh(self) -> None:
         statistics, lag_s = self._ports.module.statistics, self._ports.module.view.lag_s
         totals = statistics.totals
         share = min(1.0, totals.time_outs / totals.sent) if totals.sent else 0.0
+        # "0 %", "0.03 %", "12 %"
+        percent = f"{share * 100:.0f} %" if share >= 0.1 or not share else f"{share * 100:.2g} %"
+        rejected = ((why, n) for why, n in totals.rejected_bytes.most_common() if n)
         texts = {
             "sent": f"{totals.sent:,}",
-            "lost": f"{totals.time_outs:,}{in_brackets(percent_text(share))}" if totals.sent else "—",
+            "lost": f"{totals.time_outs:,}{in_brackets(percent)}" if totals.sent else "—",
             "lag": "—" if lag_s is None else f"{lag_s:.2f} s",
             "restarts": f"{totals.restarts:,}",
             "losses": f"{statistics.losses:,}",
             "rejected": f"{totals.rejected:,}",
-            "reasons": "\n".join(
-                labelled(tr(why.value), f"{n:,}") for why, n in totals.rejected_bytes.most_common() if n
-            ),
+            "reasons": "\n".join(labelled(tr(why.value), f"{n:,}") for why, n in rejected),
         }
         for key, quantile in (("trip", 0.5), ("late", 0.95), ("slowest", 1.0)):
             trip_s = statistics.quantile_s(quantile)
@@ -137,16 +131,17 @@ class StatisticsView(QWidget):
 
 
 class BundlePreview(QWidget):
-    """Makes the bundle each time it is shown."""
+    """The support bundle, made each time it is shown, and seen before it is saved."""
 
     def __init__(self, services: Services, traffic: TrafficModel, result: JobNotice) -> None:
         super().__init__()
         self.setObjectName("bundle_preview")
         self.ask_path: AskPath = ask_path
-        self._ports, self._appearance = services.ports, services.appearance
-        self._traffic, self._log, self._result = traffic, services.log, result
-        self.bundle: SupportBundle | None = None
-        self._making: BackgroundTask[SupportBundle] = BackgroundTask("dps-s support bundle", self)
+        self._services, self._traffic, self._result = services, traffic, result
+        self.log = services.log
+        # Texts by the name of the file.
+        self.files: dict[str, str] | None = None
+        self._making: BackgroundTask[dict[str, str]] = BackgroundTask("dps-s support bundle", self)
         self._folder = Path.home()
         promise = text_label("bundle_promise")
         promise.setText(
@@ -160,68 +155,60 @@ class BundlePreview(QWidget):
         self.text.setLineWrapMode(QPlainTextEdit.LineWrapMode.NoWrap)
         self.text.setTabChangesFocus(True)
         self.text.setFont(fixed_font(Size.SMALL))
-        self.save = control(
-            QPushButton(tr("Save support bundle…")),
-            "bundle_save",
-            picture=Icon.BUNDLE,
-            role="primary",
-            slot=self.choose_and_save,
-        )
-        self.renew = control(QPushButton(tr("Refresh")), "bundle_renew", picture=Icon.AGAIN, slot=self.make)
+        save = QPushButton(tr("Save support bundle…"))
+        self.save = control(save, "bundle_save", picture=Icon.BUNDLE, role="primary", slot=self.choose_and_save)
+        renew = control(QPushButton(tr("Refresh")), "bundle_renew", picture=Icon.AGAIN, slot=self.make)
         self._where = text_label("bundle_log_path", "small", is_selectable=True)
-        self._where.setVisible(self._log is not None)
-        buttons = in_row(1, self.renew, self.save, spacing=Space.S)
+        buttons = in_row(1, renew, self.save, spacing=Space.S)
         in_column(promise, buttons, (self.text, 1), self._where, of=self, spacing=Space.S, margins=(Space.M, Space.S))
         self._timer = VisibilityTimer(self, self.make)
 
     def begin_again(self) -> None:
         """What is shown, or still being made, is of the former module."""
         self._making.cancel()
-        self.bundle = None
+        self.files = None
         self.text.clear()
         self._timer.refresh_seen()
 
     def make(self) -> None:
-        """Makes the bundle in the background from the present state."""
-        log, contents = self._log, self._contents()
-        self.save.setEnabled(False)
-
-        def pack(_running: Running) -> SupportBundle:
-            return SupportBundle(contents if log is None else replace(contents, log=log.text()))
-
-        self._making.run(pack, self._show, self._notify_failure)
-
-    def _contents(self) -> Contents:
-        """Copies what belongs to the window's thread; without the log."""
-        return Contents(
+        """Makes the bundle in the background from the present state, of which a copy is taken now."""
+        services, log = self._services, self.log
+        contents = Contents(
             version=version(),
-            connection=self._ports.current.connection,
-            conversation=self._ports.module.view,
-            now=self._ports.clock(),
-            statistics=copy.copy(self._ports.module.statistics),
-            preferences={"language": i18n.language(), "theme": self._appearance.choice.value},
+            connection=services.ports.current.connection,
+            conversation=services.ports.module.view,
+            now=services.ports.clock(),
+            statistics=copy.copy(services.ports.module.statistics),
+            preferences={"language": i18n.language(), "theme": services.appearance.choice.value},
             traffic=self._traffic.events,
         )
+        self.save.setEnabled(False)
+
+        def pack(_running: Running) -> dict[str, str]:
+            return bundle_files(contents if log is None else replace(contents, log=log.text()))
+
+        def fail(error: Exception) -> None:
+            self._result.notify(Meaning.ATTENTION, tr("Failed: {why}.", why=error_text(error)))
+
+        self._making.run(pack, self._show, fail)
 
     def choose_and_save(self) -> None:
         """Saves the bundle that is shown."""
-        bundle = self.bundle
-        if bundle is None or self._result.is_writing:
+        files = self.files
+        if files is None or self._result.is_writing:
             return
+
+        def save(path: Path) -> None:
+            self._folder = path.parent
+            self._result.write_file(path, partial(write_bundle, path, files))
+
         name = default_name("support", ".zip", datetime.now().astimezone())
-        save = partial(self._save_to, bundle)
         self.ask_path(self, tr("Save support bundle…"), self._folder / name, "*.zip", save)
 
-    def _save_to(self, bundle: SupportBundle, path: Path) -> None:
-        self._folder = path.parent
-        self._result.write_file(path, partial(bundle.write, path))
-
-    def _show(self, bundle: SupportBundle) -> None:
-        self.bundle = bundle
+    def _show(self, files: dict[str, str]) -> None:
+        self.files = files
         self.save.setEnabled(True)
-        self.text.setPlainText("\n".join(f"——— {part.name} ———\n{part.text}" for part in bundle.files))
-        if self._log is not None:
-            self._where.setText(tr("Log file: {path}", path=self._log.trouble or self._log.path))
-
-    def _notify_failure(self, error: Exception) -> None:
-        self._result.notify(Meaning.ATTENTION, tr("Failed: {why}.", why=error_text(error)))
+        self.text.setPlainText("\n".join(f"——— {name} ———\n{text}" for name, text in files.items()))
+        if self.log is not None:
+            self._where.setText(tr("Log file: {path}", path=self.log.trouble or self.log.path))
+        self._where.setVisible(self.log is not None)

@@ -1,13 +1,12 @@
 """The traffic: every frame sent and received, every invalid byte and why, in a table that follows its end."""
 
 from collections import deque
-from collections.abc import Iterable, Iterator, Sequence
-from enum import Enum
-from functools import cache
+from collections.abc import Iterable, Sequence
+from enum import Enum, IntEnum
 from typing import Any, Final, NamedTuple
 
 from PySide6.QtCore import QAbstractTableModel, QItemSelection, QModelIndex, QObject, QSortFilterProxyModel, Qt
-from PySide6.QtGui import QColor, QFontMetrics, QGuiApplication, QIcon
+from PySide6.QtGui import QFontMetrics, QGuiApplication
 from PySide6.QtWidgets import QComboBox, QHeaderView, QLabel, QLineEdit, QTableView, QToolButton, QWidget
 
 from app.captures.explain import event_sentence
@@ -24,7 +23,14 @@ from ui.widgets.controls import control, in_column, in_row, named, text_label
 from ui.widgets.number_line import WheelGuard
 from ui.widgets.visibility_timer import VisibilityTimer
 
-_ROLES = {
+MAX_ROWS: Final = 10_000
+# A longer run of rejected bytes takes several rows, which bounds the memory.
+MAX_ROW_BYTES: Final = 1024
+SHOWN_BYTES: Final = 32
+# A person cannot read more.
+DRAW_EVERY_MS: Final = 160
+_ANYWHERE: Final = QModelIndex()
+_ROLES: Final = {
     Role.ANSWER: marked("reply"),
     Role.STREAMED: marked("stream"),
     Role.LATE: marked("late"),
@@ -32,6 +38,22 @@ _ROLES = {
     Role.UNSOLICITED: marked("unasked"),
     Role.ECHO: marked("echo"),
 }
+
+
+class Column(IntEnum):
+    TIME = 0
+    KIND = 1
+    BYTES = 2
+    MEANING = 3
+
+
+_TITLES: Final = (marked("Time"), marked("Kind"), marked("Bytes"), marked("Meaning"))
+
+
+class Filter(Enum):
+    ALL = marked("All")
+    WITHOUT_STREAM = marked("Without stream")
+    REJECTED = marked("Invalid bytes")
 
 
 class Shown(NamedTuple):
@@ -61,66 +83,15 @@ def shown(row: Event) -> Shown:
             return Shown(tr("link"), b"", Icon.INFORMATION)
 
 
-def hex_of(raw: bytes, longest: int | None = None) -> str:
+def hex_of(raw: bytes, longest: int = MAX_ROW_BYTES) -> str:
     """ "41 75 32"; longer ones are cut after `longest` bytes, with the number of the rest."""
-    if longest is None or len(raw) <= longest:
-        return raw.hex(" ").upper()
-    return f"{raw[:longest].hex(' ').upper()} … +{len(raw) - longest}"
+    cut = f" … +{len(raw) - longest}" if len(raw) > longest else ""
+    return raw[:longest].hex(" ").upper() + cut
 
 
-def words_of(row: Event) -> str:
-    """Kind, all bytes and meaning, separated by tabs."""
-    seen = shown(row)
-    return "\t".join((seen.kind, hex_of(seen.raw), event_sentence(row)))
-
-
-def is_rejected(row: Event) -> bool:
-    return isinstance(row, Rejected)
-
-
-def is_streamed(row: Event) -> bool:
-    """Whether it is an unasked status."""
-    return isinstance(row, Received) and row.role is Role.STREAMED
-
-
-_picture = cache(icon)
-
-
-def icon_of(row: Event) -> QIcon:
-    seen = shown(row)
-    return _picture(seen.picture, seen.emphasis)
-
-
-def colour_of(row: Event, *, is_time: bool) -> QColor | None:
-    emphasis = shown(row).emphasis
-    if emphasis is not None:
-        return current().ink(emphasis)
-    return current().ink(Meaning.UNKNOWN) if is_time or is_streamed(row) else None
-
-
-MAX_ROWS: Final = 10_000
-# A longer run of rejected bytes takes several rows, which bounds the memory.
-MAX_ROW_BYTES: Final = 1024
-SHOWN_BYTES: Final = 32
-# A person cannot read more.
-DRAW_EVERY_MS: Final = 160
-_ANYWHERE: Final = QModelIndex()
-
-
-class Column(Enum):
-    TIME = 0
-    KIND = 1
-    BYTES = 2
-    MEANING = 3
-
-
-class Filter(Enum):
-    ALL = marked("All")
-    WITHOUT_STREAM = marked("Without stream")
-    REJECTED = marked("Invalid bytes")
-
-
-_TITLES: Final = (marked("Time"), marked("Kind"), marked("Bytes"), marked("Meaning"))
+def time_of(row: Event) -> str:
+    """Time of day to the millisecond."""
+    return clock_text(row.at + wall_offset_s(), 3)
 
 
 class TrafficModel(QAbstractTableModel):
@@ -130,44 +101,43 @@ class TrafficModel(QAbstractTableModel):
     def __init__(self, parent: QObject | None = None) -> None:
         super().__init__(parent)
         self.rows: deque[Event] = deque()
+        # Stored, but not shown yet.
+        self.new: deque[Event] = deque(maxlen=MAX_ROWS)
         self.bytes_font = fixed_font(Size.SMALL)
-        self._new: deque[Event] = deque(maxlen=MAX_ROWS)
 
     @property
     def events(self) -> tuple[Event, ...]:
         """All that are stored, oldest first."""
-        return (*self.rows, *self._new)
-
-    @property
-    def unseen(self) -> int:
-        """Number of stored events that `show_new` has not shown yet."""
-        return len(self._new)
+        return (*self.rows, *self.new)
 
     def append(self, events: Iterable[Event]) -> None:
-        self._new.extend(_rows_of(events))
+        for event in events:
+            if isinstance(event, Rejected):
+                noise = event.noise
+                for first in range(0, len(noise.raw), MAX_ROW_BYTES):
+                    raw = noise.raw[first : first + MAX_ROW_BYTES]
+                    self.new.append(Rejected(Noise(raw, noise.reason, noise.offset + first), event.at))
+            elif not isinstance(event, Answered):  # its frame has a row already
+                self.new.append(event)
 
     def show_new(self) -> None:
-        surplus = min(len(self.rows), len(self.rows) + len(self._new) - MAX_ROWS)
+        surplus = min(len(self.rows), len(self.rows) + len(self.new) - MAX_ROWS)
         if surplus > 0:
             self.beginRemoveRows(_ANYWHERE, 0, surplus - 1)
             for _ in range(surplus):
                 self.rows.popleft()
             self.endRemoveRows()
-        if self._new:
-            self.beginInsertRows(_ANYWHERE, len(self.rows), len(self.rows) + len(self._new) - 1)
-            self.rows.extend(self._new)
-            self._new.clear()
+        if self.new:
+            self.beginInsertRows(_ANYWHERE, len(self.rows), len(self.rows) + len(self.new) - 1)
+            self.rows.extend(self.new)
+            self.new.clear()
             self.endInsertRows()
 
     def clear(self) -> None:
         self.beginResetModel()
         self.rows.clear()
-        self._new.clear()
+        self.new.clear()
         self.endResetModel()
-
-    def as_text(self, rows: Iterable[int]) -> str:
-        """Rows as tab-separated text with all bytes."""
-        return "\n".join(f"{_time_of(self.rows[row])}\t{words_of(self.rows[row])}" for row in rows)
 
     # Qt
 
@@ -178,24 +148,36 @@ class TrafficModel(QAbstractTableModel):
         return 0 if parent.isValid() else len(_TITLES)
 
     def headerData(self, section: int, orientation: Qt.Orientation, role: int = Qt.ItemDataRole.DisplayRole) -> Any:
-        if orientation is Qt.Orientation.Horizontal and role == Qt.ItemDataRole.DisplayRole:
-            return tr(_TITLES[section])
-        return None
+        is_title = orientation is Qt.Orientation.Horizontal and role == Qt.ItemDataRole.DisplayRole
+        return tr(_TITLES[section]) if is_title else None
 
     def data(self, index: Index, role: int = Qt.ItemDataRole.DisplayRole) -> Any:
         row, column = self.rows[index.row()], index.column()
-        match role:
-            case Qt.ItemDataRole.DisplayRole:
-                return _text_of(row, column)
-            case Qt.ItemDataRole.ToolTipRole:
-                return hex_of(shown(row).raw) if column == Column.BYTES.value else _text_of(row, column)
-            case Qt.ItemDataRole.DecorationRole:
-                return icon_of(row) if column == Column.KIND.value else None
-            case Qt.ItemDataRole.FontRole:
-                return self.bytes_font if column == Column.BYTES.value else None
-            case Qt.ItemDataRole.ForegroundRole:
-                return colour_of(row, is_time=column == Column.TIME.value)
+        is_tip = role == Qt.ItemDataRole.ToolTipRole
+        if is_tip or role == Qt.ItemDataRole.DisplayRole:
+            match Column(column):
+                case Column.TIME:
+                    return time_of(row)
+                case Column.KIND:
+                    return shown(row).kind
+                case Column.BYTES:
+                    return hex_of(shown(row).raw, MAX_ROW_BYTES if is_tip else SHOWN_BYTES)
+                case Column.MEANING:
+                    return event_sentence(row)
+        if role == Qt.ItemDataRole.FontRole:
+            return self.bytes_font if column == Column.BYTES else None
+        if role == Qt.ItemDataRole.DecorationRole and column == Column.KIND:
+            return icon(shown(row).picture, shown(row).emphasis)
+        if role == Qt.ItemDataRole.ForegroundRole:
+            emphasis = shown(row).emphasis
+            is_muted = column == Column.TIME or _is_streamed(row)
+            return current().ink(emphasis or Meaning.UNKNOWN) if emphasis is not None or is_muted else None
         return None
+
+
+def _is_streamed(row: Event) -> bool:
+    """Whether it is an unasked status."""
+    return isinstance(row, Received) and row.role is Role.STREAMED
 
 
 class TrafficFilter(QSortFilterProxyModel):
@@ -205,66 +187,30 @@ class TrafficFilter(QSortFilterProxyModel):
         super().__init__(model)
         self._model = model
         self._kind = Filter.ALL
+        # In lower case, and its digits where it is pairs of hex digits.
         self._query = self._query_hex = ""
         self.setSourceModel(model)
 
     def use(self, kind: Filter, query: str) -> None:
         self.beginFilterChange()
         self._kind, self._query = kind, query.strip().lower()
-        self._query_hex = hex_part(self._query)
+        digits = "".join(self._query.split())
+        is_hex = len(digits) % 2 == 0 and all(digit in "0123456789abcdef" for digit in digits)
+        self._query_hex = digits if is_hex else ""
         self.endFilterChange(QSortFilterProxyModel.Direction.Rows)
 
     def filterAcceptsRow(self, source_row: int, _source_parent: Index) -> bool:
         row = self._model.rows[source_row]
-        if self._kind is Filter.REJECTED and not is_rejected(row):
+        if self._kind is Filter.REJECTED and not isinstance(row, Rejected):
             return False
-        if self._kind is Filter.WITHOUT_STREAM and is_streamed(row):
+        if self._kind is Filter.WITHOUT_STREAM and _is_streamed(row):
             return False
-        return not self._query or matches(row, self._query, self._query_hex)
-
-
-def matches(row: Event, query: str, query_hex: str) -> bool:
-    """`query`: lower case. `query_hex`: its hex digits, "" where it is not hex."""
-    seen = shown(row)
-    if query_hex and query_hex in seen.raw.hex():
-        return True
-    return query in event_sentence(row).lower() or query in seen.kind.lower()
-
-
-def hex_part(text: str) -> str:
-    """The digits of a text of pairs of hex digits, else ""."""
-    digits = "".join(text.lower().split())
-    is_hex = len(digits) % 2 == 0 and all(digit in "0123456789abcdef" for digit in digits)
-    return digits if is_hex else ""
-
-
-def _time_of(row: Event) -> str:
-    """Time of day to the millisecond."""
-    return clock_text(row.at + wall_offset_s(), 3)
-
-
-def _text_of(row: Event, column: int) -> str:
-    match Column(column):
-        case Column.TIME:
-            return _time_of(row)
-        case Column.KIND:
-            return shown(row).kind
-        case Column.BYTES:
-            return hex_of(shown(row).raw, SHOWN_BYTES)
-        case Column.MEANING:
-            return event_sentence(row)
-
-
-def _rows_of(events: Iterable[Event]) -> Iterator[Event]:
-    """Yields an event per row; splits long runs of rejected bytes."""
-    for event in events:
-        if isinstance(event, Rejected) and len(event.noise.raw) > MAX_ROW_BYTES:
-            noise = event.noise
-            for first in range(0, len(noise.raw), MAX_ROW_BYTES):
-                raw = noise.raw[first : first + MAX_ROW_BYTES]
-                yield Rejected(Noise(raw, noise.reason, noise.offset + first), event.at)
-        elif not isinstance(event, Answered):  # its frame has a row already
-            yield event
+        if not self._query:
+            return True
+        seen = shown(row)
+        if self._query_hex and self._query_hex in seen.raw.hex():
+            return True
+        return self._query in event_sentence(row).lower() or self._query in seen.kind.lower()
 
 
 class TrafficView(QWidget):
@@ -286,10 +232,9 @@ class TrafficView(QWidget):
         for kind in Filter:
             self.filter.addItem(tr(kind.value), kind)
         WheelGuard(self.filter)
-        self.search = control(
-            QLineEdit(), "traffic_search", says=tr("Search"), tip=tr("Bytes (41 75) or words"), keys="Ctrl+F"
-        )
-        self.search.setPlaceholderText(tr("Bytes (41 75) or words"))
+        hint = tr("Bytes (41 75) or words")
+        self.search = control(QLineEdit(), "traffic_search", says=tr("Search"), tip=hint, keys="Ctrl+F")
+        self.search.setPlaceholderText(hint)
         self.search.setClearButtonEnabled(True)
         for button in self.search.findChildren(QToolButton):  # made by Qt, without a name
             named(button, "traffic_search_clear").setAccessibleName(tr("Clear"))
@@ -305,17 +250,22 @@ class TrafficView(QWidget):
         bar = in_row(self.filter, (self.search, 1), self.pause, self.copy, spacing=Space.S)
         foot = in_row((self.detail, 1), (self.count, Qt.AlignmentFlag.AlignTop), spacing=Space.M)
         in_column(bar, (self.table, 1), foot, of=self, spacing=Space.S, margins=(Space.M, Space.S))
-        VisibilityTimer(self, self.draw, every_ms=DRAW_EVERY_MS, restyle=self._apply_theme)
-        self._apply_theme()
+        VisibilityTimer(self, self.draw, every_ms=DRAW_EVERY_MS)
         self._show_detail()
 
     def _make_table(self) -> QTableView:
         table = control(QTableView(), "traffic_table", says=tr("Traffic"))
         table.setModel(self.shown)
+        table.setFont(font(Size.SMALL))
         list_rows(table, row_px=RowHeight.DENSE)
         head = table.horizontalHeader()
         for column in (Column.BYTES, Column.MEANING) if is_text_large() else (Column.MEANING,):
-            head.setSectionResizeMode(column.value, QHeaderView.ResizeMode.Stretch)
+            head.setSectionResizeMode(column, QHeaderView.ResizeMode.Stretch)
+        width = table.fontMetrics().horizontalAdvance
+        table.setColumnWidth(Column.TIME, width("00:00:00.000 000"))
+        table.setColumnWidth(Column.KIND, width("unasked (2) 000"))
+        usual = QFontMetrics(self.model.bytes_font).horizontalAdvance("00 " * 9)  # all but a trigger record
+        table.setColumnWidth(Column.BYTES, usual)
         bar = table.verticalScrollBar()
         bar.valueChanged.connect(self._note_scrolling)
         bar.rangeChanged.connect(self._stay_at_end)
@@ -336,7 +286,13 @@ class TrafficView(QWidget):
         """Shows the new rows, unless it is held."""
         if not self._is_held:
             self.model.show_new()
-        self._show_count()
+        rows = self.shown.rowCount()
+        if self._is_held:
+            self.count.setText(tr("{count} new", count=f"{len(self.model.new):,}"))
+        elif self.search.text() and not rows:
+            self.count.setText(tr("No matches"))
+        else:
+            self.count.setText(tr("rows: {rows}", rows=f"{rows:,}"))
 
     @property
     def _is_held(self) -> bool:
@@ -353,34 +309,28 @@ class TrafficView(QWidget):
             self.table.verticalScrollBar().setValue(highest)
 
     def copy_rows(self) -> None:
-        """Copies the selected rows, else all that are shown, as tab-separated text."""
-        rows = self._selected() or range(self.shown.rowCount())
-        source = [self.shown.mapToSource(self.shown.index(row, 0)).row() for row in rows]
-        QGuiApplication.clipboard().setText(self.model.as_text(source))
+        """Copies the selected rows, else all that are shown, with all bytes, as tab-separated text."""
+        rows = map(self._event_in, self._selected() or range(self.shown.rowCount()))
+        cells = ((time_of(row), shown(row).kind, hex_of(shown(row).raw), event_sentence(row)) for row in rows)
+        QGuiApplication.clipboard().setText("\n".join(map("\t".join, cells)))
 
     def _selected(self) -> Sequence[int]:
         ranges = self.table.selectionModel().selection().toList()
         return sorted(row for part in ranges for row in range(part.top(), part.bottom() + 1))
 
+    def _event_in(self, row: int) -> Event:
+        return self.model.rows[self.shown.mapToSource(self.shown.index(row, 0)).row()]
+
     def _use_filter(self) -> None:
         self.shown.use(self.filter.currentData(), self.search.text())
         self.table.scrollToBottom()
         self._show_detail()
-        self._show_count()
+        self.draw()
 
     def _pause(self, is_paused: bool) -> None:
         self.pause.setIcon(icon(Icon.PLAY if is_paused else Icon.PAUSE))
         self.pause.setText(tr("Continue") if is_paused else tr("Pause"))
         self.draw()
-
-    def _show_count(self) -> None:
-        rows = self.shown.rowCount()
-        if self._is_held:
-            self.count.setText(tr("{count} new", count=f"{self.model.unseen:,}"))
-        elif self.search.text() and not rows:
-            self.count.setText(tr("No matches"))
-        else:
-            self.count.setText(tr("rows: {rows}", rows=f"{rows:,}"))
 
     def _show_detail(self, _new: QItemSelection | None = None, _old: QItemSelection | None = None) -> None:
         selected = self._selected()
@@ -388,15 +338,5 @@ class TrafficView(QWidget):
             count = tr("{count} selected", count=f"{len(selected):,}")
             self.detail.setText(count if selected else tr("Select a row."))
             return
-        event = self.model.rows[self.shown.mapToSource(self.shown.index(selected[0], 0)).row()]
-        seen = shown(event)
-        self.detail.setText(f"{seen.kind}  {hex_of(seen.raw, 96)}\n{event_sentence(event)}")
-
-    def _apply_theme(self) -> None:
-        self.table.setFont(font(Size.SMALL))
-        self.model.bytes_font = fixed_font(Size.SMALL)
-        width = self.table.fontMetrics().horizontalAdvance
-        self.table.setColumnWidth(Column.TIME.value, width("00:00:00.000 000"))
-        self.table.setColumnWidth(Column.KIND.value, width("unasked (2) 000"))
-        usual = QFontMetrics(self.model.bytes_font).horizontalAdvance("00 " * 9)  # all but a trigger record
-        self.table.setColumnWidth(Column.BYTES.value, usual)
+        event = self._event_in(selected[0])
+        self.detail.setText(f"{shown(event).kind}  {hex_of(shown(event).raw, 96)}\n{event_sentence(event)}")

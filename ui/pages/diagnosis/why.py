@@ -8,11 +8,9 @@ from PySide6.QtCore import Qt, Signal
 from PySide6.QtGui import QGuiApplication
 from PySide6.QtWidgets import QFrame, QGridLayout, QLabel, QPushButton, QWidget
 
-from app.diagnosis.adapter_facts import AdapterFacts, facts_about
 from app.diagnosis.causes import STEP_WORDS, Diagnosis, NextStep, diagnose
 from app.diagnosis.link_state import Phase, link_text
-from app.diagnosis.symptoms import EvidenceCollector, PortEvidence
-from app.engine.worker import Batch
+from app.diagnosis.symptoms import AdapterFacts, EvidenceCollector, PortEvidence, facts_about
 from app.system.clock import clock_text
 from app.text.i18n import tr
 from app.text.messages import join_names, labelled
@@ -31,9 +29,7 @@ FACTS_EVERY_S: Final = 5.0
 _WITHOUT_CAUSE: Final = {
     Phase.ONLINE: (Meaning.GOOD, None),
     Phase.CLOSED: (Meaning.INFORMATION, NextStep.CHOOSE_PORT),
-    Phase.OPENING: (Meaning.INFORMATION, None),
-    Phase.FINDING: (Meaning.INFORMATION, None),
-    Phase.ASKING: (Meaning.INFORMATION, None),
+    **dict.fromkeys((Phase.OPENING, Phase.FINDING, Phase.ASKING), (Meaning.INFORMATION, None)),
     Phase.LATE: (Meaning.ATTENTION, None),
 }
 _CHECKED: Final = (
@@ -41,6 +37,7 @@ _CHECKED: Final = (
     ("bytes", marked("Bytes")),
     ("frames", marked("Frames")),
     ("replies", marked("Round trip")),
+    ("noise", marked("Last invalid bytes")),
 )
 _TICKS: Final = {True: (Icon.CHECK, Meaning.GOOD), False: (Icon.CROSS, Meaning.DANGER), None: (Icon.UNKNOWN, None)}
 _NOISE_SHOWN: Final = 16
@@ -56,7 +53,7 @@ class WhyPanel(QWidget):
         super().__init__()
         self.setObjectName("why_panel")
         self._ports, self._storage = services.ports, services.storage
-        self._evidence = EvidenceCollector()
+        self.collector = EvidenceCollector()
         self._facts, self._facts_of, self._facts_at = AdapterFacts(), "", float("-inf")
         self._asking: BackgroundTask[AdapterFacts] = BackgroundTask("dps-s adapter facts", self)
         self.diagnosis: Diagnosis | None = None
@@ -67,30 +64,18 @@ class WhyPanel(QWidget):
         self.silence = text_label("why_silence", "muted", is_selectable=True)
         self.command = text_label("why_command", "", is_selectable=True)
         self.command.setFont(fixed_font())
-        self.act = control(
-            QPushButton(tr(STEP_WORDS[NextStep.CONNECT_AGAIN])),
-            "why_act",
-            picture=Icon.CHEVRON_RIGHT,
-            role="primary",
-            slot=self._do,
-        )
+        step = QPushButton(tr(STEP_WORDS[NextStep.CONNECT_AGAIN]))
+        self.act = control(step, "why_act", picture=Icon.CHEVRON_RIGHT, role="primary", slot=self._do)
         card = named(QFrame(), "why_card", "card")
         lines = in_column(self.what, self.next_step, self.silence, self.command, in_row(self.act, 1), spacing=Space.S)
         in_row((self._picture, Qt.AlignmentFlag.AlignTop), (lines, 1), of=card, spacing=Space.L, margins=Space.L)
-        self.checked: dict[str, QLabel] = {}
-        self._ticks: dict[str, IconLabel] = {}
-        self.sharing = SharingCard(services)
-        in_column(card, self._make_list(), self.sharing, 1, of=self, spacing=Space.S, margins=(Space.M, Space.S))
-        timer = VisibilityTimer(self, self.refresh, every_ms=REFRESH_EVERY_MS)
-        self._ports.changed.connect(timer.refresh_seen)
-        self.begin_again()
-
-    def _make_list(self) -> QFrame:
-        card = named(QFrame(), "why_list", "card")
-        grid = QGridLayout(card)
+        checked = named(QFrame(), "why_list", "card")
+        grid = QGridLayout(checked)
         grid.setHorizontalSpacing(Space.M)
         grid.setColumnStretch(2, 1)
-        for row, (key, english) in enumerate((*_CHECKED, ("noise", marked("Last invalid bytes")))):
+        self.checked: dict[str, QLabel] = {}
+        self._ticks: dict[str, IconLabel] = {}
+        for row, (key, english) in enumerate(_CHECKED):
             value = self.checked[key] = named(TickingLabel(), f"why_{key}")
             value.setAccessibleName(tr(english))
             value.setTextInteractionFlags(SELECTABLE)
@@ -100,35 +85,37 @@ class WhyPanel(QWidget):
             grid.addWidget(named(QLabel(tr(english)), f"why_{key}_name", "muted"), row, 1)
             grid.addWidget(value, row, 2)
         self.checked["noise"].setFont(fixed_font())
-        return card
+        self.sharing = SharingCard(services)
+        in_column(card, checked, self.sharing, 1, of=self, spacing=Space.S, margins=(Space.M, Space.S))
+        timer = VisibilityTimer(self, self.refresh, every_ms=REFRESH_EVERY_MS)
+        self._ports.changed.connect(timer.refresh_seen)
+        self.begin_again()
 
     # Evidence
-
-    def on_batch(self, batch: Batch) -> None:
-        self._evidence.on_batch(batch)
 
     def begin_again(self) -> None:
         """Another port was opened."""
         target = self._ports.current.target
         if target is not None:
-            self._evidence.begin(target.device)
+            self.collector.begin(target.device)
         self._asking.cancel()
         self._facts_of = ""
 
     def evidence(self) -> PortEvidence:
         current, target = self._ports.current, self._ports.current.target
-        # Of this adapter: another one may have the name of its port by now.
-        facts = self._facts if self._facts_of == current.key else AdapterFacts()
-        seen = self._evidence.evidence(facts=facts)
         # Of a module that was left active nobody can say that it is not this one.
         is_left = bool(self._storage.left_active) and not (target and target.is_simulated)
-        adapter = "" if target is None else target.identity
-        seen = seen._replace(was_active=current.is_active or is_left, adapter=adapter)
+        seen = self.collector.seen._replace(
+            # Of this adapter: another one may have the name of its port by now.
+            facts=self._facts if self._facts_of == current.key else AdapterFacts(),
+            was_active=current.is_active or is_left,
+            adapter="" if target is None else target.identity,
+        )
         # Between two attempts to reconnect, only the port knows the error.
         return seen if seen.is_open else seen._replace(trouble=current.state.trouble)
 
     def _ask_system(self) -> None:
-        """Queries the system in the background, since it lists all processes."""
+        """In the background, since it lists all processes."""
         target, now = self._ports.current.target, time.monotonic()
         if target is None or self._asking.is_running:
             return
@@ -150,31 +137,21 @@ class WhyPanel(QWidget):
         is_asked = state.phase not in (Phase.CLOSED, Phase.OPENING, Phase.FINDING, Phase.LATE)
         self.diagnosis = found = diagnose(evidence) if is_asked else None
         if found is not None:
-            self._show(Meaning.ATTENTION, found.what, found.next_step, found.command)
-            self._offer(found.step)
+            meaning, self._step, command, said = Meaning.ATTENTION, found.step, found.command, found[:2]
         else:
-            words = link_text(state, self._ports.clock())
-            meaning, step = _WITHOUT_CAUSE.get(state.phase, (Meaning.ATTENTION, NextStep.CONNECT_AGAIN))
-            self._show(meaning, words.what, words.next_step, None)
-            self._offer(step)
+            meaning, self._step = _WITHOUT_CAUSE.get(state.phase, (Meaning.ATTENTION, NextStep.CONNECT_AGAIN))
+            command, said = "", link_text(state, self._ports.clock())[1:3]
+        self._picture.show_icon(MEANING_ICONS[meaning], meaning)
+        for label, text in (*zip((self.what, self.next_step), said, strict=True), (self.command, command)):
+            label.setText(text)
+            label.setVisible(bool(text))
         self.silence.setText(self._silence_text(evidence))
         self.silence.setVisible(bool(self.silence.text()))
+        self.act.setVisible(self._step is not None)
+        self.act.setEnabled(self._step is not NextStep.FIND_RATE or self._ports.current.is_open)
+        if self._step is not None:
+            self.act.setText(tr(STEP_WORDS[self._step]))
         self._tick(evidence)
-
-    def _show(self, meaning: Meaning, what: str, next_step: str, command: str | None) -> None:
-        self.what.setText(what)
-        self.next_step.setText(next_step)
-        self.command.setText(command or "")
-        self.next_step.setVisible(bool(next_step))
-        self.command.setVisible(command is not None)
-        self._picture.show_icon(MEANING_ICONS[meaning], meaning)
-
-    def _offer(self, step: NextStep | None) -> None:
-        self.act.setVisible(step is not None)
-        if step is not None:
-            self.act.setText(tr(STEP_WORDS[step]))
-        self._step = step
-        self.act.setEnabled(step is not NextStep.FIND_RATE or self._ports.current.is_open)
 
     def _silence_text(self, evidence: PortEvidence) -> str:
         """What tells a silent module from a closed port; empty unless it has fallen silent."""
@@ -196,14 +173,14 @@ class WhyPanel(QWidget):
         frames = counters.frames - echoes
         is_asked = evidence.is_open and counters.time_outs > 0
         met = {
-            "port": evidence.is_open,
-            "bytes": counters.bytes_received > 0,
-            "frames": frames > 0 and not evidence.is_bad_line(),
-            "replies": evidence.is_answering,
+            "port": (evidence.is_open, evidence.trouble is not None),
+            "bytes": (counters.bytes_received > 0, is_asked),
+            "frames": (frames > 0 and not evidence.is_bad_line(), is_asked),
+            "replies": (evidence.is_answering, is_asked),
         }
-        failed = {"port": evidence.trouble is not None, "bytes": is_asked, "frames": is_asked, "replies": is_asked}
+        for key, (is_met, has_failed) in met.items():
+            self._ticks[key].show_icon(*_TICKS[True if is_met else False if has_failed else None])
         trip_s = evidence.round_trip_median_s if counters.frames else None  # else it is of an earlier connection
-        noise = evidence.noise[-_NOISE_SHOWN:]
         parts = [f"{frames:,}"]
         if counters.rejected:
             parts.append(labelled(tr("Invalid bytes"), f"{counters.rejected:,}"))
@@ -216,18 +193,15 @@ class WhyPanel(QWidget):
             "bytes": f"{counters.bytes_received:,}",
             "frames": join_names(parts),
             "replies": join_names((trip, labelled(tr("Without reply"), lost))),
-            "noise": noise.hex(" ").upper() or "—",
+            "noise": evidence.noise[-_NOISE_SHOWN:].hex(" ").upper() or "—",
         }
         for key, text in texts.items():
             self.checked[key].setText(text)
-        for key, is_met in met.items():
-            tick = True if is_met else False if failed[key] else None
-            self._ticks[key].show_icon(*_TICKS[tick])
 
     def _do(self) -> None:
         match self._step:
             case NextStep.COPY_COMMAND if self.diagnosis is not None:
-                QGuiApplication.clipboard().setText(self.diagnosis.command or "")
+                QGuiApplication.clipboard().setText(self.diagnosis.command)
             case NextStep.CONNECT_AGAIN if self._ports.current.target is not None:
                 self.connect_wanted.emit(self._ports.current.target)
             case NextStep.FIND_RATE:
