@@ -51,7 +51,7 @@ def _demo(arguments: list[str]) -> int:
     # Qt would warn again and again of what that platform lacks.
     code = call(program, QT_QPA_PLATFORM="offscreen", QT_LOGGING_RULES="default.warning=false")
     if code == 0:
-        print("Screenshots and values:", *sorted(EVIDENCE.iterdir()), sep="\n  ")
+        print("A picture of it:", *sorted(EVIDENCE.iterdir()), sep="\n  ")
     return code
 
 

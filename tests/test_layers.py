@@ -69,8 +69,8 @@ ROOMS = (
     "ui/pages/fleet",
     "ui/pages/logs",
     "ui/pages/diagnosis",
-    "ui/shell",
     "ui/help",
+    "ui/shell",
     "ui/main.py",  # puts the window together
 )
 """Lowest first: a file imports from its own room and from those before it. Pages never import each other."""

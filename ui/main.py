@@ -8,18 +8,19 @@ import sys
 import tempfile
 import threading
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager
-from dataclasses import dataclass, field
+from contextlib import ExitStack, contextmanager, suppress
+from dataclasses import dataclass
 from functools import partial
 from importlib import import_module
 from pathlib import Path
 from types import FrameType
-from typing import NamedTuple
+from typing import Final, NamedTuple
 
 from PySide6.QtCore import QEvent, QObject, Qt, QTimer
 from PySide6.QtWidgets import QApplication, QPlainTextDocumentLayout, QWidget
 
 from app import version
+from app.engine.conversation import STATUS_KEYS
 from app.engine.target import Target
 from app.procedures.act import Armed
 from app.system.logs import Log, start_log
@@ -31,16 +32,13 @@ from ui.core.background_task import BackgroundTask
 from ui.core.bridge import garbage_freed_here
 from ui.core.port_watcher import PortWatcher
 from ui.core.preferences import Preferences, has_font_for, use_language
-from ui.help.windows import HelpActions
 from ui.services.context import PageEntry, Services
 from ui.services.page import Page
 from ui.services.storage import Storage
 from ui.session.left_active import LeftActiveWatch
 from ui.session.ports import Ports
-from ui.shell.announcements import Sounds, announce_states
-from ui.shell.attention import UncaughtErrors
-from ui.shell.label_actions import LabelActions
-from ui.shell.main_window import MainWindow, end_process, has_seen_status, write_evidence
+from ui.shell.announcements import StateAnnouncer
+from ui.shell.main_window import MainWindow, end_process
 from ui.style.appearance import Appearance, install_accessible_roles
 from ui.style.icons import Icon, app_icon
 from ui.style.theme import Choice, Meaning, zoom
@@ -48,25 +46,26 @@ from ui.widgets.notice_bar import Notice
 
 _log = logging.getLogger(__name__)
 
-COPY_EVERY_MS = 10 * 60 * 1000
-"""How often to check whether a copy of the store is due."""
-PAINT_LIMIT_MS = 1000
-"""A window that is not painted (started minimised) gets its pages after this time."""
-_STORE_LIMIT_S = 5.0
+# How often to check whether a copy of the store is due.
+COPY_EVERY_MS: Final = 10 * 60 * 1000
+# A window that is not painted (started minimised) gets its pages after this time.
+PAINT_LIMIT_MS: Final = 1000
+_STORE_LIMIT_S: Final = 5.0
+PICTURE: Final = "live.png"
 
 
 class WindowOptions(NamedTuple):
-    """With `offscreen_seconds` the window runs unattended for that time, writes `evidence`, and exits. Without `port`
-    and `demo` the user chooses a port."""
+    """Without `port` and `demo` the user chooses a port."""
 
     port: str | None = None
     baud_rate: int = 115200
     demo: bool = False
     language: str | None = None
+    # For so long the window runs unattended, saves a picture of itself in `evidence`, and exits.
     offscreen_seconds: float | None = None
     evidence: Path | None = None
+    # To be opened in the page of its type.
     file: Path | None = None
-    """To be opened in the page of its type."""
 
 
 def _page(key: str, title: str, picture: Icon, chapter: str = "", *, wants_stream: bool = False) -> PageEntry:
@@ -90,6 +89,10 @@ PAGES: tuple[PageEntry, ...] = (
     _page("diagnosis", marked("Diagnosis"), Icon.DIAGNOSIS),
 )
 
+# With those that it is derived from it would else be made where a report is first printed, which is in another thread
+# too: PySide makes a class when it is first named or returned.
+_MADE_HERE = QPlainTextDocumentLayout
+
 
 def _load_libraries() -> None:
     """Imports what the pages need and is slow to load, but nothing that knows Qt: where another thread makes a class of
@@ -100,25 +103,19 @@ def _load_libraries() -> None:
         import_module(module)
 
 
-_MADE_HERE = QPlainTextDocumentLayout
-"""With those that it is derived from it would else be made where a report is first printed, which is in another thread
-too: PySide makes a class when it is first named or returned."""
-
-
 @dataclass(slots=True)
 class Assembly:
     """The window and its services, made by `assemble`; closing the window closes them."""
 
     window: MainWindow
-    help: HelpActions
     ports: Ports
     watcher: PortWatcher
     appearance: Appearance
     storage: Storage
     left_active: LeftActiveWatch
-    armed: Armed = field(default_factory=Armed)
-    load: Callable[[], object] | None = None
-    """Imports what is slow to load; called in the background."""
+    armed: Armed
+    # Imports what is slow to load; called in the background.
+    load: Callable[[], object]
     exit_code: int = 0
 
 
@@ -138,45 +135,53 @@ def assemble(
     preferences = preferences or Preferences()
     use_language(app, _language(options, preferences))
     zoom(preferences.zoom_percent)
-    appearance = Appearance(app, _theme(preferences))
-    watcher = watcher or PortWatcher()
-    storage = storage or Storage()
+    known = {choice.value: choice for choice in Choice}
+    appearance = Appearance(app, known.get(preferences.theme or "", Choice.AUTO))
+    watcher, storage = watcher or PortWatcher(), storage or Storage()
     ports = Ports(watcher, storage)
-    announce_states(ports, Sounds(preferences, ports))
+    StateAnnouncer(ports, preferences)
     services = Services(ports, appearance, preferences, log=log)
     left_active = LeftActiveWatch(ports)
     window = MainWindow(services, left_active, entries=entries)
     ports.setParent(window)  # else its signal connections would keep it alive
-    help_actions = HelpActions(window, services, entries)
-    LabelActions(window, services)
-    load = _load_libraries if entries is PAGES else None
-    return Assembly(window, help_actions, ports, watcher, appearance, storage, left_active, services.armed, load)
+    load = _load_libraries if entries is PAGES else bool
+    return Assembly(window, ports, watcher, appearance, storage, left_active, services.armed, load)
 
 
 def start(assembly: Assembly, options: WindowOptions) -> None:
     """Shows the window; after the first paint makes the pages, lists ports, and connects if requested."""
-    window, load = assembly.window, assembly.load
-    storage = assembly.storage
+    window, storage, attention = assembly.window, assembly.storage, assembly.window.attention
     timer = QTimer(window, interval=COPY_EVERY_MS)
     timer.timeout.connect(storage.copy_if_due)
     timer.start()
-    target = _target(options)
+    target: Target | None = None
+    if options.port is not None or options.demo:
+        target = Target(options.port or SIMULATED_PORT, options.baud_rate)
     loading: BackgroundTask[object] = BackgroundTask("dps-s libraries", window)
     opening: BackgroundTask[object] = BackgroundTask("dps-s opening", window)
 
     def fill() -> None:
-        if load is None:
-            make_pages()
-        else:  # slow: importing numpy
-            loading.run(lambda _running: load(), lambda _: make_pages(), lambda _error: make_pages())
+        loading.run(lambda _running: assembly.load(), make_pages, fail)  # slow: it imports numpy
         assembly.watcher.refresh()
 
-    def make_pages() -> None:
+    def fail(error: Exception) -> None:
+        make_pages(error)
+        raise error
+
+    def make_pages(_outcome: object) -> None:
         window.make_pages()
         # No port waits for it.
-        opening.run(lambda _running: storage.open_store(), lambda _store: _on_store_opened(assembly))
+        opening.run(lambda _running: storage.open_store(), on_store_opened)
         if target is not None:
             window.connect_to(target)
+
+    def on_store_opened(_store: object) -> None:
+        """Its trouble, and what the last run of the program left."""
+        if storage.notice is not None:
+            attention.say(Notice(Meaning.ATTENTION, storage.notice))
+        assembly.left_active.load()
+        storage.opened.emit()
+        assembly.ports.changed.emit()  # names are known now
 
     if options.file is not None:
         window.pages_made.connect(partial(window.files.open, options.file))
@@ -184,16 +189,6 @@ def start(assembly: Assembly, options: WindowOptions) -> None:
         QTimer.singleShot(0, window, window.toggle_panel)
     _AfterPaint(window, fill)
     window.show()
-
-
-def _on_store_opened(assembly: Assembly) -> None:
-    """Once the store is open: its trouble, and what the last run of the program left."""
-    attention, storage = assembly.window.attention, assembly.storage
-    if storage.notice is not None:
-        attention.say(Notice(Meaning.ATTENTION, storage.notice))
-    assembly.left_active.load()
-    storage.opened.emit()
-    assembly.ports.changed.emit()  # names are known now
 
 
 class _AfterPaint(QObject):
@@ -227,7 +222,10 @@ def run(options: WindowOptions) -> int:
     app.setApplicationName("dps-s-configurator")
     app.setDesktopFileName("dps-s-configurator")
     app.setWindowIcon(app_icon())
-    with _memory(options) as folder, _logging(folder) as log:
+    with ExitStack() as stack:
+        folder = stack.enter_context(_memory(options))
+        log = start_log(folder)
+        stack.callback(log.stop)
         preferences = Preferences() if folder is None else Preferences(folder / "window.ini")
         has_font = has_font_for(_language(options, preferences))
         if not has_font:
@@ -237,11 +235,14 @@ def run(options: WindowOptions) -> int:
         if not has_font:
             text = tr("Install a Chinese font (fonts-noto-cjk), then restart.")
             window.attention.say(Notice(Meaning.ATTENTION, text))
-        with _errors_shown(window, assembly.armed), _signals_close(window), collecting_garbage(assembly):
-            start(assembly, options)
-            if options.offscreen_seconds is not None:
-                _end_after(options.offscreen_seconds, assembly, options)
-            app.exec()
+        # Uncaught errors in any thread disarm, are logged and shown; the window stays open.
+        stack.callback(catch_uncaught_errors(window.attention.report))
+        stack.enter_context(_signals_close(window))
+        stack.enter_context(collecting_garbage(assembly))
+        start(assembly, options)
+        if options.offscreen_seconds is not None:
+            _end_after(options.offscreen_seconds, assembly, options)
+        app.exec()
     end_process(assembly.exit_code)
     return assembly.exit_code
 
@@ -269,27 +270,24 @@ def collecting_garbage(assembly: Assembly) -> Iterator[None]:
 
 
 def _end_after(seconds: float, assembly: Assembly, options: WindowOptions) -> None:
-    """Ends an unattended run `seconds` after the pages were made, which may take long on a busy machine."""
-    end = QTimer(assembly.window, singleShot=True, interval=round(seconds * 1000))
-    end.timeout.connect(lambda: _end_unattended(assembly, options))
-    assembly.window.pages_made.connect(end.start)
+    """Ends an unattended run `seconds` after the pages were made, which may take long on a busy machine; its exit code
+    says whether the module's status was seen."""
+    window, ports = assembly.window, assembly.ports
 
+    def finish() -> None:
+        view, now = ports.module.view, ports.clock()
+        assembly.exit_code = 0 if all(view.fresh(key, now) is not None for key in STATUS_KEYS) else 1
+        if options.evidence is not None:
+            with suppress(OSError):  # then nothing can be saved in there either
+                options.evidence.mkdir(parents=True, exist_ok=True)
+            if not window.grab().save(str(options.evidence / PICTURE)):
+                _log.error("The picture could not be written into %s", options.evidence)
+                assembly.exit_code = 1
+        window.close_now()
 
-def _end_unattended(assembly: Assembly, options: WindowOptions) -> None:
-    assembly.exit_code = 0 if has_seen_status(assembly.ports) else 1
-    if options.evidence is not None:
-        try:
-            write_evidence(options.evidence, assembly.window, assembly.ports)
-        except OSError as error:
-            _log.error("The evidence could not be written: %s", error)
-            assembly.exit_code = 1
-    assembly.window.close_now()
-
-
-def _target(options: WindowOptions) -> Target | None:
-    if options.port is not None:
-        return Target(options.port, options.baud_rate)
-    return Target(SIMULATED_PORT, options.baud_rate) if options.demo else None
+    end = QTimer(window, singleShot=True, interval=round(seconds * 1000))
+    end.timeout.connect(finish)
+    window.pages_made.connect(end.start)
 
 
 def _language(options: WindowOptions, preferences: Preferences) -> str:
@@ -297,13 +295,6 @@ def _language(options: WindowOptions, preferences: Preferences) -> str:
     if options.language is not None:
         return options.language
     return preferences.language if preferences.language in LANGUAGES else system_language()
-
-
-def _theme(preferences: Preferences) -> Choice:
-    try:
-        return Choice(preferences.theme or Choice.AUTO.value)
-    except ValueError:
-        return Choice.AUTO
 
 
 @contextmanager
@@ -320,23 +311,3 @@ def _signals_close(window: MainWindow) -> Iterator[None]:
     finally:
         for number, handler in before.items():
             signal.signal(number, handler)
-
-
-@contextmanager
-def _errors_shown(window: MainWindow, armed: Armed | None = None) -> Iterator[None]:
-    """Uncaught errors in any thread disarm, are logged and shown; the window stays open."""
-    errors = UncaughtErrors(window.attention, armed or Armed(), say=window.show_message, parent=window)
-    undo = catch_uncaught_errors(errors.report)
-    try:
-        yield
-    finally:
-        undo()
-
-
-@contextmanager
-def _logging(folder: Path | None) -> Iterator[Log]:
-    log = start_log(folder)
-    try:
-        yield log
-    finally:
-        log.stop()

@@ -20,7 +20,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--lang", choices=LANGUAGES, metavar="L", help=f"language: {', '.join(LANGUAGES)}")
     # Of the tests of packages, which look at the window that they start.
     parser.add_argument("--offscreen-seconds", type=console.seconds, metavar="S", help="end after S seconds")
-    console.add_file(parser, "--evidence", type=Path, metavar="DIR", help="save pictures and values there")
+    console.add_file(parser, "--evidence", type=Path, metavar="DIR", help="save a picture there")
 
 
 def run(args: argparse.Namespace) -> int:

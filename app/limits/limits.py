@@ -16,7 +16,6 @@ from app.text.i18n import tr
 from app.text.messages import UserMessage, joined, message
 from protocol.fields import Value
 from protocol.messages import HIGHEST_CELL_V, TriggerRecord
-from protocol.timing import SLOW_S
 from protocol.translatable import marked
 
 
@@ -57,18 +56,12 @@ CELL_ABOVE_V = 0.05
 """More than two steps above the highest cell voltage it is not the cell's."""
 
 
-DAMAGED_SHOWN_S = 10.0
-
-
 class OutOfLimit(Enum):
     """The value is English, translatable."""
 
     CELL_LOW = marked("low")
     CELL_HIGH = marked("too high")
     BAY_OPEN = marked("bay open")
-    LATE = marked("line late")
-    SLOW = marked("line slow")
-    DAMAGED = marked("invalid bytes")
 
 
 class Outside(NamedTuple):
@@ -143,17 +136,3 @@ def record_outside(record: TriggerRecord) -> Outside | None:
     if record.implausible:
         return None
     return cell_outside(record.cell_voltage_v, NO_PROFILE, is_charging=record.charging)
-
-
-def line_outside(
-    *, lag_s: float | None, round_trip_s: float | None, has_damaged: bool, in_use: LimitsInUse
-) -> Outside | None:
-    """The worst fault of the line. `has_damaged`: invalid bytes came, on a live line within `DAMAGED_SHOWN_S`."""
-    most_ms = in_use.profile.limit("round_trip_max_ms")
-    if lag_s is not None and lag_s > SLOW_S:
-        return Outside(OutOfLimit.LATE, f"{SLOW_S:g} s")
-    if has_damaged:
-        return Outside(OutOfLimit.DAMAGED, "0")
-    if round_trip_s is not None and round_trip_s * 1000 > most_ms:
-        return Outside(OutOfLimit.SLOW, f"{most_ms:g} ms")
-    return None

@@ -32,16 +32,8 @@
         <translation>115200（常用）</translation>
     </message>
     <message>
-        <source>24 mm tape…</source>
-        <translation>24 mm 标签带…</translation>
-    </message>
-    <message>
         <source>55° or more.</source>
         <translation>55° 或以上。</translation>
-    </message>
-    <message>
-        <source>62 mm tape…</source>
-        <translation>62 mm 标签带…</translation>
     </message>
     <message>
         <source>95th percentile</source>
@@ -94,10 +86,6 @@
     <message>
         <source>A wrong zero fires too early or too late.</source>
         <translation>零位错误会使触发过早或过晚。</translation>
-    </message>
-    <message>
-        <source>A4 sheets…</source>
-        <translation>A4 标签页…</translation>
     </message>
     <message>
         <source>ACTIVE during the test</source>
@@ -162,10 +150,6 @@
     <message>
         <source>Acknowledged; the module is silent.</source>
         <translation>模块已应答，现无响应。</translation>
-    </message>
-    <message>
-        <source>Action</source>
-        <translation>操作</translation>
     </message>
     <message>
         <source>Activate</source>
@@ -548,10 +532,6 @@
         <translation>请关闭该程序后重新连接。</translation>
     </message>
     <message>
-        <source>Close or cancel; never sends anything</source>
-        <translation>关闭或取消；绝不发送任何内容</translation>
-    </message>
-    <message>
         <source>Close the bay</source>
         <translation>关闭伞仓</translation>
     </message>
@@ -856,10 +836,6 @@
         <translation>每次会话都自动记录。也可打开或拖入 PX4、ArduPilot 或 CSV 日志。</translation>
     </message>
     <message>
-        <source>Everywhere</source>
-        <translation>所有页面</translation>
-    </message>
-    <message>
         <source>Exchange with a file…</source>
         <translation>与文件交换…</translation>
     </message>
@@ -1016,10 +992,6 @@
         <translation>失重触发已启用</translation>
     </message>
     <message>
-        <source>Full screen</source>
-        <translation>全屏</translation>
-    </message>
-    <message>
         <source>GO</source>
         <translation>可以飞行</translation>
     </message>
@@ -1110,6 +1082,10 @@
     <message>
         <source>Interruption</source>
         <translation>通信中断</translation>
+    </message>
+    <message>
+        <source>Invalid bytes</source>
+        <translation>无效字节</translation>
     </message>
     <message>
         <source>Invalid samples left out: {count}.</source>
@@ -1248,14 +1224,6 @@
         <translation>请远离模块，再次锁定并恢复通信，之后才可关机。</translation>
     </message>
     <message>
-        <source>Key</source>
-        <translation>按键</translation>
-    </message>
-    <message>
-        <source>Keyboard shortcuts</source>
-        <translation>键盘快捷键</translation>
-    </message>
-    <message>
         <source>Kind</source>
         <translation>类别</translation>
     </message>
@@ -1302,10 +1270,6 @@
     <message>
         <source>Lag</source>
         <translation>链路延迟</translation>
-    </message>
-    <message>
-        <source>Language</source>
-        <translation>语言</translation>
     </message>
     <message>
         <source>Language and text size take effect at the next start.</source>
@@ -1682,10 +1646,6 @@
     <message>
         <source>Next</source>
         <translation>下一步</translation>
-    </message>
-    <message>
-        <source>Next control</source>
-        <translation>下一个控件</translation>
     </message>
     <message>
         <source>Next step</source>
@@ -2182,10 +2142,6 @@
     <message>
         <source>Press switch</source>
         <translation>按开关</translation>
-    </message>
-    <message>
-        <source>Print labels</source>
-        <translation>打印标签</translation>
     </message>
     <message>
         <source>Print…</source>
@@ -3878,16 +3834,8 @@
         <translation>无效</translation>
     </message>
     <message>
-        <source>invalid bytes</source>
-        <translation>无效字节</translation>
-    </message>
-    <message>
         <source>its times begin again, as of several flights in one table</source>
         <translation>时间重新开始，像是一个表格中有多次飞行</translation>
-    </message>
-    <message>
-        <source>label</source>
-        <translation>标签</translation>
     </message>
     <message>
         <source>late</source>
@@ -3904,14 +3852,6 @@
     <message>
         <source>limit {value}</source>
         <translation>限值 {value}</translation>
-    </message>
-    <message>
-        <source>line late</source>
-        <translation>线路滞后</translation>
-    </message>
-    <message>
-        <source>line slow</source>
-        <translation>线路慢</translation>
     </message>
     <message>
         <source>link</source>
@@ -4552,10 +4492,6 @@
     <message>
         <source>unnamed ({bit})</source>
         <translation>未命名来源（{bit}）</translation>
-    </message>
-    <message>
-        <source>used last</source>
-        <translation>上次使用</translation>
     </message>
     <message>
         <source>verified</source>

@@ -19,7 +19,8 @@ from app.text.messages import UserMessage, duration, join_names, labelled
 from protocol.translatable import marked
 from ui.acts.confirm import Confirm
 from ui.services.context import Services
-from ui.session.shown_module import RunningJob, ShownModule
+from ui.services.page_job import PageJob
+from ui.session.shown_module import ShownModule
 from ui.style.theme import Meaning, Space, font
 from ui.widgets.controls import ElidedLabel, in_column, in_row, named, retain_size, stacked, text_label
 from ui.widgets.notice_bar import NoticeBar
@@ -49,7 +50,7 @@ def is_blocked(open_ones: list[Refusal]) -> bool:
     return any(refusal.condition is not Interlock.FRESH_STATUS for refusal in open_ones)
 
 
-def say_outcome(job: RunningJob, module: ShownModule, done: Performed | None) -> None:
+def say_outcome(job: PageJob, module: ShownModule, done: Performed | None) -> None:
     """On the module's own page; what left and was interrupted stays as a notice of the port, too: the next conversation
     shows nothing of this one."""
     if done is None:
@@ -111,7 +112,7 @@ class ActRow(QFrame):
         self._ports.shown.connect(self._on_shown)
 
     @property
-    def _job(self) -> RunningJob:
+    def _job(self) -> PageJob:
         """Of the module shown; what came of it is shown on no other."""
         return self._ports.module.job(self.objectName())
 
@@ -156,7 +157,7 @@ class ActRow(QFrame):
         performing = perform(act, module.journal, permit=permit, armed=self._services.armed)
         job.run(performing, partial(self._end, job, module))
 
-    def _end(self, running: RunningJob, module: ShownModule, job: Job[Performed]) -> None:
+    def _end(self, running: PageJob, module: ShownModule, job: Job[Performed]) -> None:
         done = None if job.error is not None else job.outcome()
         self._performed = done
         if done is not None and done.act is Act.SHUTDOWN and done.outcome is Outcome.CONFIRMED:

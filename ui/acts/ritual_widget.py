@@ -25,7 +25,8 @@ from app.text.messages import join_sentences, labelled
 from protocol.translatable import marked
 from ui.acts.act_row import ASKING, is_blocked, open_conditions, outcome_meaning, say_outcome
 from ui.services.context import Services
-from ui.session.shown_module import RunningJob, ShownModule
+from ui.services.page_job import PageJob
+from ui.session.shown_module import ShownModule
 from ui.style.appearance import announce
 from ui.style.theme import Meaning, Size, Space, current, font, is_text_large
 from ui.widgets.controls import (
@@ -317,7 +318,7 @@ class RitualWidget(QFrame):
         return self.ritual.stage in (Stage.CHOSEN, Stage.ARMED, Stage.HOLDING)
 
     @property
-    def _job(self) -> RunningJob:
+    def _job(self) -> PageJob:
         """Of the module shown; what came of it is shown on no other."""
         return self._ports.module.job("ritual")
 
@@ -412,7 +413,7 @@ class RitualWidget(QFrame):
             job.run(performing, partial(self._end, job, module))
         self._on_stage()
 
-    def _end(self, running: RunningJob, module: ShownModule, job: Job[Performed]) -> None:
+    def _end(self, running: PageJob, module: ShownModule, job: Job[Performed]) -> None:
         self.ritual.disarm(Input.FINISHED)
         say_outcome(running, module, None if job.error is not None else job.outcome())
 

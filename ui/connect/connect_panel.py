@@ -36,42 +36,44 @@ from ui.widgets.step_button import FocusBack
 from ui.widgets.visibility_timer import VisibilityTimer
 
 SIMULATED_PORT: Final = "sim://demo?lifelike"
+# Data of the entry "Find the baud rate".
 FIND_RATE: Final = 0
-"""Data of the entry "Find the baud rate"."""
 _CARD_PX: Final = 520
 _CHOICE: Final = Qt.ItemDataRole.UserRole
 
 
 class PortChoice(NamedTuple):
-    """One row. `badge` is one word, or ""."""
+    """One row."""
 
     device: str
     identity: str
     title: str
     product: str = ""
     detail: str = ""
-    badge: str = ""
+    is_connected: bool = False
 
     @property
     def key(self) -> str:
         return self.identity or self.device
 
 
-def _choice_of(port: PortInfo, badge: str) -> PortChoice:
-    title = _short(port.device)
+def _choice_of(port: PortInfo, *, is_connected: bool) -> PortChoice:
+    title = port.device.removeprefix("/dev/")
     serial = tr("serial number {number}", number=port.serial_number) if port.serial_number else ""
     # Drivers often repeat the manufacturer in the product name.
     maker = "" if port.maker and port.maker.casefold() in port.description.casefold() else port.maker
     product = "" if port.description == title else port.description
     kind = tr("flight controller") if is_flight_controller(port.identity) else ""
     detail = _listed(kind, maker, serial) or (tr("no serial number") if product else tr("built in"))
-    return PortChoice(port.device, port.identity, title, product, detail, badge)
+    return PortChoice(port.device, port.identity, title, product, detail, is_connected)
+
+
+def _listed(*parts: str) -> str:
+    return " · ".join(filter(None, parts))
 
 
 class PortList(QListWidget):
     """Keeps its selection while the list changes."""
-
-    chosen_changed = Signal()
 
     def __init__(self) -> None:
         super().__init__()
@@ -81,7 +83,6 @@ class PortList(QListWidget):
         self.setHorizontalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAlwaysOff)
         self.setSizeAdjustPolicy(QAbstractScrollArea.SizeAdjustPolicy.AdjustToContents)
         self.setMouseTracking(True)
-        self.itemSelectionChanged.connect(self.chosen_changed)
 
     def show_choices(self, choices: list[PortChoice]) -> None:
         """Replaces the rows; the selected port stays selected while it is listed."""
@@ -91,10 +92,10 @@ class PortList(QListWidget):
         with QSignalBlocker(self):
             self.clear()
             for choice in choices:
-                picture = Icon.SIMULATOR if choice.device == SIMULATED_PORT else Icon.PLUG
-                head = _listed(choice.title, choice.badge, choice.product)
-                item = QListWidgetItem(icon(picture), f"{head}\n{choice.detail}")
-                spoken = ", ".join(filter(None, (choice.title, choice.product, choice.detail, choice.badge)))
+                badge = tr("connected") if choice.is_connected else ""
+                spoken = ", ".join(filter(None, (choice.title, choice.product, choice.detail, badge)))
+                item = QListWidgetItem(f"{_listed(choice.title, badge, choice.product)}\n{choice.detail}")
+                item.setIcon(icon(Icon.SIMULATOR if choice.device == SIMULATED_PORT else Icon.PLUG))
                 item.setData(_CHOICE, choice)
                 item.setData(Qt.ItemDataRole.AccessibleTextRole, spoken)
                 item.setToolTip(spoken)
@@ -102,7 +103,7 @@ class PortList(QListWidget):
         if chosen is not None:
             self.choose(chosen.key)
         self.updateGeometry()
-        self.chosen_changed.emit()
+        self.itemSelectionChanged.emit()
 
     def choice_at(self, row: int) -> PortChoice:
         choice: PortChoice = self.item(row).data(_CHOICE)
@@ -115,19 +116,10 @@ class PortList(QListWidget):
 
     def choose(self, key: str) -> bool:
         """Selects the row with this key; returns whether there is one."""
-        for row in range(self.count()):
-            if self.choice_at(row).key == key:
-                self.setCurrentRow(row)
-                return True
-        return False
-
-
-def _short(device: str) -> str:
-    return device.removeprefix("/dev/")
-
-
-def _listed(*parts: str) -> str:
-    return " · ".join(filter(None, parts))
+        row = next((row for row in range(self.count()) if self.choice_at(row).key == key), None)
+        if row is not None:
+            self.setCurrentRow(row)
+        return row is not None
 
 
 class ConnectPanel(QScrollArea):
@@ -167,12 +159,14 @@ class ConnectPanel(QScrollArea):
         self.disconnect_button = control(
             QPushButton(tr("Disconnect")), "disconnect_button", key="Ctrl+D", slot=self.disconnect_wanted
         )
+        retain_size(self.disconnect_button)
         self.empty, self.state_label = text_label("no_ports_hint", "muted"), text_label("connect_state", "muted")
-        self.options = _quiet_button("connect_options", tr("Other port or baud rate"), Icon.CHEVRON_DOWN)
+        more, logs = tr("Other port or baud rate"), tr("Drop flight logs here: would it have fired?")
+        self.options = control(QToolButton(), "connect_options", text=more, picture=Icon.CHEVRON_DOWN, role="quiet")
         self.options.setCheckable(True)
-        self.logs = _quiet_button("connect_logs", tr("Drop flight logs here: would it have fired?"), Icon.MAP)
+        self.logs = control(QToolButton(), "connect_logs", text=logs, picture=Icon.MAP, role="quiet")
         self._lay_out()
-        self.list.chosen_changed.connect(self._choose)
+        self.list.itemSelectionChanged.connect(self._choose)
         self.list.itemActivated.connect(lambda _item: self.connect_chosen())
         self.other.textEdited.connect(self._type)
         self.other.returnPressed.connect(self.connect_chosen)
@@ -182,16 +176,8 @@ class ConnectPanel(QScrollArea):
         VisibilityTimer(self, self._on_shown, hidden=self._on_hidden)
 
     def _lay_out(self) -> None:
-        close = control(
-            QToolButton(),
-            "connect_close",
-            says=tr("Close"),
-            key="Esc",
-            picture=Icon.CROSS,
-            role="quiet",
-            slot=self.hide,
-        )
-        title = named(QLabel(tr("Choose a port")), "connect_title", "title")
+        close = control(QToolButton(), "connect_close", says=tr("Close"), key="Esc", picture=Icon.CROSS, role="quiet")
+        close.clicked.connect(self.hide)
         options = named(QWidget(), "connect_form")
         form = QFormLayout(options)
         form.setContentsMargins(0, 0, 0, 0)
@@ -199,11 +185,10 @@ class ConnectPanel(QScrollArea):
         form.addRow(tr("Baud rate"), self.rate)
         options.hide()
         self.options.toggled.connect(options.setVisible)
-        retain_size(self.disconnect_button)
         card = named(QFrame(), "connect_card", "card")
         card.setMaximumWidth(scaled(_CARD_PX))
         in_column(
-            in_row((title, 1), close),
+            in_row((named(QLabel(tr("Choose a port")), "connect_title", "title"), 1), close),
             self.list,
             self.empty,
             (self.options, Qt.AlignmentFlag.AlignLeft),
@@ -241,19 +226,27 @@ class ConnectPanel(QScrollArea):
             return
         port, watcher = self._ports.current, self._watcher
         target = port.target if port.is_open else None
-        last = "" if self._last is None else self._last.identity
-        choices = []
-        for listed in watcher.ports:
-            badge = tr("used last") if last and listed.identity == last else ""
-            if target is not None and target.device == listed.device:
-                badge = tr("connected")
-            choices.append(_choice_of(listed, badge))
-        badge = tr("connected") if target is not None and target.is_simulated else ""
-        choices.append(PortChoice(SIMULATED_PORT, "", tr("Simulated module"), badge=badge))
+        choices = [
+            _choice_of(one, is_connected=target is not None and target.device == one.device) for one in watcher.ports
+        ]
+        is_demo = target is not None and target.is_simulated
+        choices.append(PortChoice(SIMULATED_PORT, "", tr("Simulated module"), is_connected=is_demo))
         self.list.show_choices(choices)
-        self._choose_connected()
+        # Once for each connection: the panel names the port and the rate that are in use.
+        connected = None if target is None else (target.key, port.connection.baud_rate)
+        if connected != self._connected:
+            self._connected = connected
+            if target is not None:
+                if not self.list.choose(target.key) and not self.list.choose(target.device):
+                    self.other.setText(target.device)
+                    self.list.clearSelection()
+                self._show_rate(port.connection.baud_rate)
         if self.list.chosen is None and not self.other.text():
-            self._preselect()
+            last = self._last
+            if last is None or not self.list.choose(last.identity or last.device):
+                adapters = [one.identity for one in watcher.ports if one.identity]
+                if len(adapters) == 1:
+                    self.list.choose(adapters[0])
         self.empty.setVisible(not watcher.ports)
         if watcher.has_listed and not watcher.is_current:
             self.empty.setText(tr(NOT_LISTED))
@@ -279,31 +272,6 @@ class ConnectPanel(QScrollArea):
         if target is not None:
             self.connect_wanted.emit(target)
 
-    # Choosing
-
-    def _choose_connected(self) -> None:
-        """Once for each connection: the panel names the port and the rate that are in use."""
-        port = self._ports.current
-        target = port.target if port.is_open else None
-        connected = None if target is None else (target.key, port.connection.baud_rate)
-        if connected == self._connected:
-            return
-        self._connected = connected
-        if target is None:
-            return
-        if not self.list.choose(target.key) and not self.list.choose(target.device):
-            self.other.setText(target.device)
-            self.list.clearSelection()
-        self._show_rate(port.connection.baud_rate)
-
-    def _preselect(self) -> None:
-        last = self._last
-        if last is not None and self.list.choose(last.identity or last.device):
-            return
-        adapters = [port.identity for port in self._watcher.ports if port.identity]
-        if len(adapters) == 1:
-            self.list.choose(adapters[0])
-
     def _choose(self) -> None:
         if self.list.chosen is not None:
             self.other.clear()
@@ -322,7 +290,7 @@ class ConnectPanel(QScrollArea):
             self.state_label.setText(tr("Connecting reads the module; Live also switches its serial output on."))
         else:
             words = link_text(state, self._ports.clock())
-            name = tr("Simulated module") if target.is_simulated else _short(target.device)
+            name = tr("Simulated module") if target.is_simulated else target.device.removeprefix("/dev/")
             rate = tr("{rate} baud", rate=port.connection.baud_rate) if port.is_open else ""
             said = join_sentences((words.what, words.next_step))
             self.state_label.setText(labelled(_listed(name, rate), said))
@@ -353,7 +321,3 @@ class ConnectPanel(QScrollArea):
         if self.isHidden():  # not only minimised
             self._connected = None
         self.shown.emit()
-
-
-def _quiet_button(name: str, text: str, picture: Icon) -> QToolButton:
-    return control(QToolButton(), name, text=text, picture=picture, role="quiet")

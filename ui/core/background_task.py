@@ -24,7 +24,7 @@ class ExportCancelled(UserError):
 
 
 class Running:
-    """Progress and cancellation of a running function."""
+    """Progress and cancellation of a running function, for long ones to look at between two steps."""
 
     def __init__(self) -> None:
         self.share: float | None = None
@@ -41,7 +41,6 @@ class Running:
         self.share = share
 
     def is_cancelled(self) -> bool:
-        """Checked between two steps by long functions."""
         return not self.is_requested
 
 
@@ -114,12 +113,9 @@ class BackgroundTask(QObject, Generic[Result]):
             failed(error)
 
         running = self._begin(then, fail)
-
-        def end(written: "Future[Result]") -> None:
-            if not written.cancelled():
-                self._deliver(running, written)
-
-        store.write(act).add_done_callback(end)
+        store.write(act).add_done_callback(
+            lambda written: None if written.cancelled() else self._deliver(running, written)
+        )
 
     def stop(self) -> None:
         """Ask the function to end; its result is still delivered."""
@@ -129,7 +125,13 @@ class BackgroundTask(QObject, Generic[Result]):
     def cancel(self) -> None:
         """Ask the function to end and drop its result."""
         self.stop()
-        self._clear()
+        self._running = self._then = self._failed = None
+
+    def close(self) -> None:
+        """The window closes: a file is written to the end, and no result is delivered."""
+        if self._finished_at_close:
+            self._running = None
+        self.cancel()
 
     def wait(self, deadline_s: float) -> bool:
         """Wait for the thread of the last `run`; whether it has ended."""
@@ -137,19 +139,10 @@ class BackgroundTask(QObject, Generic[Result]):
             self._thread.join(deadline_s)
         return self._thread is None or not self._thread.is_alive()
 
-    def close(self) -> None:
-        """The window closes."""
-        if not self._finished_at_close:
-            self.stop()
-        self._clear()
-
     def _begin(self, then: Callable[[Result], object], failed: Callable[[Exception], object] | None) -> Running:
         self.stop()
         self._running, self._then, self._failed = Running(), then, failed
         return self._running
-
-    def _clear(self) -> None:
-        self._running = self._then = self._failed = None
 
     def _deliver(self, running: Running, future: "Future[Result]") -> None:
         try:
@@ -163,7 +156,7 @@ class BackgroundTask(QObject, Generic[Result]):
         if running is not self._running:
             return
         then, failed = self._then, self._failed
-        self._clear()
+        self._running = self._then = self._failed = None
         error = future.exception()
         if error is None:
             if then is not None:

@@ -3,7 +3,7 @@
 import logging
 from collections.abc import Callable
 from pathlib import Path
-from typing import Any, Generic, NamedTuple, TypeVar
+from typing import Any, Final, Generic, NamedTuple, TypeVar
 
 from platformdirs import user_config_path
 from PySide6.QtCore import QByteArray, QLibraryInfo, QLocale, QSettings, QTranslator
@@ -13,11 +13,11 @@ from PySide6.QtWidgets import QApplication
 from app.text.i18n import CHINESE, set_language, tr
 from protocol.catalogue import DEFAULT_BAUD_RATE
 
-APPLICATION = "dps-s-configurator"
-MAX_ZOOM_PERCENT = 200
-MAX_RECENT = 8
-"""Profiles."""
+APPLICATION: Final = "dps-s-configurator"
+MAX_ZOOM_PERCENT: Final = 200
+MAX_RECENT: Final = 8
 _Value = TypeVar("_Value")
+_log = logging.getLogger(__name__)
 
 
 class LastPort(NamedTuple):
@@ -57,9 +57,9 @@ def _bytes(value: object) -> QByteArray | None:
     return value if isinstance(value, QByteArray) and not value.isEmpty() else None
 
 
-def _zoom_percent(value: object) -> int:
+def _number(value: object, usual: int, most: int) -> int:
     text = _text(value)
-    return int(text) if text.isdecimal() and 100 <= int(text) <= MAX_ZOOM_PERCENT else 100
+    return int(text) if text.isdecimal() and int(text) <= most else usual
 
 
 class Preferences:
@@ -68,42 +68,38 @@ class Preferences:
 
     language = _Entry("language", _text_or_none)
     theme = _Entry("theme", _text_or_none)
-    zoom_percent = _Entry("zoom_percent", _zoom_percent)
-    """The size of text and controls."""
+    # The size of text and controls.
+    zoom_percent = _Entry("zoom_percent", lambda value: max(100, _number(value, 100, MAX_ZOOM_PERCENT)))
+    # Paths, the last used first; of files of any type, the last opened first.
     recent_profiles = _Entry("profiles/recent", _lines, "\n".join)
-    """Paths of profiles, the last used first."""
     recent_files = _Entry("files/recent", _lines, "\n".join)
-    """Paths of files of any type, the last opened first."""
-    # Not "flights/lists": that entry had flights on a side that no person had chosen.
+    # Logs of the Logs page, each with its side. Not "flights/lists": that entry had flights on a side that no person
+    # had chosen.
     flight_lists = _Entry("flights/sides", _lines, "\n".join)
-    """Logs of the Logs page, each with its side."""
+    # Who checked last.
     who = _Entry("preflight/who", _text)
-    """Who checked last."""
     has_sounds = _Entry("sounds", lambda value: value == "on", lambda is_on: "on" if is_on else "off")
     geometry: _Entry[QByteArray | None] = _Entry("window/geometry", _bytes, lambda value: value)
+    # Where the docks are.
     layout: _Entry[QByteArray | None] = _Entry("window/layout", _bytes, lambda value: value)
-    """Where the docks are."""
 
     def __init__(self, path: Path | None = None) -> None:
-        self.settings = QSettings(
-            str(path or user_config_path(APPLICATION, appauthor=False) / "window.ini"), QSettings.Format.IniFormat
-        )
+        path = path or user_config_path(APPLICATION, appauthor=False) / "window.ini"
+        self.settings = QSettings(str(path), QSettings.Format.IniFormat)
 
     def save(self) -> None:
         self.settings.sync()
 
     @property
     def last_port(self) -> LastPort | None:
-        device, identity, rate = (
-            _text(self.settings.value(f"port/{key}")) for key in ("device", "identity", "baud_rate")
-        )
-        return LastPort(device, identity, int(rate) if rate.isdecimal() else DEFAULT_BAUD_RATE) if device else None
+        device, identity = (_text(self.settings.value(f"port/{key}")) for key in ("device", "identity"))
+        rate = _number(self.settings.value("port/baud_rate"), DEFAULT_BAUD_RATE, 10_000_000)
+        return LastPort(device, identity, rate) if device else None
 
     @last_port.setter
     def last_port(self, port: LastPort) -> None:
-        self.settings.setValue("port/device", port.device)
-        self.settings.setValue("port/identity", port.identity)
-        self.settings.setValue("port/baud_rate", str(port.baud_rate))
+        for key, value in port._asdict().items():
+            self.settings.setValue(f"port/{key}", str(value))
 
     @property
     def profile_folder(self) -> Path:
@@ -120,9 +116,6 @@ class Preferences:
 def _at_head(path: Path, names: tuple[str, ...]) -> tuple[str, ...]:
     name = str(path.absolute())
     return (name, *(recent for recent in names if recent != name))[:MAX_RECENT]
-
-
-_log = logging.getLogger(__name__)
 
 
 def has_font_for(language: str) -> bool:

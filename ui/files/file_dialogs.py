@@ -13,7 +13,7 @@ from functools import partial
 from pathlib import Path
 from typing import Final, NamedTuple
 
-from PySide6.QtCore import QEvent, QMimeData, QObject, QPoint, QSize, Qt
+from PySide6.QtCore import QEvent, QObject, QPoint, QSize, Qt
 from PySide6.QtGui import QDropEvent
 from PySide6.QtWidgets import (
     QAbstractItemView,
@@ -36,34 +36,29 @@ from ui.style.icons import Icon, icon, set_icon_size
 from ui.style.theme import IconSize
 from ui.widgets.controls import named, without_key
 
+# Of Qt's file dialog, whose own are black in the dark theme, too.
 _ARROWS: Final = {
     "backButton": Icon.CHEVRON_LEFT,
     "forwardButton": Icon.CHEVRON_RIGHT,
     "toParentButton": Icon.CHEVRON_UP,
 }
-"""Of Qt's file dialog."""
 _SHARE_OF_WIDTH: Final = 0.8
+# The most that a system puts above a dialog, and beside its title.
 _TITLE_BAR_PX: Final = 36
-"""The most that a system puts above a dialog."""
 _TITLE_BUTTONS_PX: Final = 160
+# Characters of a port in a file name; with up to four bytes each they fit into the 255 bytes of a name.
 MAX_PORT_LENGTH: Final = 40
-"""Characters of a port in a file name; with up to four bytes each they fit into the 255 bytes of a name."""
+# The key of the page that says of any file why it cannot be read, and the kinds of its files.
 LOGS: Final = "logs"
-"""The key of the page that says of any file why it cannot be read."""
-ThenPath = Callable[[Path], object]
-"""Called with what was chosen; not at all where the dialog was cancelled."""
-ThenPaths = Callable[[Sequence[Path]], object]
-AskPath = Callable[[QWidget, str, Path, str, ThenPath], object]
-"""Parent, title, suggested path, filter."""
-AskOpen = Callable[[QWidget, Path, ThenPath], object]
-"""Parent and folder."""
-AskMany = Callable[[QWidget, Path, ThenPaths], object]
-"""Parent and folder."""
-AskText = Callable[[QWidget, str, str, Callable[[str], object]], object]
-"""Parent, title, label."""
-
-
 _LOGS: Final = "*.ulg *.bin *.log *.tlog *.csv *.tsv *.txt *.mcap *.gz *.zip"
+# Called with what was chosen; not at all where the dialog was cancelled.
+ThenPath = Callable[[Path], object]
+ThenPaths = Callable[[Sequence[Path]], object]
+# Parent, title, suggested path, filter; parent and folder; parent, title, label.
+AskPath = Callable[[QWidget, str, Path, str, ThenPath], object]
+AskOpen = Callable[[QWidget, Path, ThenPath], object]
+AskMany = Callable[[QWidget, Path, ThenPaths], object]
+AskText = Callable[[QWidget, str, str, Callable[[str], object]], object]
 
 
 def open_dialog(dialog: QDialog, name: str, then: Callable[[], object], *, is_large: bool = False) -> None:
@@ -88,9 +83,8 @@ def show_over_page(dialog: QDialog, *, is_large: bool = False) -> None:
         page = window.findChild(QWidget, "centre") or window
         largest = QSize(round(page.width() * _SHARE_OF_WIDTH), page.height() - _TITLE_BAR_PX)
         dialog.adjustSize()
-        # No title is elided; beside it are the buttons of the system.
         title_px = dialog.fontMetrics().horizontalAdvance(dialog.windowTitle()) + _TITLE_BUTTONS_PX
-        dialog.resize(dialog.size().expandedTo(QSize(title_px, 0)))
+        dialog.resize(dialog.size().expandedTo(QSize(title_px, 0)))  # no title is elided
         dialog.resize(largest if is_large else dialog.size().boundedTo(largest))
         dialog.show()  # its style may make it larger
         spare = page.size() - dialog.size() - QSize(0, _TITLE_BAR_PX)
@@ -135,7 +129,7 @@ def _dialog(parent: QWidget, title: str, folder: Path, kinds: str, mode: QFileDi
     dialog.setLabelText(QFileDialog.DialogLabel.LookIn, tr("Folder"))  # Qt has no Chinese for these two
     dialog.setLabelText(QFileDialog.DialogLabel.FileType, tr("Files"))
     for button in dialog.findChildren(QToolButton):
-        if button.objectName() in _ARROWS:  # Qt's are black in the dark theme, too
+        if button.objectName() in _ARROWS:
             button.setIcon(icon(_ARROWS[button.objectName()]))
     return dialog
 
@@ -148,47 +142,23 @@ def _folder_button(dialog: QFileDialog) -> QToolButton:
     return button
 
 
-def _offer_new_folder(dialog: QFileDialog) -> None:
-    """Puts a button of ours in the place of Qt's."""
-    theirs = _folder_button(dialog)
-    rows = dialog.findChildren(QHBoxLayout)
-    row = next(row for row in rows if row.indexOf(theirs) >= 0)
-    button = named(QToolButton(), "new_folder")
-    button.setIcon(icon(Icon.FOLDER_NEW))
-    set_icon_size(button, IconSize.TEXT)
-    button.setAccessibleName(tr("New folder…"))
-    button.setToolTip(tr("New folder…"))
-    button.setAutoRaise(theirs.autoRaise())
-    button.clicked.connect(lambda: _ask_folder_name(dialog, tr("Name of the new folder"), ""))
-    row.insertWidget(row.indexOf(theirs), button)
-
-
 def _ask_folder_name(dialog: QFileDialog, label: str, name: str) -> None:
     """Makes a folder where the dialog is, and goes there; a name that does not do is asked for again."""
 
     def make(name: str) -> None:
+        parent = Path(dialog.directory().absolutePath())
         try:
-            folder = _make_folder(Path(dialog.directory().absolutePath()), name)
-        except (OSError, UserError) as error:
-            why = tr("{folder} cannot be made: {why}.", folder=visible(name), why=error_text(error))
+            if not name.strip() or name in (".", "..") or Path(name).name != name:
+                raise ValueError(name)
+            (parent / name).mkdir()  # raises ValueError, too, for what no name on this system can hold
+        except (OSError, ValueError) as error:
+            known = error if isinstance(error, OSError) else UserError(marked("this name is not possible"))
+            why = tr("{folder} cannot be made: {why}.", folder=visible(name), why=error_text(known))
             _ask_folder_name(dialog, why, name)
         else:
-            dialog.setDirectory(str(folder))
+            dialog.setDirectory(str(parent / name))
 
     ask_text(dialog, tr("New folder…"), label, make, text=name)
-
-
-def _make_folder(parent: Path, name: str) -> Path:
-    """Raises OSError, and UserError for what is no name of a folder."""
-    folder = parent / name
-    impossible = UserError(marked("this name is not possible"))
-    if not name.strip() or name in (".", "..") or Path(name).name != name:
-        raise impossible
-    try:
-        folder.mkdir()
-    except ValueError as error:  # it holds what no name on this system can
-        raise impossible from error
-    return folder
 
 
 def _open_file_dialog(dialog: QFileDialog, then: ThenPaths) -> None:
@@ -201,6 +171,10 @@ def ask_open(parent: QWidget, folder: Path, title: str, name_filter: str, then: 
     _open_file_dialog(dialog, lambda paths: then(paths[0]))
 
 
+def ask_profile(parent: QWidget, folder: Path, then: ThenPath) -> None:
+    ask_open(parent, folder, tr("Open profile…"), "*.toml", then)
+
+
 def ask_flight_logs(parent: QWidget, folder: Path, then: ThenPaths) -> None:
     _open_file_dialog(_dialog(parent, tr("Open…"), folder, _LOGS, QFileDialog.FileMode.ExistingFiles), then)
 
@@ -209,10 +183,6 @@ def ask_folder(parent: QWidget, folder: Path, then: ThenPaths) -> None:
     dialog = _dialog(parent, tr("Open…"), folder, "", QFileDialog.FileMode.Directory)
     dialog.setOption(QFileDialog.Option.ShowDirsOnly)
     _open_file_dialog(dialog, then)
-
-
-def ask_profile(parent: QWidget, folder: Path, then: ThenPath) -> None:
-    ask_open(parent, folder, tr("Open profile…"), "*.toml", then)
 
 
 def ask_path(
@@ -225,7 +195,16 @@ def ask_path(
     dialog.asks_before_replacing = not is_extended
     dialog.setAcceptMode(QFileDialog.AcceptMode.AcceptSave)
     dialog.selectFile(suggested.name)
-    _offer_new_folder(dialog)
+    # A button of ours in the place of Qt's.
+    theirs, button = _folder_button(dialog), named(QToolButton(), "new_folder")
+    button.setIcon(icon(Icon.FOLDER_NEW))
+    set_icon_size(button, IconSize.TEXT)
+    button.setAccessibleName(tr("New folder…"))
+    button.setToolTip(tr("New folder…"))
+    button.setAutoRaise(theirs.autoRaise())
+    button.clicked.connect(lambda: _ask_folder_name(dialog, tr("Name of the new folder"), ""))
+    row = next(row for row in dialog.findChildren(QHBoxLayout) if row.indexOf(theirs) >= 0)
+    row.insertWidget(row.indexOf(theirs), button)
     _open_file_dialog(dialog, lambda paths: then(paths[0]))
 
 
@@ -247,6 +226,13 @@ def default_name(port: str, suffix: str, when: datetime) -> str:
     return " ".join(part for part in ("dps-s", safe, f"{when:%Y-%m-%d %H-%M-%S}") if part) + suffix
 
 
+def add_recent(menu: QMenu, prefix: str, names: Iterable[str], open_file: Callable[[Path], object]) -> None:
+    for number, name in enumerate(names):
+        action = named(menu.addAction(without_key(visible(Path(name).name))), f"{prefix}_{number}")
+        action.setToolTip(visible(name))
+        action.triggered.connect(lambda _checked, path=Path(name): open_file(path))
+
+
 class FilePage(NamedTuple):
     """The key of a page, the suffixes of its files, and how it opens several."""
 
@@ -255,15 +241,9 @@ class FilePage(NamedTuple):
     open_files: Callable[[Sequence[Path]], None]
 
 
-def add_recent(menu: QMenu, prefix: str, names: Iterable[str], open_file: Callable[[Path], object]) -> None:
-    for number, name in enumerate(names):
-        action = named(menu.addAction(without_key(visible(Path(name).name))), f"{prefix}_{number}")
-        action.setToolTip(visible(name))
-        action.triggered.connect(lambda _checked, path=Path(name): open_file(path))
-
-
 class FileOpener(QObject):
-    """`pages` returns the pages that open files; `go_to` shows a page."""
+    """Opens files from the menu, the command line or a drop on the window in the page of their type. `pages` returns
+    the pages that open files; `go_to` shows a page."""
 
     def __init__(
         self,
@@ -274,8 +254,7 @@ class FileOpener(QObject):
         preferences: Preferences,
     ) -> None:
         super().__init__(window)
-        self._window, self._pages, self._go_to = window, pages, go_to
-        self._preferences = preferences
+        self._window, self._pages, self._go_to, self._preferences = window, pages, go_to, preferences
         self.choose: Callable[[QWidget, Path, str, str, ThenPath], object] = ask_open
         window.setAcceptDrops(True)
         window.installEventFilter(self)
@@ -285,10 +264,10 @@ class FileOpener(QObject):
         pages = {page.key: page for page in self._pages()}
         files: dict[str, list[Path]] = {}
         for path in paths:
+            keys = [page.key for page in pages.values() if path.suffix.lower() in page.suffixes]
             # Opening a pipe or a device may block.
             is_readable = path.is_file() or path.is_dir() or not path.exists()
-            page = self._page_of(path) if is_readable else None
-            files.setdefault(LOGS if page is None else page.key, []).append(path)
+            files.setdefault(keys[0] if keys and is_readable else LOGS, []).append(path)
         for key, together in files.items():
             self._go_to(key)
             if key in pages:
@@ -303,24 +282,18 @@ class FileOpener(QObject):
         self.choose(self._window, folder, tr("Open…"), endings, self.open)
 
     def fill(self, menu: QMenu) -> None:
+        """With the files that were opened last."""
         menu.clear()
         add_recent(menu, "act_recent", self._preferences.recent_files, self.open)
-        if not self._preferences.recent_files:
+        if menu.isEmpty():
             menu.addAction(tr("No recent files")).setEnabled(False)
 
     def eventFilter(self, _watched: QObject, event: QEvent) -> bool:
-        if isinstance(event, QDropEvent) and event.type() in (QEvent.Type.DragEnter, QEvent.Type.Drop):
-            paths = _local_paths(event.mimeData())
-            if paths:
-                event.acceptProposedAction()
-                if event.type() is QEvent.Type.Drop:
-                    self.open(*paths)
-                return True
-        return False
-
-    def _page_of(self, path: Path) -> FilePage | None:
-        return next((page for page in self._pages() if path.suffix.lower() in page.suffixes), None)
-
-
-def _local_paths(data: QMimeData) -> list[Path]:
-    return [Path(url.toLocalFile()) for url in data.urls() if url.isLocalFile()]
+        if not isinstance(event, QDropEvent) or event.type() not in (QEvent.Type.DragEnter, QEvent.Type.Drop):
+            return False
+        paths = [Path(url.toLocalFile()) for url in event.mimeData().urls() if url.isLocalFile()]
+        if paths:
+            event.acceptProposedAction()
+            if event.type() is QEvent.Type.Drop:
+                self.open(*paths)
+        return bool(paths)

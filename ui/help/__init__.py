@@ -1,1 +1,1 @@
-"""Guide, shortcuts, about."""
+"""Guide, about."""

@@ -1,1 +1,1 @@
-"""What the pages are given: storage, recordings, the notice of a job."""
+"""What the pages are given: storage, recordings, work in the background and what is said of it."""

@@ -18,7 +18,7 @@ from ui.style.icons import Icon
 
 
 class DraftExchange(QObject):
-    """Shared by the pages; any of them may be missing."""
+    """What one page hands to another; any of them may be missing."""
 
     used = Signal(object)
     """Values by the setting's key, to become drafts in Settings, unsent."""
@@ -26,14 +26,13 @@ class DraftExchange(QObject):
     """`LimitsInUse` are those of another profile."""
     measured = Signal()
     """The light threshold is to be measured in Settings."""
-
     review_wanted = Signal()
     """The trigger records that nobody has reviewed are to be looked at in Triggers."""
 
     def __init__(self) -> None:
         super().__init__()
+        # Whether Settings takes drafts: there is a module to write to.
         self.can_use: Callable[[], bool] = bool
-        """Whether Settings takes drafts: there is a module to write to."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -43,13 +42,12 @@ class Services:
     ports: Ports
     appearance: Appearance
     preferences: Preferences = field(default_factory=Preferences)
+    # What is armed in this window; the procedures ask it too.
     armed: Armed = field(default_factory=Armed)
-    """What is armed in this window; the procedures ask it too."""
     log: Log | None = None
+    # What measured values are compared with, wherever they are shown.
     in_use: LimitsInUse = field(default_factory=LimitsInUse)
-    """What measured values are compared with, wherever they are shown."""
     exchange: DraftExchange = field(default_factory=DraftExchange)
-    """What one page hands to another."""
 
     @property
     def lock(self) -> LockControl:
@@ -61,14 +59,14 @@ class Services:
 
 
 class PageEntry(NamedTuple):
-    """One line of the navigation. `make` is called when the page is first wanted, or when the window is idle."""
+    """One line of the navigation. `title` is English, marked. `make` is called when the page is first wanted, or when
+    the window is idle."""
 
     key: str
     title: str
-    """English, marked."""
     icon: Icon
     make: Callable[[Services], Page]
+    # Its chapter of the guide, in English as the guide has it.
     chapter: str = ""
-    """Its chapter of the guide, in English as the guide has it; else that of the same title."""
+    # While it is in sight the module streams its status.
     wants_stream: bool = False
-    """While it is in sight the module streams its status."""

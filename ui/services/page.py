@@ -11,7 +11,7 @@ from shiboken6 import isValid
 
 from app.engine.worker import Batch
 from app.text.i18n import tr
-from ui.services.job_notice import JobNotice
+from ui.services.page_job import PageJob
 from ui.style.icons import Icon
 from ui.style.theme import scaled
 from ui.widgets.controls import control, named
@@ -21,21 +21,21 @@ if TYPE_CHECKING:
     from ui.session.shown_module import ShownModule
 
 HEIGHT_PX: Final = 40
+# Steps of Esc, each with what is true while it is possible.
 WaysBack = Iterable[tuple[object, Callable[[], object]]]
-"""Steps of Esc, each with what is true while it is possible."""
 
 
 class PageHeader(QWidget):
-    """`name` is the page's key, `title` its title. The same height on every page."""
+    """`name` is the page's key. The same height on every page."""
 
     def __init__(self, name: str, title: str, *actions: QWidget) -> None:
         super().__init__()
         self.setObjectName(f"{name}_header")
-        self._name = name
         self.title = named(QLabel(title), f"{name}_title", "title")
-        self._menu: QMenu | None = None
+        self._menu = named(QMenu(self), f"{name}_more_menu")
         self.more = control(QToolButton(), f"{name}_more", says=tr("More"), picture=Icon.MORE, role="quiet")
         self.more.setPopupMode(QToolButton.ToolButtonPopupMode.InstantPopup)
+        self.more.setMenu(self._menu)
         self.row = QHBoxLayout(self)
         self.row.setContentsMargins(0, 0, 0, 0)
         self.row.addWidget(self.title, 1)
@@ -49,15 +49,11 @@ class PageHeader(QWidget):
 
     def add_rare(self, name: str, text: str, slot: object) -> QAction:
         """An entry of the menu behind "⋯", which comes after what was added before."""
-        if self._menu is None:
-            self._menu = named(QMenu(self), f"{self._name}_more_menu")
-            self.more.setMenu(self._menu)
+        if self._menu.isEmpty():
             self.add(self.more)
-        action = named(QAction(self), name)
-        action.setText(text)
+        action = named(self._menu.addAction(text), name)
         action.setAutoRepeat(False)
         action.triggered.connect(slot)
-        self._menu.addAction(action)
         return action
 
 
@@ -73,13 +69,13 @@ class Page(QWidget):
     """To leave this `Port`; what to call once the window has asked where that is risky."""
     page_wanted = Signal(str)
     """The key of a page."""
+    # The page itself says that nothing is connected, and leads on.
     shows_link: bool = False
-    """The page itself says that nothing is connected, and leads on."""
+    # What "Save…" and "Export…" of the file menu press on this page.
     saving: QAbstractButton | None = None
-    """What "Save…" of the file menu presses on this page; `exporting`: "Export…"."""
     exporting: QAbstractButton | None = None
+    # Of the files that may be dropped on the window for this page.
     suffixes: tuple[str, ...] = ()
-    """Of the files that may be dropped on the window for this page."""
 
     def __init__(self, name: str) -> None:
         super().__init__()
@@ -114,6 +110,8 @@ class Page(QWidget):
             (module.batch, self.on_batch),
         )
 
+    # What a page does
+
     def refresh(self) -> None:
         """Draw what `module` is now. Called while the page is seen, and when it comes into sight."""
 
@@ -122,23 +120,6 @@ class Page(QWidget):
 
     def on_ended(self) -> None:
         """Its conversation is over: what was prepared for it is done no more."""
-
-    def _refresh_if_seen(self) -> None:
-        if self.isVisible():
-            self.refresh()
-
-    def showEvent(self, event: QShowEvent) -> None:
-        super().showEvent(event)
-        if self._module is not None:
-            self.refresh()
-
-    @property
-    def key(self) -> str:
-        return self.objectName().removesuffix("_page")
-
-    def make_header(self, title: str, *actions: QWidget) -> PageHeader:
-        """The first row of the page."""
-        return PageHeader(self.key, title, *actions)
 
     def open_file(self, path: Path) -> None:
         """A file of one of `suffixes`."""
@@ -157,6 +138,16 @@ class Page(QWidget):
         """What Esc does is the first of them that is possible; it never sends anything but LOCK."""
         return ()
 
+    def notices(self) -> list[PageJob]:
+        """What says something on it."""
+        return self.findChildren(PageJob)
+
+    # What is the same for all
+
+    def make_header(self, title: str, *actions: QWidget) -> PageHeader:
+        """The first row of the page."""
+        return PageHeader(self.objectName().removesuffix("_page"), title, *actions)
+
     def on_escape(self) -> bool:
         """Esc was pressed: go back one step; whether there was one."""
         step = next((step for is_possible, step in self.ways_back() if is_possible), None)
@@ -164,13 +155,19 @@ class Page(QWidget):
             step()
         return step is not None
 
-    def notices(self) -> list[JobNotice]:
-        return self.findChildren(JobNotice)
-
     def end_notices(self, *, is_page_left: bool = False) -> None:
-        """What was said of another module, or before the page was left, is over; see `JobNotice.end`."""
+        """What was said of another module, or before the page was left, is over; see `PageJob.end`."""
         for notice in self.notices():
             notice.end(is_page_left=is_page_left)
+
+    def _refresh_if_seen(self) -> None:
+        if self.isVisible():
+            self.refresh()
+
+    def showEvent(self, event: QShowEvent) -> None:
+        super().showEvent(event)
+        if self._module is not None:
+            self.refresh()
 
     def hideEvent(self, event: QHideEvent) -> None:
         super().hideEvent(event)

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 from app.text.i18n import tr
 from app.text.messages import UserError, error_text, join_sentences, not_written, saved_text
 from ui.core.background_task import BackgroundTask, Running
-from ui.services.job_notice import JobNotice
+from ui.services.page_job import PageJob
 from ui.style.theme import Meaning
 
 if TYPE_CHECKING:  # they load numpy, which the window's first paint does not wait for
@@ -16,7 +16,7 @@ if TYPE_CHECKING:  # they load numpy, which the window's first paint does not wa
     from app.recordings.recording import Exported
 
 
-class RecordingJobs(JobNotice):
+class RecordingJobs(PageJob):
     """`changed`: also when the list changed."""
 
     def __init__(self, folder: Path | None) -> None:

@@ -5,9 +5,9 @@ miss, each by itself: the report of what was interrupted, a TRIGGERED that was s
 written.
 """
 
-from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field, replace
-from enum import Enum
+import time
+from collections.abc import Mapping
+from dataclasses import dataclass, field
 
 from PySide6.QtCore import QObject, Signal
 
@@ -19,24 +19,23 @@ from protocol.fields import Value
 UNTOLD = frozenset({EndReason.CLOSED, EndReason.RATE_CHANGED, EndReason.ANOTHER})
 
 
-class RemainderKind(Enum):
-    REPORT = "report"
-    TRIGGERED = "triggered"
-    DRAFTS = "drafts"
-
-
 @dataclass(frozen=True, slots=True, eq=False)
 class Remainder:
-    """What stays of one conversation. `module`: its name, or ""; `at`: when it was kept, in seconds since 1970."""
+    """What stays of one conversation: a report, drafts, or, with neither, a TRIGGERED that was seen."""
 
-    kind: RemainderKind
+    # The module's name, or "".
     module: str
-    at: float = 0.0
     text: UserMessage | None = None
+    # By the setting's key, as they stood when the conversation ended; not written.
     drafts: Mapping[str, Value] | None = None
-    """By the setting's key, as they stood when the conversation ended; not written."""
+    # What stood in a field and cannot be sent, by the setting's key.
     mistyped: Mapping[str, str] = field(default_factory=dict)
-    """What stood in a field and cannot be sent, by the setting's key."""
+    # When it was kept, in seconds since 1970.
+    at: float = field(default_factory=time.time)
+
+    @property
+    def is_trigger(self) -> bool:
+        return self.text is None and self.drafts is None
 
 
 class Interruptions(QObject):
@@ -44,36 +43,35 @@ class Interruptions(QObject):
 
     changed = Signal()
 
-    def __init__(self, wall_clock: Callable[[], float], *, parent: QObject) -> None:
+    def __init__(self, parent: QObject) -> None:
         super().__init__(parent)
-        self._wall_clock = wall_clock
+        # How often a conversation ended since the notice was closed; when the first and the last of these did, in
+        # seconds since 1970, and why the last one did.
         self.count = 0
-        """How often a conversation ended since the notice was closed."""
-        self.first_at = 0.0
-        """When the first of these ended, in seconds since 1970."""
-        self.last_at = 0.0
+        self.first_at = self.last_at = 0.0
         self.last: UserMessage | None = None
-        """Why the last one ended."""
         self.remainders: tuple[Remainder, ...] = ()
 
     def note(self, reason: EndReason, text: UserMessage) -> None:
         """A conversation that had begun is over."""
         if reason in UNTOLD:
             return
-        self.last_at = self._wall_clock()
-        if self.count == 0:
-            self.first_at = self.last_at
+        self.last, self.last_at = text, time.time()
+        self.first_at = self.first_at if self.count else self.last_at
         self.count += 1
-        self.last = text
-        self.changed.emit()
-
-    def keep(self, remainder: Remainder) -> None:
-        self.remainders += (replace(remainder, at=self._wall_clock()),)
         self.changed.emit()
 
     def close(self) -> None:
         """A person has read of the interruptions."""
         self.count, self.last = 0, None
+        self.changed.emit()
+
+    def keep(self, remainder: Remainder) -> None:
+        self.remainders += (remainder,)
+        self.changed.emit()
+
+    def close_remainder(self, remainder: Remainder) -> None:
+        self.remainders = tuple(one for one in self.remainders if one is not remainder)
         self.changed.emit()
 
     def count_drafts(self) -> int:
@@ -83,8 +81,4 @@ class Interruptions(QObject):
     def discard_drafts(self) -> None:
         """A person does not want them."""
         self.remainders = tuple(one for one in self.remainders if one.drafts is None)
-        self.changed.emit()
-
-    def close_remainder(self, remainder: Remainder) -> None:
-        self.remainders = tuple(one for one in self.remainders if one is not remainder)
         self.changed.emit()

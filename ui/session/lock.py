@@ -1,6 +1,7 @@
 """LOCK on one port: one path from every button, key and menu entry, and one state shown everywhere."""
 
 from collections.abc import Callable
+from typing import Final
 
 from PySide6.QtCore import QObject, Signal
 
@@ -14,7 +15,7 @@ from ui.style.theme import Meaning
 from ui.widgets.notice_bar import Choice, Notice
 
 # A LOCK that is reported after its first frame is not worth a notice.
-SHOWN_FROM = 2
+SHOWN_FROM: Final = 2
 
 
 class PortLock(QObject):
@@ -37,21 +38,18 @@ class PortLock(QObject):
         """`submit` hands an urgent job to the worker."""
         super().__init__(parent)
         self._submit, self._find_journal = submit, find_journal
+        # Both of the repetition that is running.
         self._repeat: LockRepeat | None = None
         self._job: Job[Locked] | None = None
         self._then: list[Callable[[], object]] = []
         self._shown_count = 0
-        self._is_open = False
+        self.is_possible = False
         self._activation = SeenActivation(Activation.UNKNOWN)
+        # LOCK that is sent first when a module answers again, or stands because that took too long.
         self.owed: OwedLock | None = None
-        """LOCK that is sent first when a module answers again, or stands because that took too long."""
         self.failed: Locked | None = None
+        # The last confirmation, until the module reports ACTIVE.
         self.confirmed: Locked | None = None
-        """The last confirmation, while the module reports nothing else."""
-
-    @property
-    def is_possible(self) -> bool:
-        return self._is_open
 
     @property
     def is_repeating(self) -> bool:
@@ -98,10 +96,9 @@ class PortLock(QObject):
 
     def notice(self) -> Notice | None:
         """Shown until the module reports that it is locked; None if there is nothing to say."""
-        if self._repeat is not None:
-            if self._shown_count < SHOWN_FROM:
-                return None
-            return Notice(Meaning.ATTENTION, waiting_sentence(self._shown_count))
+        if self.is_repeating:
+            is_shown = self._shown_count >= SHOWN_FROM
+            return Notice(Meaning.ATTENTION, waiting_sentence(self._shown_count)) if is_shown else None
         if self.owed is not None:
             return Notice(Meaning.DANGER, tr("LOCK not confirmed: treat the module as ACTIVE. Sent when it answers."))
         if self.failed is None:
@@ -109,11 +106,10 @@ class PortLock(QObject):
         again = (Choice("lock_again", tr("LOCK again"), self.press, is_main=True),) if self.is_possible else ()
         return Notice(Meaning.DANGER, self.failed.sentence, again)
 
-    # What happens, as its port tells
-
     def take_in(self, batch: Batch, activation: SeenActivation, *, is_open: bool) -> None:
-        before = (self._is_open, self.owed, self._shown_count, self._activation.state)
-        self._is_open, self.owed, self._activation = is_open, batch.owed_lock, activation
+        """What its port tells."""
+        before = (self.is_possible, self.owed, self._shown_count, self._activation.state)
+        self.is_possible, self.owed, self._activation = is_open, batch.owed_lock, activation
         if self._repeat is not None and self._repeat.sent != self._shown_count:
             self._shown_count = self._repeat.sent
             if self._shown_count >= SHOWN_FROM:
@@ -122,17 +118,16 @@ class PortLock(QObject):
             if self.confirmed is not None:
                 self.notified.emit("")  # that it reports LOCKED is no longer true
             self.confirmed = None
-        elif activation.state is Activation.LOCKED and self.failed is not None and not self.is_repeating:
+        elif activation.state is Activation.LOCKED and not self.is_repeating:
             self.failed = None
-        if before != (self._is_open, self.owed, self._shown_count, self._activation.state):
+        if before != (self.is_possible, self.owed, self._shown_count, self._activation.state):
             self.changed.emit()
 
     def _end(self, job: Job[Locked]) -> None:
         if job is not self._job:
             return  # it was pressed again meanwhile
-        sent = 0 if self._repeat is None else self._repeat.sent
-        self._repeat = self._job = None
-        then, self._then = self._then, []
+        sent, then = self.sent or 0, self._then
+        self._repeat, self._job, self._then = None, None, []
         if job.error is not None:
             outcome = Outcome.UNKNOWN if sent else Outcome.NOT_SENT
             locked = Locked(outcome=outcome, sent=sent, is_port_lost=True)
@@ -140,10 +135,9 @@ class PortLock(QObject):
             locked = job.outcome()
         if locked.is_locked:
             self.confirmed = locked
-            self.notified.emit(locked.sentence)
         else:
             self.failed = None if locked.is_replaced else locked
-            self.notified.emit("")
+        self.notified.emit(locked.sentence if locked.is_locked else "")
         self.changed.emit()
         if locked.is_locked:
             for act in then:

@@ -11,7 +11,7 @@ from typing import Any, Final
 from PySide6.QtCore import QObject, QTimer, Signal
 
 from app.diagnosis.link_state import LinkState, link_state
-from app.engine.conversation import ConversationView
+from app.engine.conversation import ConversationView, reason_message
 from app.engine.ports import PortInfo
 from app.engine.procedure import Job, LinkView
 from app.engine.reconnect import Address, Reconnection
@@ -28,12 +28,11 @@ from app.safety.left_active import FiringDoubt
 from app.safety.permit import Origin, Permit
 from app.system.clock import steady_time
 from app.text.messages import UserMessage, message
-from protocol.events import Ended
 from protocol.translatable import marked
 from ui.core.bridge import Bridge
 from ui.core.port_watcher import PortWatcher
 from ui.services.storage import Storage
-from ui.session.interruptions import Interruptions, Remainder, RemainderKind
+from ui.session.interruptions import Interruptions, Remainder
 from ui.session.lock import PortLock
 from ui.session.recording import SessionRecording
 from ui.session.sharing import PortSharing
@@ -42,12 +41,13 @@ from ui.session.shown_module import ShownModule
 _log = logging.getLogger(__name__)
 MakeWorker = Callable[[Callable[[Batch], None], Callable[[], Job[Any]]], Worker]
 """Given what takes its batches, and what makes the job of an owed LOCK."""
-MIN_PUBLISH_EVERY_S = 1 / 30
-UNSEEN_PUBLISH_EVERY_S = 0.25
+MIN_PUBLISH_EVERY_S: Final = 1 / 30
+UNSEEN_PUBLISH_EVERY_S: Final = 0.25
 # The link asks the boot count once a second, so that it may be told of a restart as late as this.
-RESTART_TOLD_S = 3.0
+RESTART_TOLD_S: Final = 3.0
 # While a port is waited for: how often it is checked.
 FOLLOW_EVERY_MS = 100
+# What every page shows, so that a change of it is news to all.
 VIEWED: Final = (
     "triggered",
     "active",
@@ -68,6 +68,8 @@ class Port(QObject):
     """Each `Batch`, after everything here was updated from it."""
     module_changed = Signal()
     """`module` is another one: another conversation has begun, or another port was opened."""
+    named = Signal()
+    """A person said the name of its module, or took it back."""
 
     def __init__(
         self,
@@ -86,50 +88,48 @@ class Port(QObject):
         storage.recorded.append(self.recording)
         self.lock = PortLock(partial(self.submit, is_urgent=True), lambda: self.module.journal, parent=self)
         # What stays of the conversations that ended here.
-        self.interruptions = Interruptions(time.time, parent=self)
+        self.interruptions = Interruptions(self)
         # Whether a module may have fired before it restarted, by the key of its adapter.
         self._firing_doubts: dict[str, FiringDoubt] = {}
         # When the module last reported ACTIVE; long ago where LOCK was confirmed since.
         self._active_at = -inf
         self.target: Target | None = None
+        # Of the adapter or the port, as it was connected; the same when it comes back under another name.
         self.key = ""
-        """Of the adapter or the port, as it was connected; the same when it comes back under another name."""
         self.connection = Connection()
         self.link: LinkView | None = None
         self.module = ShownModule(self, storage, ConversationView(), parent=self)
+        # The name of the last conversation that had one: the window asks for it again.
         self.last_name = ""
-        """The name of the last conversation that had one: the window asks for it again."""
+        # When the module acknowledged the shut-down, in seconds since 1970, until a module answers again.
         self.switched_off_at: float | None = None
-        """When the module acknowledged the shut-down, in seconds since 1970, until a module answers again."""
-        self._opening = 0
-        """Batches of earlier openings are ignored."""
-        self._former_number = 0
-        """Conversations up to this one were with what was connected before."""
+        # Batches of earlier openings are ignored, and conversations up to this one were with what was connected before.
+        self._opening = self._former_number = 0
         self._endings: dict[Job[Any], Callable[[Job[Any]], None]] = {}
         self._silence: Silence | None = None
         self._finding: Job[RateSearch] | None = None
-        self._return = Reconnection()
-        self._is_listing = False
-        """A scan of the ports is running for `_return`, and its result is still wanted."""
-        self._trouble: PortError | None = None
-        """The last error; shown until the port is open again."""
         self._changing_rate: Job[BaudChanged] | None = None
+        self._return = Reconnection()
+        # A scan of the ports is running for `_return`, and its result is still wanted.
+        self._is_listing = False
+        # The last error; shown until the port is open again.
+        self._trouble: PortError | None = None
         self.bridge = Bridge(self)
         self.bridge.batch.connect(self._on_batch)
-        make_worker = make_worker or self._make_worker
-        self._worker = make_worker(self.bridge.deliver, self.lock.make_owed)
+        self._worker = (
+            Worker(self.recording.recorded(self.bridge.deliver), make_lock=self.lock.make_owed)
+            if make_worker is None
+            else make_worker(self.bridge.deliver, self.lock.make_owed)
+        )
         self.sharing = PortSharing(self)
         self._shown: object = None
+        # It is shown with an age that ticks.
         self.is_aging = False
-        """It is shown with an age that ticks."""
         self.update_view()
         self._watcher.listed.connect(self._on_ports)
         self._follow_up = QTimer(self, interval=FOLLOW_EVERY_MS)
         self._follow_up.timeout.connect(self._poll_absence)
         self._worker.start()
-
-    def _make_worker(self, deliver: Callable[[Batch], None], make_lock: Callable[[], Job[Any]]) -> Worker:
-        return Worker(self.recording.recorded(deliver), make_lock=make_lock)
 
     # What is known
 
@@ -180,7 +180,7 @@ class Port(QObject):
         )
 
     def update_view(self) -> None:
-        """Of what is known now; time alone makes values stale."""
+        """Tells what is otherwise now; time alone makes values stale."""
         module, state = self.module, self.state
         values = [module.view.known(key, self.now_s) for key in VIEWED]
         activation = module.activation.state
@@ -203,11 +203,6 @@ class Port(QObject):
             self._shown = shown
             self.changed.emit()
             module.changed.emit()
-
-    def note_shutdown(self) -> None:
-        """The module acknowledged the shut-down: its silence is no fault until one answers again."""
-        self.switched_off_at = time.time()
-        self.update_view()
 
     # What can be done
 
@@ -236,8 +231,7 @@ class Port(QObject):
 
     def find_rate(self) -> None:
         if self._finding is None and self.is_open:
-            self._finding = Job(find_rate(self.connection.baud_rate), outlives=True)
-            self.submit(self._finding, self._end_finding)
+            self._begin_finding(self.connection.baud_rate)
             self.update_view()
 
     def change_rate(self, rate: int, armed: Armed) -> None:
@@ -245,11 +239,23 @@ class Port(QObject):
         module would be lost."""
         if self._changing_rate is not None:
             return
-        module = self.module
+        module, name = self.module, self.module.name
         permit = Permit(Act.CHANGE_BAUD, Origin.CONFIRMATION, self.now_s, module.number)
+
+        def end(job: Job[BaudChanged]) -> None:
+            """The conversation at the old rate has ended, so that what came of it stays with the port."""
+            self._changing_rate = None
+            if job.error is None:
+                text = UserMessage(job.outcome().sentence)
+            elif permit.is_spent:
+                text = message(marked("Interrupted: maybe at {rate} baud now."), rate=rate)
+            else:
+                text = message(marked("Nothing was sent."))
+            self.interruptions.keep(Remainder(name, text))
+
         change = change_baud(rate, module.journal, permit=permit, armed=armed)
         self._changing_rate = Job(change, outlives=True)
-        self.submit(self._changing_rate, partial(self._end_changing_rate, module.name, rate, permit))
+        self.submit(self._changing_rate, end)
 
     def submit(self, job: Job[Any], then: Callable[[Job[Any]], None], *, is_urgent: bool = False) -> Job[Any]:
         """Hand a job to the worker; `then` is called in the window's thread when it has ended. What a module does is
@@ -261,6 +267,11 @@ class Port(QObject):
         """Whether the pages show this port; else it publishes less often. `every_s`: what a moving picture needs."""
         seen_s = min(PUBLISH_EVERY_S, max(MIN_PUBLISH_EVERY_S, every_s))
         self._worker.publish_every_s = seen_s if is_shown else UNSEEN_PUBLISH_EVERY_S
+
+    def note_shutdown(self) -> None:
+        """The module acknowledged the shut-down: its silence is no fault until one answers again."""
+        self.switched_off_at = time.time()
+        self.update_view()
 
     def stop(self, deadline_s: float) -> bool:
         """Close the port and end the worker, within `deadline_s`; whether it ended."""
@@ -280,17 +291,41 @@ class Port(QObject):
         self.connection = Connection(PortState.OPENING, target.device, target.baud_rate, opening=self._opening)
         _log.info("Port: %s", self.connection)
         if target.finds_rate:
-            self._finding = Job(find_rate(target.baud_rate), outlives=True)
-            self.submit(self._finding, self._end_finding)
+            self._begin_finding(target.baud_rate)
         else:
             self._await_module()
         self.update_view()
+
+    def _begin_finding(self, rate: int) -> None:
+        def end(job: Job[RateSearch]) -> None:
+            if job is not self._finding:
+                return  # of a port that was closed meanwhile
+            self._finding = None
+            if job.error is None and job.outcome().baud_rate is None:
+                _log.info("No module was found at any baud rate: %s", job.outcome().tried)
+                self._await_module()  # says what is on the line instead
+
+        self._finding = Job(find_rate(rate), outlives=True)
+        self.submit(self._finding, end)
+
+    def _await_module(self) -> None:
+        """What comes where no module answers?"""
+        opening = self._opening
+
+        def end(job: Job[Silence | None]) -> None:
+            if opening == self._opening and job.error is None:
+                self._silence = job.outcome()
+
+        self.submit(Job(await_module(), outlives=True), end)
 
     def _on_batch(self, batch: Batch) -> None:
         is_current = batch.connection.opening >= self._opening
         if is_current:
             self._take_in(batch)
-        self._end_jobs(batch)
+        for job in batch.finished:
+            then = self._endings.pop(job, None)
+            if then is not None:
+                then(job)
         if is_current:
             self.batch.emit(batch)
             self.update_view()
@@ -301,17 +336,23 @@ class Port(QObject):
         view = batch.conversation
         if view.number > max(self._former_number, self.module.number):
             self._show(view)
-        was_going = self.module.is_going or view.is_going
-        if view.number == self.module.number:
-            self.module.take_in(batch)
-        else:  # of what was connected before; the bytes on the line are of now
-            self.module.take_in(batch._replace(conversation=self.module.view))
+        module, was_going = self.module, self.module.is_going or view.is_going
+        if view.number != module.number:  # of what was connected before; the bytes on the line are of now
+            module.take_in(batch._replace(conversation=module.view))
+        else:
+            module.take_in(batch)
         if view.ended is not None and was_going:
-            self._on_end(view, view.ended)
-        self.lock.take_in(batch, self.module.activation, is_open=self.is_open)
+            _log.info("Conversation %d ended: %s", view.number, view.ended.reason.value)
+            self.firing_doubt.note_ended(view, was_active=self.now_s - self._active_at < RESTART_TOLD_S)
+            self.last_name = module.name or self.last_name
+            if module.end is not None:
+                self.interruptions.note(module.end.reason, reason_message(module.end.reason, module.end.contradiction))
+            if module.was_triggered:
+                self.interruptions.keep(Remainder(module.name))
+        self.lock.take_in(batch, module.activation, is_open=self.is_open)
         if self.lock.confirmed is not None:
             self._active_at = -inf
-        elif self.module.activation.state is Activation.ACTIVE:
+        elif module.activation.state is Activation.ACTIVE:
             self._active_at = self.now_s
         if is_news:
             _log.info("Port: %s", batch.connection)
@@ -330,27 +371,10 @@ class Port(QObject):
         self.module_changed.emit()
         former.deleteLater()
 
-    def _on_end(self, view: ConversationView, end: Ended) -> None:
-        module = self.module
-        _log.info("Conversation %d ended: %s", view.number, end.reason.value)
-        self.firing_doubt.note_ended(view, was_active=self.now_s - self._active_at < RESTART_TOLD_S)
-        self.last_name = module.name or self.last_name
-        text = module.end_message
-        if text is not None:
-            self.interruptions.note(end.reason, text)
-        if module.was_triggered:
-            self.interruptions.keep(Remainder(RemainderKind.TRIGGERED, module.name))
-
     def _on_named(self) -> None:
-        module = self.module
-        self.last_name = module.name
-        self.recording.name_module(module.name, module.view)
-
-    def _end_jobs(self, batch: Batch) -> None:
-        for job in batch.finished:
-            then = self._endings.pop(job, None)
-            if then is not None:
-                then(job)
+        self.last_name = self.module.name
+        self.recording.name_module(self.module.name, self.module.view)
+        self.named.emit()
 
     # Coming back
 
@@ -388,32 +412,3 @@ class Port(QObject):
             return
         rate = self.connection.baud_rate or target.baud_rate  # the module answered at this one
         self._open(target._replace(device=address.device, baud_rate=rate, finds_rate=False))
-
-    def _await_module(self) -> None:
-        """What comes where no module answers?"""
-        opening = self._opening
-
-        def end(job: Job[Silence | None]) -> None:
-            if opening == self._opening and job.error is None:
-                self._silence = job.outcome()
-
-        self.submit(Job(await_module(), outlives=True), end)
-
-    def _end_changing_rate(self, name: str, rate: int, permit: Permit, job: Job[BaudChanged]) -> None:
-        """The conversation at the old rate has ended, so that what came of it stays with the port."""
-        self._changing_rate = None
-        if job.error is None:
-            text = UserMessage(job.outcome().sentence)
-        elif permit.is_spent:
-            text = message(marked("Interrupted: maybe at {rate} baud now."), rate=rate)
-        else:
-            text = message(marked("Nothing was sent."))
-        self.interruptions.keep(Remainder(RemainderKind.REPORT, name, text=text))
-
-    def _end_finding(self, job: Job[RateSearch]) -> None:
-        if job is not self._finding:
-            return  # of a port that was closed meanwhile
-        self._finding = None
-        if job.error is None and job.outcome().baud_rate is None:
-            _log.info("No module was found at any baud rate: %s", job.outcome().tried)
-            self._await_module()  # says what is on the line instead

@@ -4,6 +4,7 @@ import logging
 import time
 from collections.abc import Callable
 from functools import partial
+from typing import Final
 from weakref import WeakKeyDictionary
 
 from PySide6.QtCore import QObject, QTimer, Signal
@@ -20,7 +21,7 @@ from ui.session.port import MakeWorker, Port
 from ui.session.shown_module import ShownModule
 
 _log = logging.getLogger(__name__)
-TICK_MS = 250
+TICK_MS: Final = 250
 
 
 class Ports(QObject):
@@ -42,8 +43,6 @@ class Ports(QObject):
     """A line for the status bar."""
     name_wanted = Signal(str)
     """A person says that the module shown has this name; "" takes its name back."""
-    label_wanted = Signal()
-    """A person wants to print the label of the shown module."""
     added = Signal(object)
     """A `Port`."""
     removed = Signal(object)
@@ -67,8 +66,6 @@ class Ports(QObject):
         self._ticking.timeout.connect(self._tick)
         self._ticking.start()
 
-    # What is known
-
     @property
     def all(self) -> tuple[Port, ...]:
         """In the order in which they were added."""
@@ -82,10 +79,8 @@ class Ports(QObject):
     def known_names(self) -> list[str]:
         """Of all modules of the store, the last seen first; empty while there is no store."""
         store = self.storage.ready
-        if store is None:
-            return []
         try:
-            return [known.name for known in store.read(modules)]
+            return [] if store is None else [known.name for known in store.read(modules)]
         except StoreTrouble as trouble:
             _log.warning("The names of the modules cannot be read: %s", trouble)
             return []
@@ -96,12 +91,12 @@ class Ports(QObject):
         """Another port, not yet connected; the current one stays current."""
         port = Port(self.watcher, self.storage, make_worker=make_worker, clock=self.clock, parent=self)
         port.set_shown(is_shown=not self._ports)
-        port.changed.connect(partial(self._on_changed, port))
+        for changed in (port.changed, port.lock.changed, port.interruptions.changed):
+            changed.connect(partial(self._on_changed, port))
         port.module_changed.connect(partial(self._on_module, port))
-        port.lock.changed.connect(partial(self._on_changed, port))
-        port.lock.notified.connect(partial(self._on_notified, port))
+        port.named.connect(partial(self._on_named, port))
+        port.lock.notified.connect(lambda text: self.notified.emit(text) if port is self.current else None)
         self._ports.append(port)
-        self._watch_name(port)
         self.added.emit(port)
         return port
 
@@ -109,9 +104,19 @@ class Ports(QObject):
         """Close a port that is not current, and drop it once it is closed."""
         if port is self.current or port not in self._ports:
             return
+
+        def end() -> None:
+            port.stop(0.0)
+            port.deleteLater()
+
+        def on_batch(batch: Batch) -> None:
+            if batch.connection.state is PortState.CLOSED and port in self._leaving:
+                self._leaving.remove(port)
+                QTimer.singleShot(0, self, end)
+
         self._ports.remove(port)
         self._leaving.add(port)
-        port.batch.connect(partial(self._on_removed_batch, port))
+        port.batch.connect(on_batch)
         port.disconnect_port()
         self.removed.emit(port)
 
@@ -169,34 +174,15 @@ class Ports(QObject):
         self.any_changed.emit()
 
     def _on_module(self, port: Port) -> None:
-        self._watch_name(port)
         if port is self.current:
             self.shown.emit(port.module)
-            self.changed.emit()
-        self.any_changed.emit()
-
-    def _on_notified(self, port: Port, text: str) -> None:
-        if port is self.current:
-            self.notified.emit(text)
-
-    def _watch_name(self, port: Port) -> None:
-        port.module.named.connect(partial(self._on_named, port))
+        self._on_changed(port)
 
     def _on_named(self, port: Port) -> None:
         """The module of this name is here, so what answers on another port is not."""
         for other in self._ports:
             if other is not port and other.module.name == port.module.name != "":
                 other.module.say_name("")
-
-    def _on_removed_batch(self, port: Port, batch: Batch) -> None:
-        if batch.connection.state is PortState.CLOSED and port in self._leaving:
-            self._leaving.remove(port)
-            QTimer.singleShot(0, self, partial(_end, port))
-
-
-def _end(port: Port) -> None:
-    port.stop(0.0)
-    port.deleteLater()
 
 
 class LockControl:

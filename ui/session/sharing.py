@@ -2,7 +2,7 @@
 
 import logging
 from collections.abc import Callable
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Final
 
 from PySide6.QtCore import QObject, QTimer, Signal
 
@@ -19,7 +19,7 @@ if TYPE_CHECKING:  # it is imported when it is first switched on
 
 _log = logging.getLogger(__name__)
 # How long a reader's question waits before it is looked at.
-TURN_EVERY_MS = 20
+TURN_EVERY_MS: Final = 20
 
 
 class PortSharing(QObject):

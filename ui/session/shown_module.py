@@ -7,21 +7,20 @@ module before. When the conversation ends the object stays, greyed, until the ne
 
 import logging
 from collections import Counter
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping
 from concurrent.futures import Future
 from functools import cached_property, partial
-from typing import TYPE_CHECKING, Any, Final
+from typing import TYPE_CHECKING, Any
 
 from PySide6.QtCore import QObject, Signal
 
 from app.diagnosis.link_state import LinkStatistics
-from app.engine.conversation import ConversationView, reason_message
+from app.engine.conversation import ConversationView
 from app.engine.procedure import Job, Procedure, Report, Result
 from app.engine.target import Target
 from app.engine.worker import Batch
 from app.modules.names import Remembered, known_by, remember, remembered, store_as_found, what_speaks_against
 from app.procedures.light import LightDirection
-from app.procedures.write import SettingChange, risk_message
 from app.safety.journal import Journal
 from app.safety.last_known import SeenActivation, seen_activation
 from app.safety.left_active import KnownAs, note_go, note_named
@@ -33,14 +32,12 @@ from app.text.messages import UserMessage, capitalised, clean, join_sentences, l
 from protocol.catalogue import READABLE_SETTINGS
 from protocol.events import Ended, EndReason
 from protocol.fields import Value
-from ui.services.job_notice import JobNotice, progress_notice
-from ui.session.interruptions import Remainder, RemainderKind
-from ui.style.theme import Meaning
-from ui.widgets.notice_bar import Choice, Notice
+from ui.session.interruptions import Remainder
 
 if TYPE_CHECKING:
     from app.preflight.checks import Person
     from app.settings.profiles import Profile
+    from ui.services.page_job import PageJob
     from ui.services.storage import Storage
     from ui.session.check import ModuleCheck
     from ui.session.guided import Guided
@@ -69,24 +66,24 @@ class ShownModule(QObject):
         super().__init__(parent)
         self._port, self._storage = port, storage
         self.view = view
+        # As a person said it in this conversation; "" where nobody did.
         self.name = ""
-        """As a person said it in this conversation; "" where nobody did."""
+        # Names this conversation in the audit log.
         self.run_id = new_run()
-        """Names this conversation in the audit log."""
         self.statistics = LinkStatistics()
+        # The settings before the first write.
         self.as_found: Mapping[str, Value] | None = None
-        """The settings before the first write."""
+        # Which way the light reads; None until it was measured with the bay closed and open (E11).
         self.light_direction: LightDirection | None = None
-        """Which way the light reads; None until it was measured with the bay closed and open (E11)."""
+        # The trigger records that a person had before them, as raw bytes.
         self.looked_at: Counter[bytes] = Counter()
-        """The trigger records that a person had before them, as raw bytes."""
+        # A guided test makes it fire now, and says what comes next.
         self.is_fired_by_test = False
-        """A guided test makes it fire now, and says what comes next."""
+        # It reported TRIGGERED in this conversation.
         self.was_triggered = False
-        """It reported TRIGGERED in this conversation."""
+        # The last one, whoever began it.
         self.check: ModuleCheck | None = None
-        """The last one, whoever began it."""
-        self._running: dict[str, RunningJob] = {}
+        self._work: dict[str, PageJob] = {}
         # Each with whether it goes on while another module is shown.
         self._jobs: dict[Job[Any], bool] = {}
 
@@ -107,12 +104,6 @@ class ShownModule(QObject):
         return self.view.ended
 
     @property
-    def end_message(self) -> UserMessage | None:
-        """Why its conversation ended, in one sentence."""
-        end = self.view.ended
-        return None if end is None else reason_message(end.reason, end.contradiction)
-
-    @property
     def target(self) -> Target | None:
         """Where it is connected."""
         return self._port.target
@@ -124,8 +115,13 @@ class ShownModule(QObject):
 
     @property
     def is_read(self) -> bool:
-        """Everything that can be read was asked for once, so that a person can say which module it is."""
+        """Everything that can be read was asked for once."""
         return all(command.key in self.view.values for command in READABLE_SETTINGS)
+
+    @property
+    def can_be_named(self) -> bool:
+        """A name is said after everything was read, so that what speaks against it can be shown."""
+        return self.is_going and self.is_read
 
     @property
     def activation(self) -> SeenActivation:
@@ -174,13 +170,25 @@ class ShownModule(QObject):
         self._port.submit(job, end)
         return job
 
-    def job(self, key: str) -> "RunningJob":
+    def job(self, key: str) -> "PageJob":
         """What a page runs on it and shows of it, by the page's own key: progress, cancel, and what came of it."""
+        from ui.services.page_job import PageJob
 
-        if key not in self._running:
-            running = self._running[key] = RunningJob(self)
-            running.changed.connect(self.changed)
-        return self._running[key]
+        if key not in self._work:
+            work = self._work[key] = PageJob(self, module=self)
+            work.changed.connect(self.changed)
+        return self._work[key]
+
+    @property
+    def is_busy(self) -> bool:
+        """A procedure that a person started is running on it."""
+        return bool(self._jobs)
+
+    def cancel_jobs(self) -> None:
+        """Another module is shown now."""
+        for job, goes_on in self._jobs.items():
+            if not goes_on:
+                job.cancel()
 
     # The first paint does not wait for these.
 
@@ -192,13 +200,6 @@ class ShownModule(QObject):
         draft = SettingsDraft(self)
         draft.changed.connect(self.changed)
         return draft
-
-    def count_unsent(self) -> int:
-        """Edits of its settings that leaving it would lose."""
-        return self.settings.count_unsent()
-
-    def discard_edits(self) -> None:
-        self.settings.revert()
 
     @cached_property
     def triggers(self) -> "TriggerReading":
@@ -218,35 +219,31 @@ class ShownModule(QObject):
         guided.changed.connect(self.changed)
         return guided
 
+    @property
+    def is_checking(self) -> bool:
+        return self.check is not None and self.check.is_running
+
+    def begin_check(self, profile: "Profile", person: "Person", *, is_enabling: bool) -> "ModuleCheck":
+        """In place of the last one, which is void then."""
+        from ui.session.check import NEWER, ModuleCheck
+
+        if self.check is not None:
+            self.check.set_void(NEWER)
+            self.check.drop()
+        self.check = ModuleCheck(self, self._storage, profile, person, is_enabling=is_enabling)
+        self.check.changed.connect(self.check_changed)
+        self.check_changed.emit()
+        return self.check
+
+    # What is kept of it
+
     def keep_report(self, text: UserMessage) -> None:
         """What was interrupted with its conversation; stays as a notice until a person closes it."""
-        self._port.interruptions.keep(Remainder(RemainderKind.REPORT, self.name, text=text))
+        self._port.interruptions.keep(Remainder(self.name, text))
 
     def keep_drafts(self, drafts: Mapping[str, Value], mistyped: Mapping[str, str]) -> None:
         """What was not written when its conversation ended, by the setting's key; stays until a person closes it."""
-        self._port.interruptions.keep(Remainder(RemainderKind.DRAFTS, self.name, drafts=drafts, mistyped=mistyped))
-
-    @property
-    def is_busy(self) -> bool:
-        """A procedure that a person started is running on it."""
-        return bool(self._jobs)
-
-    def cancel_jobs(self) -> None:
-        """Another module is shown now."""
-        for job, goes_on in self._jobs.items():
-            if not goes_on:
-                job.cancel()
-
-    def note_records_read(self) -> None:
-        """Its trigger records were read in this conversation."""
-        self._port.firing_doubt.note_records_read()
-        self._port.update_view()
-        self.changed.emit()
-
-    def note_go(self) -> None:
-        """Its verdict is GO, so that to be left ACTIVE is its normal end."""
-        if self._storage.ready is not None:
-            self._storage.ready.write(partial(note_go, run=self.run_id)).add_done_callback(_log_trouble)
+        self._port.interruptions.keep(Remainder(self.name, drafts=drafts, mistyped=mistyped))
 
     def keep_looked_at(self, records: Iterable[bytes]) -> None:
         self.looked_at |= Counter(records)
@@ -266,6 +263,27 @@ class ShownModule(QObject):
             )
 
         return keep if self.as_found is None else None
+
+    def note_records_read(self) -> None:
+        """Its trigger records were read in this conversation."""
+        self._port.firing_doubt.note_records_read()
+        self._port.update_view()
+        self.changed.emit()
+
+    def note_go(self) -> None:
+        """Its verdict is GO, so that to be left ACTIVE is its normal end."""
+        self._write(partial(note_go, run=self.run_id))
+
+    def _write(self, act: Callable[[Facts], object]) -> None:
+        """In the store, whose trouble has a notice of its own."""
+
+        def log_trouble(written: "Future[object]") -> None:
+            error = None if written.cancelled() else written.exception()
+            if error is not None:
+                _log.warning("What is known of a module is not kept: %s", error)
+
+        if self._storage.ready is not None:
+            self._storage.ready.write(act).add_done_callback(log_trouble)
 
     # Its name
 
@@ -291,51 +309,26 @@ class ShownModule(QObject):
         if name == self.name or not self.is_going:
             return
         self.name = name
-        self._keep_name()
+        target, known_as = self._port.target, self.known_as
+
+        def note(facts: Facts) -> None:
+            """What fired here without a name, and what was left ACTIVE under this one, was this module."""
+            note_named(facts, known_as)
+            if known_as.name and target is not None:
+                claim_fired(facts, known_as.name, port=target.device, adapter=target.identity)
+
+        if target is not None:
+            self._write(note)
+        self.keep()
         self.named.emit()
         self.changed.emit()
 
     def keep(self) -> None:
         """Keep under its name what is known of it, for the next time that a person is asked."""
-        store, target = self._storage.ready, self._port.target
-        if store is None or target is None or not self.name:
-            return
-        settings = self.view.settings(self._port.now_s)
-        act = partial(remember, name=self.name, boot_count=self.view.boot_count, settings=settings)
-        store.write(act).add_done_callback(_log_trouble)
-
-    def _keep_name(self) -> None:
-        """What fired here without a name, and what was left ACTIVE under this one, was the module that a person names
-        now."""
-        store, target, known_as = self._storage.ready, self._port.target, self.known_as
-        if store is None or target is None:
-            return
-
-        def note(facts: Facts) -> None:
-            note_named(facts, known_as)
-            if known_as.name:
-                claim_fired(facts, known_as.name, port=target.device, adapter=target.identity)
-
-        store.write(note).add_done_callback(_log_trouble)
-        self.keep()
-
-    # Its check
-
-    @property
-    def is_checking(self) -> bool:
-        return self.check is not None and self.check.is_running
-
-    def begin_check(self, profile: "Profile", person: "Person", *, is_enabling: bool) -> "ModuleCheck":
-        """In place of the last one, which is void then."""
-        from ui.session.check import NEWER, ModuleCheck  # the first paint does not wait for it
-
-        if self.check is not None:
-            self.check.set_void(NEWER)
-            self.check.drop()
-        self.check = ModuleCheck(self, self._storage, profile, person, is_enabling=is_enabling)
-        self.check.changed.connect(self.check_changed)
-        self.check_changed.emit()
-        return self.check
+        view = self.view
+        if self._port.target is not None and self.name:
+            settings = view.settings(self._port.now_s)
+            self._write(partial(remember, name=self.name, boot_count=view.boot_count, settings=settings))
 
     # What happens, as its port tells
 
@@ -344,26 +337,18 @@ class ShownModule(QObject):
         was_read, was_going = self.is_read, self.is_going
         self.view = batch.conversation
         self.statistics.on_batch(batch)
-        self._note_triggered(batch)
+        # A TRIGGERED that was seen stays with the module: no verdict before it holds.
+        is_triggered = self.view.fresh("triggered", batch.at) is True or any(one.triggered for one in batch.samples)
+        if is_triggered and not self.was_triggered:
+            self.was_triggered = True
+            if (target := self._port.target) is not None:
+                adapter = target.identity
+                self._write(partial(note_triggered, module=self.name, port=target.device, adapter=adapter))
         if self.is_read and not was_read:
             self.keep()
         self.batch.emit(batch)
         if was_going and not self.is_going:
             self.ended.emit()
-
-    def _note_triggered(self, batch: Batch) -> None:
-        """A TRIGGERED that was seen stays with the module: no verdict before it holds."""
-        if self.was_triggered:
-            return
-        known = batch.conversation.known("triggered", batch.at)
-        is_reported = known is not None and known.value is True and not known.is_stale
-        if not is_reported and not any(sample.triggered for sample in batch.samples):
-            return
-        self.was_triggered = True
-        store, target = self._storage.ready, self._port.target
-        if store is not None and target is not None:
-            note = partial(note_triggered, module=self.name, port=target.device, adapter=target.identity)
-            store.write(note).add_done_callback(_log_trouble)
 
 
 def module_label(name: str) -> str:
@@ -374,114 +359,3 @@ def module_label(name: str) -> str:
 def not_kept(trouble: StoreTrouble, module: str) -> str:
     """With the name of the module it is of: by the time that a slow store tells, another one may be shown."""
     return labelled(capitalised(module_label(module)), join_sentences((trouble.sentence, tr("Not kept."))))
-
-
-def _log_trouble(written: "Future[Any]") -> None:
-    error = None if written.cancelled() else written.exception()
-    if error is not None:
-        _log.warning("What is known of a module is not kept: %s", error)
-
-
-GREYED_AFTER_S: Final = 0.5
-
-
-class RunningJob(JobNotice):
-    """Belongs to one module, and ends with its conversation. A second `run` replaces the first, whose end is then not
-    reported."""
-
-    def __init__(self, module: ShownModule) -> None:
-        super().__init__(module)
-        self.progress: Report | None = None
-        self._module = module
-        self._job: Job[Any] | None = None
-        self._began_at = 0.0
-
-    @property
-    def is_running(self) -> bool:
-        return self._job is not None
-
-    @property
-    def can_run(self) -> bool:
-        return self._module.is_going and self._job is None
-
-    @property
-    def looks_free(self) -> bool:
-        """Whether its buttons are shown as enabled: a job that ends at once does not grey them for an instant. While it
-        runs a press does nothing."""
-        is_short = self._job is not None and self._module.now_s - self._began_at < GREYED_AFTER_S
-        return self.can_run or (self._module.is_going and is_short)
-
-    def run(
-        self,
-        procedure: Procedure[Result],
-        then: Callable[[Job[Result]], None],
-        *,
-        expects: frozenset[EndReason] = frozenset(),
-    ) -> None:
-        """Clears the notice. `then` is called in the window's thread when the procedure has ended, well or not.
-        `expects`: see `ShownModule.run`."""
-        self.progress = self._find = None
-        self._began_at = self._module.now_s
-        self._job = self._module.run(
-            procedure, partial(self._end, then), on_progress=self._remember_progress, expects=expects
-        )
-        self.changed.emit()
-
-    def cancel(self) -> None:
-        """It cleans up and ends with `Cancelled`."""
-        if self._job is not None:
-            self._job.cancel()
-
-    def drop(self) -> None:
-        """Drop the procedure; its end is not reported."""
-        self._job = self.progress = None
-
-    def notice(self, waiting: str, *, can_cancel: bool = True) -> Notice | None:
-        """The running procedure (`waiting`, English, until it reports progress), else the last notice."""
-        if self._job is None:
-            return self.result_notice()
-        return progress_notice(_progress_text(self.progress, waiting), self.cancel if can_cancel else None)
-
-    def _remember_progress(self, report: Report) -> None:
-        """In the worker's thread."""
-        self.progress = report
-
-    def _end(self, then: Callable[[Job[Result]], None], job: Job[Result]) -> None:
-        if job is self._job:
-            self._job = None
-            then(job)
-            self.changed.emit()
-
-
-def _progress_text(report: Report | None, waiting: str) -> str:
-    """What a procedure does; `waiting`, English, until it reports progress."""
-    if report is None:
-        return tr(waiting)
-    doing = tr(report.doing, **{name: _spoken(value) for name, value in report.values})
-    return tr("{what} ({done} of {total})", what=doing, done=report.done + 1, total=report.total)
-
-
-def _spoken(value: object) -> object:
-    return tr(value) if isinstance(value, str) else value
-
-
-Write = Callable[..., None]
-"""Called with the changes that were shown and `accepted`."""
-
-
-def is_risk_open(changes: Sequence[SettingChange], accepted: frozenset[SettingChange]) -> bool:
-    """Whether the question has to be asked before these changes are written."""
-    return any(change.risks and change not in accepted for change in changes)
-
-
-def risk_notice(changes: Sequence[SettingChange], write: Write, cancel: Callable[[], None]) -> Notice | None:
-    """The question in the language in use; None if the changes take nothing away."""
-    risk = risk_message(changes)
-    if risk is None:
-        return None
-    anyway = partial(write, accepted=frozenset(changes))
-    choices = (
-        Choice("not_now", tr("Cancel"), cancel),
-        Choice("write_anyway", tr("Write anyway"), anyway, is_step=True),
-    )
-    return Notice(Meaning.ATTENTION, risk.translated(), choices)

@@ -1,9 +1,5 @@
-"""What is told at once: announcements of screen readers, and sounds.
-
-No window waits for a player: one that fails is followed by the next, and the last by the system's bell.
-
-The first two, and a lost link to an active module, have a sound, too.
-"""
+"""Tells screen readers, once, wherever the focus is: triggered, active, locked, link lost, LOCK failed; and plays the
+sounds for what concerns people near a module, which are off until a person chooses them."""
 
 import math
 import shutil
@@ -29,6 +25,8 @@ from ui.session.port import Port
 from ui.session.ports import Ports
 from ui.style.appearance import announce
 
+_LINKED: Final = (Phase.ONLINE, Phase.LATE)
+_LOST: Final = (Phase.OFFLINE, Phase.LOST, Phase.FAILED)
 _PLAYERS: Final = (("afplay",), ("pw-play",), ("paplay",), ("aplay", "-q"))
 # A sound server that does not answer keeps its player waiting.
 LIMIT_S: Final = 5.0
@@ -45,20 +43,69 @@ class Sound(Enum):
     LOST_WHILE_ACTIVE = (880, 440, 880, 440)
 
 
-class Sounds(QObject):
-    def __init__(self, preferences: Preferences, parent: QObject) -> None:
-        super().__init__(parent)
-        self._preferences = preferences
+class StateAnnouncer(QObject):
+    """Of the modules on all ports. Each state once, when it becomes so: a doubt alone (an age, a question without an
+    answer) is not told."""
+
+    def __init__(self, ports: Ports, preferences: Preferences) -> None:
+        super().__init__(ports)
+        self._ports, self._preferences = ports, preferences
+        for port in ports.all:
+            self._add(port)
+        ports.added.connect(self._add)
+
+    def _add(self, port: Port) -> None:
+        """What was told of this port is kept in here."""
+        told, is_triggered, is_linked, has_failed = Activation.UNKNOWN, False, False, False
+
+        def reset() -> None:
+            """Nothing is told yet of the module that answers from now on."""
+            nonlocal told, is_triggered
+            told, is_triggered = Activation.UNKNOWN, False
+
+        def say(text: str, *, is_urgent: bool = False) -> None:
+            if len(self._ports.all) > 1 and port.target is not None:
+                text = f"{port.target.device}: {text}"
+            announce(text, is_urgent=is_urgent)
+
+        def poll() -> None:
+            nonlocal told, is_triggered, is_linked, has_failed
+            module, state = port.module, port.state
+            was_linked, is_linked = is_linked, state.phase in _LINKED
+            if was_linked and state.phase in _LOST:
+                reset()  # told again when it answers again
+                if module.end is None or module.end.reason not in UNTOLD:
+                    parts = [link_text(state, port.now_s).what]
+                    if port.is_active:
+                        parts += [tr(LAST_HEARD_ACTIVE), keep_away()]
+                        self.play(Sound.LOST_WHILE_ACTIVE)
+                    say(join_sentences(parts), is_urgent=True)
+            was_triggered, triggered = is_triggered, module.view.fresh("triggered", port.now_s)
+            if triggered is not None:  # else what was told stands
+                is_triggered = triggered is True
+            if is_triggered and not was_triggered:
+                self.play(Sound.TRIGGERED)
+                say(tr("TRIGGERED"), is_urgent=True)
+            activation = module.activation.state
+            if activation in (Activation.ACTIVE, Activation.LOCKED) and activation is not told:
+                told = activation
+                if activation is Activation.ACTIVE:
+                    self.play(Sound.ACTIVE)
+                say(tr("ACTIVE") if activation is Activation.ACTIVE else tr("LOCKED"))
+            failed, had_failed = port.lock.failed, has_failed
+            has_failed = failed is not None
+            if failed is not None and not had_failed:
+                say(failed.sentence, is_urgent=True)
+
+        port.module_changed.connect(reset)
+        port.changed.connect(poll)
+        port.lock.changed.connect(poll)
 
     def play(self, sound: Sound) -> None:
+        """No window waits for a player: one that fails is followed by the next, and the last by the system's bell."""
         if self._preferences.has_sounds:
             task: BackgroundTask[bool] = BackgroundTask("dps-s sound", self, for_once=True)
-            task.run(lambda _running: is_played(sound), _beep_unless, _fail)
-
-
-def _beep_unless(has_played: bool) -> None:
-    if not has_played:
-        QApplication.beep()
+            task.run(lambda _running: is_played(sound), lambda has_played: has_played or QApplication.beep(), _fail)
 
 
 def _fail(error: Exception) -> None:
@@ -77,27 +124,22 @@ def is_played(sound: Sound) -> bool:
 
             winsound.PlaySound(str(path), winsound.SND_FILENAME)
             return True
+        nothing = subprocess.DEVNULL
         for name, *options in _PLAYERS:
             program = shutil.which(name)
-            if program is not None and _has_run([program, *options, str(path)]):
+            if program is None:
+                continue
+            command = [program, *options, str(path)]
+            try:
+                # A program of the system with constant arguments.
+                done = subprocess.run(  # noqa: S603
+                    command, stdin=nothing, stdout=nothing, stderr=nothing, timeout=LIMIT_S, check=False
+                )
+            except (OSError, subprocess.TimeoutExpired):
+                continue
+            if done.returncode == 0:
                 return True
     return False
-
-
-def _has_run(command: list[str]) -> bool:
-    try:
-        # A program of the system with constant arguments.
-        done = subprocess.run(  # noqa: S603
-            command,
-            stdin=subprocess.DEVNULL,
-            stdout=subprocess.DEVNULL,
-            stderr=subprocess.DEVNULL,
-            timeout=LIMIT_S,
-            check=False,
-        )
-    except (OSError, subprocess.TimeoutExpired):
-        return False
-    return done.returncode == 0
 
 
 def write_tones(path: Path, tones: tuple[int, ...]) -> None:
@@ -114,80 +156,3 @@ def write_tones(path: Path, tones: tuple[int, ...]) -> None:
         file.setsampwidth(2)
         file.setframerate(_RATE)
         file.writeframes(bytes(data))
-
-
-_LINKED: Final = frozenset({Phase.ONLINE, Phase.LATE})
-_LOST: Final = frozenset({Phase.OFFLINE, Phase.LOST, Phase.FAILED})
-
-
-def announce_states(ports: Ports, sounds: Sounds) -> None:
-    """Of the modules on all ports, those that are added later too."""
-
-    def add(port: Port) -> None:
-        StateAnnouncer(port, ports, sounds)
-
-    for port in ports.all:
-        add(port)
-    ports.added.connect(add)
-
-
-class StateAnnouncer(QObject):
-    """Each state once, when it becomes so. A doubt alone (an age, a question without an answer) is not told."""
-
-    def __init__(self, port: Port, ports: Ports, sounds: Sounds) -> None:
-        super().__init__(port)
-        self._port, self._ports, self._sounds = port, ports, sounds
-        self._is_linked = self._has_failed = False
-        self._reset()
-        port.module_changed.connect(self._reset)
-        port.changed.connect(self._poll)
-        port.lock.changed.connect(self._poll)
-
-    def _reset(self) -> None:
-        """Nothing is told yet of the module that answers from now on."""
-        self._activation, self._is_triggered = Activation.UNKNOWN, False
-
-    def _poll(self) -> None:
-        self._announce_link()
-        self._announce_trigger()
-        self._announce_activation()
-        failed, had_failed = self._port.lock.failed, self._has_failed
-        self._has_failed = failed is not None
-        if failed is not None and not had_failed:
-            self._announce(failed.sentence, is_urgent=True)
-
-    def _announce_link(self) -> None:
-        port = self._port
-        state = port.state
-        was, self._is_linked = self._is_linked, state.phase in _LINKED
-        if was and state.phase in _LOST:
-            self._reset()  # told again when it answers again
-            if port.module.end is not None and port.module.end.reason in UNTOLD:
-                return
-            parts = [link_text(state, port.now_s).what]
-            if port.is_active:
-                parts += [tr(LAST_HEARD_ACTIVE), keep_away()]
-                self._sounds.play(Sound.LOST_WHILE_ACTIVE)
-            self._announce(join_sentences(parts), is_urgent=True)
-
-    def _announce_trigger(self) -> None:
-        is_triggered = self._port.module.view.fresh("triggered", self._port.now_s)
-        if is_triggered is None:
-            return  # what was told stands until it is known
-        was, self._is_triggered = self._is_triggered, is_triggered is True
-        if self._is_triggered and not was:
-            self._sounds.play(Sound.TRIGGERED)
-            self._announce(tr("TRIGGERED"), is_urgent=True)
-
-    def _announce_activation(self) -> None:
-        state = self._port.module.activation.state
-        if state in (Activation.ACTIVE, Activation.LOCKED) and state is not self._activation:
-            self._activation = state
-            if state is Activation.ACTIVE:
-                self._sounds.play(Sound.ACTIVE)
-            self._announce(tr("ACTIVE") if state is Activation.ACTIVE else tr("LOCKED"))
-
-    def _announce(self, text: str, *, is_urgent: bool = False) -> None:
-        if len(self._ports.all) > 1 and self._port.target is not None:
-            text = f"{self._port.target.device}: {text}"
-        announce(text, is_urgent=is_urgent)

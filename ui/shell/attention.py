@@ -1,7 +1,7 @@
 """The window's notices, the gravest first: one list, in which each notice belongs to its cause and goes with it.
 
 What is asked before leaving; a LOCK that is not confirmed; what has fired; what was left ACTIVE; errors of the program;
-the link; what an ended conversation left; which module it is; advice.
+the link; which module it is; what an ended conversation left; advice.
 """
 
 import time
@@ -16,20 +16,20 @@ from PySide6.QtGui import QGuiApplication
 
 from app import version
 from app.diagnosis.causes import STEP_WORDS, NextStep
-from app.diagnosis.link_state import LinkState, Phase, link_text
+from app.diagnosis.link_state import Phase, link_text
 from app.procedures.act import Armed
 from app.safety.last_known import LAST_HEARD_ACTIVE, keep_away
 from app.system.uncaught import UncaughtError
 from app.text.i18n import tr
-from app.text.messages import UserMessage, join_names, join_sentences, labelled
-from ui.session.interruptions import Remainder, RemainderKind
+from app.text.messages import join_names, join_sentences, labelled
+from ui.session.interruptions import Remainder
 from ui.session.left_active import LeftActiveWatch
 from ui.session.name_question import NameQuestion
 from ui.session.port import Port
 from ui.session.ports import Ports
-from ui.session.shown_module import ShownModule, module_label
+from ui.session.shown_module import module_label
 from ui.style.theme import Meaning
-from ui.widgets.notice_bar import Choice, Notice, NoticeBar
+from ui.widgets.notice_bar import Choice, Notice
 
 if TYPE_CHECKING:
     from ui.shell.main_window import MainWindow
@@ -54,10 +54,12 @@ class _Leaving:
 class Attention(QObject):
     """Shows the notices of the window."""
 
-    def __init__(self, window: "MainWindow", ports: Ports, left_active: LeftActiveWatch) -> None:
+    _failed = Signal(object)
+
+    def __init__(self, window: "MainWindow", ports: Ports, left_active: LeftActiveWatch, armed: Armed) -> None:
         super().__init__(window)
-        self._window, self._ports, self._left_active = window, ports, left_active
-        self._bar: NoticeBar = window.notice_bar
+        self._window, self._ports, self._left_active, self._armed = window, ports, left_active, armed
+        self._bar = window.notice_bar
         # When somebody last tried to close the window.
         self._tried_at = -inf
         self._leaving: _Leaving | None = None
@@ -69,13 +71,12 @@ class Attention(QObject):
         ports.shown.connect(self._on_another_module)
         for changed in (ports.any_changed, ports.ticked, self._name_question.changed, left_active.changed):
             changed.connect(self.refresh)
-        for port in ports.all:
-            port.interruptions.changed.connect(self.refresh)
-        ports.added.connect(lambda port: port.interruptions.changed.connect(self.refresh))
+        # Queued also in the window's thread: the error may have happened while painting.
+        self._failed.connect(self._show_error, Qt.ConnectionType.QueuedConnection)
 
     def refresh(self) -> None:
         leaving = self._leaving
-        if leaving is not None and not leaving.is_locking and self._leaving_notice(leaving) is None:
+        if leaving is not None and not leaving.is_locking and self._question(leaving) is None:
             self._leaving = None  # what was asked about is over
         notices = list(self._notices())
         self._closed &= {notice.key for notice in notices}
@@ -83,49 +84,153 @@ class Attention(QObject):
 
     def say(self, notice: Notice) -> None:
         """Shows a notice until it is closed; it replaces one of the same cause."""
-        self._said[notice.key] = notice._replace(dismiss=notice.dismiss or partial(self.withdraw, notice.key))
+
+        def withdraw() -> None:
+            self._said.pop(notice.key, None)
+            self.refresh()
+
+        self._said[notice.key] = notice._replace(dismiss=withdraw)
         self.refresh()
 
-    def withdraw(self, key: str) -> None:
-        self._said.pop(key, None)
-        self.refresh()
+    def report(self, error: UncaughtError) -> None:
+        """In any thread: disarms at once, and shows the error from the event loop. One place has one notice."""
+        self._armed.act = None
+        self._failed.emit(error)
+
+    def _show_error(self, error: UncaughtError) -> None:
+        def copy_details() -> None:
+            QGuiApplication.clipboard().setText(f"DPS-S Configurator {version()}\n{error.thread}\n{error.details}")
+            self._window.show_message(tr("Copied."))
+
+        text = tr("Unexpected error: {error}. Nothing is armed.", error=error.summary)
+        choices = (Choice("copy_details", tr("Copy"), copy_details),)
+        self.say(Notice(Meaning.ATTENTION, text, choices, cause=error.details))
 
     def _close(self, cause: str) -> None:
         self._closed.add(cause)
         self.refresh()
 
-    def _on_another_module(self, _module: ShownModule) -> None:
+    def _on_another_module(self) -> None:
         """What a person has seen or was asked was about the former one."""
         self._leaving = None
         self._closed.clear()
         self.refresh()
 
+    # The list
+
     def _notices(self) -> Iterator[Notice]:
-        port = self._ports.current
-        state = port.state
-        if self._leaving is not None and (question := self._leaving_notice(self._leaving)) is not None:
+        port, window = self._ports.current, self._window
+        if self._leaving is not None and (question := self._question(self._leaving)) is not None:
             yield question
-        yield from self._lock_notices()
-        yield from self._fired_notices(port)
+        if (locking := port.lock.notice()) is not None:
+            yield locking._replace(cause="lock")
+        others = [one for one in self._ports.all if one is not port]
+        others = [one for one in others if one.lock.is_unproven and not one.lock.is_repeating]
+        if others and window.shown_page != "fleet":  # which says it itself
+            names = join_names(one.module.name or one.connection.port for one in others)
+            again = Choice("lock_others", tr("LOCK again"), partial(_press_each, others))
+            yield Notice(Meaning.DANGER, tr("NOT reported, treat as ACTIVE: {names}", names=names), (again,))
+        yield from self._fired(port)
         left = self._left_active.notices()
         yield from (notice for notice in left if notice.meaning is Meaning.ATTENTION)
         yield from self._said.values()
-        unrecorded = port.recording.state.trouble
-        if unrecorded is not None:
-            show = Choice("recordings", tr("Recordings"), partial(self._window.go_to, "logs"))
+        if (unrecorded := port.recording.state.trouble) is not None:
+            show = Choice("recordings", tr("Recordings"), partial(window.go_to, "logs"))
             close = partial(self._close, "unrecorded")
             yield Notice(Meaning.ATTENTION, unrecorded.translated(), (show,), close, "unrecorded")
-        link = self._link_notice(state, port.now_s)
-        if link is not None and not (state.phase is Phase.CLOSED and self._window.is_choosing):
+        link, phase = self._link(port), port.state.phase
+        if link is not None and not (phase is Phase.CLOSED and window.is_choosing):
             yield link
         if (asked := self._name_question.notice()) is not None:
             yield asked
-        for remainder in port.interruptions.remainders:
-            if remainder.kind is not RemainderKind.TRIGGERED:
-                yield self._remainder_notice(port, remainder)
-        if port.interruptions.last is not None and (link is None or state.phase is Phase.CLOSED):
-            yield self._interruptions_notice(port, port.interruptions.last)
+        kept = port.interruptions
+        for remainder in kept.remainders:
+            if not remainder.is_trigger:
+                yield self._remainder(port, remainder)
+        if kept.last is not None and (link is None or phase is Phase.CLOSED):
+            why = kept.last.translated()
+            text = tr("Interrupted at {time}: {why}", time=_clock_time(kept.last_at), why=why)
+            if kept.count > 1:
+                since = _clock_time(kept.first_at)
+                text = tr("Interrupted {count} times since {time}, last: {why}", count=kept.count, time=since, why=why)
+            check = self._way("after_restart", tr("Pre-flight"), "preflight")
+            yield Notice(Meaning.ATTENTION, text, check, kept.close, "interruptions")
         yield from (notice for notice in left if notice.meaning is not Meaning.ATTENTION)
+
+    def _fired(self, port: Port) -> Iterator[Notice]:
+        """It reports TRIGGERED, did so before its conversation ended, or may have fired before it restarted."""
+        module = port.module
+        choices = self._way("after_trigger", tr("Read the record"), "triggers", is_main=True)
+        known = module.view.known("triggered", port.now_s)
+        if port.is_open and known is not None and known.value is True and not module.is_fired_by_test:
+            text = tr("The module has triggered: LOCK, read the record, pack, check again.")
+            yield Notice(Meaning.DANGER, text, choices, partial(self._close, "triggered"), "triggered")
+
+        def close(remainder: Remainder | None = None) -> None:
+            if remainder is not None:
+                port.interruptions.close_remainder(remainder)
+            port.firing_doubt.note_closed()
+            port.update_view()
+            self.refresh()
+
+        seen = [one for one in port.interruptions.remainders if one.is_trigger]
+        for one in seen:
+            who, when = module_label(one.module), _clock_time(one.at)
+            text = tr("{module} reported TRIGGERED before {time}.", module=who, time=when)
+            yield Notice(Meaning.DANGER, text, choices, partial(close, one))
+        if not seen and port.firing_doubt.is_to_be_told:
+            text = tr("The module may have fired before the restart: read the trigger records.")
+            yield Notice(Meaning.DANGER, text, choices, close)
+
+    def _link(self, port: Port) -> Notice | None:
+        """The trouble of the link and the step that helps; None while the link is fine."""
+        state = port.state
+        if state.is_fine:
+            return None
+        words = link_text(state, port.now_s)
+        is_calm = state.phase in (Phase.CLOSED, Phase.SWITCHED_OFF)
+        parts = ["" if words.what == words.word else words.what, words.next_step]  # the top bar has the word
+        if state.was_active and not is_calm:
+            parts = [tr(LAST_HEARD_ACTIVE), parts[0], keep_away()]  # no more, so that nothing of it is elided
+        steps = [] if words.step is None else [words.step]
+        if state.phase in _ASKS_WHY:
+            steps.append(NextStep.WHY)
+        choices = [Choice(step.value, tr(STEP_WORDS[step]), partial(self._window.take_step, step)) for step in steps]
+        if choices and not is_calm:
+            choices[0] = choices[0]._replace(is_main=True)
+        meaning = Meaning.INFORMATION if is_calm else Meaning.ATTENTION
+        return Notice(meaning, join_sentences(parts), tuple(choices), cause=f"link {state.phase.value}")
+
+    def _remainder(self, port: Port, remainder: Remainder) -> Notice:
+        """A report, or the edits of an ended conversation beside what the module holds now."""
+        module, settings = port.module, port.module.settings
+        who, when = module_label(remainder.module), _clock_time(remainder.at)
+        close = partial(port.interruptions.close_remainder, remainder)
+        cause = f"remainder {id(remainder)}"
+        if remainder.text is not None:
+            text = tr("{module}, interrupted {time}: {what}", module=who, time=when, what=remainder.text.translated())
+            return Notice(Meaning.ATTENTION, text, (), close, cause)
+
+        def take_over() -> None:
+            if settings.can_edit:
+                settings.take_over(remainder)
+                close()
+                self._window.go_to("settings")
+
+        what = settings.beside(remainder)
+        text = tr("{module}, interrupted {time}, not written: {what}.", module=who, time=when, what=what)
+        is_same = remainder.module in ("", module.name)
+        if module.is_read and not is_same:
+            text = join_sentences((text, tr("First say that it is {module}.", module=remainder.module)))
+        is_possible = module.is_read and is_same and settings.can_edit
+        take = Choice("take_over", tr("Take over"), take_over, is_enabled=is_possible)
+        return Notice(Meaning.ATTENTION, text, (take,), close, cause)
+
+    def _way(self, key: str, text: str, page: str, *, is_main: bool = False) -> tuple[Choice, ...]:
+        """A button that leads to a page; none while that page is shown."""
+        if self._window.shown_page == page:
+            return ()
+        return (Choice(key, text, partial(self._window.go_to, page), is_main=is_main),)
 
     # Leaving
 
@@ -140,7 +245,7 @@ class Attention(QObject):
         if self._leaving is not None and self._leaving.is_closing:
             return now - before >= AGAIN_S
         leaving = _Leaving(close, self._ports.all, is_closing=True)
-        if self._leaving_notice(leaving) is None:
+        if self._question(leaving) is None:
             return True
         self._ask(leaving)
         return False
@@ -158,7 +263,7 @@ class Attention(QObject):
 
     def _ask(self, leaving: _Leaving) -> None:
         """Asks what is to be asked; else leaves."""
-        if self._leaving_notice(leaving) is None:
+        if self._question(leaving) is None:
             self._leave(leaving)
             return
         self._leaving = leaving
@@ -170,7 +275,7 @@ class Attention(QObject):
     def _leave(self, leaving: _Leaving) -> None:
         self._leaving = None
         for port in leaving.ports:
-            port.module.discard_edits()
+            port.module.settings.revert()
             if leaving.is_closing or port is not self._ports.current:
                 port.interruptions.discard_drafts()
         leaving.proceed()
@@ -184,195 +289,51 @@ class Attention(QObject):
                 leaving.is_locking = False
                 self._ask(leaving)
 
-        if leaving.is_closing:
-            self._ports.lock.press_all(then=on_locked)
-        else:
-            leaving.ports[0].lock.press(then=on_locked)
+        press = self._ports.lock.press_all if leaving.is_closing else leaving.ports[0].lock.press
+        press(then=on_locked)
 
-    def _leaving_notice(self, leaving: _Leaving) -> Notice | None:
+    def _question(self, leaving: _Leaving) -> Notice | None:
         """One question about all that would be left behind; None where there is nothing."""
-        stays = Choice("stay", tr("Cancel"), self.stay)
-        leave = partial(self._leave, leaving)
-        text = self._unsent_text(leaving)
-        if _is_risky(leaving):
+        port, is_closing = leaving.ports[0], leaving.is_closing
+        is_other = not is_closing and port is not self._ports.current
+        count = sum(one.module.settings.count_unsent() for one in leaving.ports)
+        if is_closing or is_other:
+            count += sum(one.interruptions.count_drafts() for one in leaving.ports)
+        parts = [tr("Settings not written: {count}.", count=count)] if count else []
+        # A module that is or may be ready to fire, and can still be locked. One that was lost can be locked no more,
+        # but the program that could lock it when it is back is not closed without a word.
+        is_risky = not leaving.is_opened_again and any(
+            (one.is_active and (one.is_open or is_closing)) or (one.is_open and one.lock.is_unproven)
+            for one in leaving.ports
+        )
+        stay, leave = Choice("stay", tr("Cancel"), self.stay), partial(self._leave, leaving)
+        if is_risky:
             risk = tr("Treat the module as ACTIVE: it does not report LOCKED.")
-            if any(port.is_active for port in leaving.ports):
+            if any(one.is_active for one in leaving.ports):
                 risk = tr("The module is ACTIVE: it fires also without this program.")
-            text = join_sentences((risk, text))
+            parts.insert(0, risk)
+            lock = Choice("lock_and_leave", tr("LOCK first"), partial(self._lock_first, leaving), is_main=True)
             choices: tuple[Choice, ...] = (
-                Choice("lock_and_leave", tr("LOCK first"), partial(self._lock_first, leaving), is_main=True),
+                lock,
                 Choice("leave_active", tr("Leave it ACTIVE"), leave, is_step=True),
-                stays,
+                stay,
             )
-        elif text:
+        elif parts:
             drop = Choice("drop_edits", tr("Discard edits"), leave, is_step=True)
-            choices = (stays._replace(is_main=True), drop)
+            choices = (stay._replace(is_main=True), drop)
         else:
             return None
-        port = leaving.ports[0]
-        if not leaving.is_closing and port is not self._ports.current:
+        text = join_sentences(parts)
+        if is_other:
             text = labelled(port.module.name or port.connection.port, text)
         return Notice(Meaning.ATTENTION, text, choices, cause="leaving")
 
-    def _unsent_text(self, leaving: _Leaving) -> str:
-        """Of the edits that would be lost; "" where there are none."""
-        count = sum(port.module.count_unsent() for port in leaving.ports)
-        if leaving.is_closing or leaving.ports[0] is not self._ports.current:
-            count += sum(port.interruptions.count_drafts() for port in leaving.ports)
-        return tr("Settings not written: {count}.", count=count) if count else ""
 
-    # The link
-
-    def _link_notice(self, state: LinkState, now: float) -> Notice | None:
-        """The trouble of the link and the step that helps; None while the link is fine."""
-        if state.is_fine:
-            return None
-        words = link_text(state, now)
-        is_calm = state.phase in (Phase.CLOSED, Phase.SWITCHED_OFF)
-        parts = ["" if words.what == words.word else words.what, words.next_step]  # the top bar has the word
-        if state.was_active and not is_calm:
-            parts = [tr(LAST_HEARD_ACTIVE), parts[0], keep_away()]  # no more, so that nothing of it is elided
-        steps = [] if words.step is None else [words.step]
-        if state.phase in _ASKS_WHY:
-            steps.append(NextStep.WHY)
-        choices = tuple(
-            Choice(step.value, tr(STEP_WORDS[step]), partial(self._window.take_step, step), is_main=is_main)
-            for step, is_main in zip(steps, (not is_calm, False), strict=False)
-        )
-        meaning = Meaning.INFORMATION if is_calm else Meaning.ATTENTION
-        return Notice(meaning, join_sentences(parts), choices, cause=f"link {state.phase.value}")
-
-    # LOCK, and what has fired
-
-    def _lock_notices(self) -> Iterator[Notice]:
-        """Of the shown module, and of others which do not report LOCKED; Fleet says that itself."""
-        here = self._ports.current
-        if (notice := here.lock.notice()) is not None:
-            yield notice._replace(cause="lock")
-        ports = [port for port in self._ports.all if port is not here]
-        ports = [port for port in ports if port.lock.is_unproven and not port.lock.is_repeating]
-        if not ports or self._window.shown_page == "fleet":
-            return
-        names = join_names(port.module.name or port.connection.port for port in ports)
-
-        def press() -> None:
-            for port in ports:
-                port.lock.press()
-
-        again = Choice("lock_others", tr("LOCK again"), press)
-        yield Notice(Meaning.DANGER, tr("NOT reported, treat as ACTIVE: {names}", names=names), (again,))
-
-    def _fired_notices(self, port: Port) -> Iterator[Notice]:
-        """It reports TRIGGERED, did so before its conversation ended, or may have fired before it restarted."""
-        module = port.module
-        choices = self._page_choices("after_trigger", tr("Read the record"), "triggers", is_main=True)
-        known = module.view.known("triggered", port.now_s)
-        if port.is_open and known is not None and known.value is True and not module.is_fired_by_test:
-            text = tr("The module has triggered: LOCK, read the record, pack, check again.")
-            yield Notice(Meaning.DANGER, text, choices, partial(self._close, "triggered"), "triggered")
-        seen = [one for one in port.interruptions.remainders if one.kind is RemainderKind.TRIGGERED]
-        for remainder in seen:
-            who, when = module_label(remainder.module), _clock_time(remainder.at)
-            text = tr("{module} reported TRIGGERED before {time}.", module=who, time=when)
-            yield Notice(Meaning.DANGER, text, choices, partial(self._close_triggered, port, remainder))
-        if not seen and port.firing_doubt.is_to_be_told:
-            text = tr("The module may have fired before the restart: read the trigger records.")
-            yield Notice(Meaning.DANGER, text, choices, partial(self._close_doubt, port))
-
-    def _close_triggered(self, port: Port, remainder: Remainder) -> None:
-        port.interruptions.close_remainder(remainder)
-        self._close_doubt(port)
-
-    def _close_doubt(self, port: Port) -> None:
-        port.firing_doubt.note_closed()
-        port.update_view()
-        self.refresh()
-
-    # What stays of the conversations that ended at this port
-
-    def _interruptions_notice(self, port: Port, last: UserMessage) -> Notice:
-        kept = port.interruptions
-        text = tr("Interrupted at {time}: {why}", time=_clock_time(kept.last_at), why=last.translated())
-        if kept.count > 1:
-            text = tr(
-                "Interrupted {count} times since {time}, last: {why}",
-                count=kept.count,
-                time=_clock_time(kept.first_at),
-                why=last.translated(),
-            )
-        check = self._page_choices("after_restart", tr("Pre-flight"), "preflight")
-        return Notice(Meaning.ATTENTION, text, check, kept.close, "interruptions")
-
-    def _remainder_notice(self, port: Port, remainder: Remainder) -> Notice:
-        """A report, or the edits of an ended conversation beside what the module holds now."""
-        module = port.module
-        who, when = module_label(remainder.module), _clock_time(remainder.at)
-        close = partial(port.interruptions.close_remainder, remainder)
-        cause = f"remainder {id(remainder)}"
-        if remainder.kind is RemainderKind.REPORT:
-            what = "" if remainder.text is None else remainder.text.translated()
-            text = tr("{module}, interrupted {time}: {what}", module=who, time=when, what=what)
-            return Notice(Meaning.ATTENTION, text, (), close, cause)
-        is_same = remainder.module in ("", module.name)
-
-        def take_over() -> None:
-            if module.settings.can_edit:
-                module.settings.take_over(remainder)
-                close()
-                self._window.go_to("settings")
-
-        what = module.settings.beside(remainder)
-        text = tr("{module}, interrupted {time}, not written: {what}.", module=who, time=when, what=what)
-        if module.is_read and not is_same:
-            text = join_sentences((text, tr("First say that it is {module}.", module=remainder.module)))
-        is_possible = module.is_read and is_same and module.settings.can_edit
-        take = Choice("take_over", tr("Take over"), take_over, is_enabled=is_possible)
-        return Notice(Meaning.ATTENTION, text, (take,), close, cause)
-
-    def _page_choices(self, key: str, text: str, page: str, *, is_main: bool = False) -> tuple[Choice, ...]:
-        """A button that leads to a page; none while that page is shown."""
-        if self._window.shown_page == page:
-            return ()
-        return (Choice(key, text, partial(self._window.go_to, page), is_main=is_main),)
+def _press_each(ports: list[Port]) -> None:
+    for port in ports:
+        port.lock.press()
 
 
 def _clock_time(at: float) -> str:
     """Of the day, such as 10:02; `at` in seconds since 1970."""
     return time.strftime("%H:%M", time.localtime(at))
-
-
-def _is_risky(leaving: _Leaving) -> bool:
-    """A module is or may be ready to fire, and can still be locked."""
-    if leaving.is_opened_again:
-        return False
-    return any(
-        (port.is_active and (port.is_open or leaving.is_closing)) or (port.is_open and port.lock.is_unproven)
-        for port in leaving.ports
-    )
-
-
-class UncaughtErrors(QObject):
-    """`report` may be called from any thread. Errors of the same place share one notice."""
-
-    _reported = Signal(object)
-
-    def __init__(self, attention: Attention, armed: Armed, *, say: Callable[[str], None], parent: QObject) -> None:
-        super().__init__(parent)
-        self._attention, self._armed, self._say = attention, armed, say
-        # Queued also in the window's thread: the error may have happened while painting.
-        self._reported.connect(self._show, Qt.ConnectionType.QueuedConnection)
-
-    def report(self, error: UncaughtError) -> None:
-        """Disarms at once, and shows the error from the event loop."""
-        self._armed.act = None
-        self._reported.emit(error)
-
-    def _show(self, error: UncaughtError) -> None:
-        text = tr("Unexpected error: {error}. Nothing is armed.", error=error.summary)
-
-        def copy_details() -> None:
-            QGuiApplication.clipboard().setText(f"DPS-S Configurator {version()}\n{error.thread}\n{error.details}")
-            self._say(tr("Copied."))
-
-        choices = (Choice("copy_details", tr("Copy"), copy_details),)
-        self._attention.say(Notice(Meaning.ATTENTION, text, choices, cause=error.details))

@@ -1,9 +1,9 @@
-"""Shuts the window down within a time limit, whatever a driver or a disk does; saves what an unattended run saw.
+"""The window: top bar, sidebar, pages, foot and menus, and how it begins and ends.
 
-What may block runs in daemon threads, for which the end of the process does not wait.
+It ends within a time limit, whatever a driver or a disk does: what may block runs in daemon threads, for which the end
+of the process does not wait.
 """
 
-import json
 import logging
 import os
 import sys
@@ -12,19 +12,16 @@ import time
 from collections.abc import Callable
 from contextlib import suppress
 from functools import partial
-from pathlib import Path
 from typing import Final
 
-from PySide6.QtCore import QEvent, QSize, Qt
-from PySide6.QtGui import QCloseEvent, QFocusEvent, QKeyEvent, QKeySequence, QShortcut, QShowEvent
-from PySide6.QtWidgets import QAbstractButton, QApplication, QLineEdit, QMainWindow, QWidget
+from PySide6.QtCore import QEvent, QMargins, QRect, QSize, Qt, QTimer, Signal
+from PySide6.QtGui import QAction, QCloseEvent, QFocusEvent, QKeyEvent, QKeySequence, QShortcut, QShowEvent
+from PySide6.QtWidgets import QAbstractButton, QApplication, QHBoxLayout, QLineEdit, QMainWindow, QMenu, QWidget
 
 from app.diagnosis.causes import NextStep
-from app.engine.conversation import STATUS_KEYS
 from app.engine.target import Target
 from app.engine.worker import CLOSING_LIMIT_S
 from app.text.i18n import tr
-from protocol.translatable import marked
 from ui.acts.confirm import Confirm
 from ui.connect.connect_panel import ConnectPanel
 from ui.core.background_task import BackgroundTask
@@ -37,51 +34,421 @@ from ui.services.storage import Storage
 from ui.session.left_active import LeftActiveWatch
 from ui.session.ports import Ports
 from ui.session.shown_module import ShownModule
-from ui.shell.actions import Actions, MenuEntry
 from ui.shell.application_filter import LOCK_ALL_KEY, LOCK_KEYS, ApplicationFilter
 from ui.shell.attention import Attention
-from ui.shell.page_area import PageArea, PageMaker, Sidebar, fit_screen
+from ui.shell.page_area import PageArea, Sidebar
 from ui.shell.status_bar import RecordingSign, StatusBar
 from ui.shell.top_bar import TopBar
 from ui.simulator.panel import SimulatorDock
-from ui.style.icons import Icon, app_icon
-from ui.widgets.controls import in_row, named
+from ui.style.icons import Icon, app_icon, icon
+from ui.widgets.controls import named
 from ui.widgets.notice_bar import NoticeBar
 
+SMALLEST: Final = QSize(900, 520)
+FIRST_SIZE: Final = QSize(1180, 720)
+# A window's title bar and edges: the system reports them only once it is shown.
+FRAME: Final = QMargins(2, 34, 2, 2)
+# Between two pages that are made; with 0 Qt would process no other events.
+BREATH_MS: Final = 1
 # A port may take `CLOSING_LIMIT_S`; the rest is for its thread to end, and for the store, which closes after it:
 # procedures still write their outcomes.
 CLOSE_LIMIT_S: Final = CLOSING_LIMIT_S + 0.15
 STORE_SHARE_S: Final = 0.06
-PICTURE: Final = "live.png"
-VALUES: Final = "values.json"
 _log = logging.getLogger(__name__)
+
+
+class MainWindow(QMainWindow):
+    """The pages are made one by one after the first paint, from the event loop, so that the window stays responsive."""
+
+    pages_made = Signal()
+    """All were made, except those that failed."""
+
+    def __init__(self, services: Services, left_active: LeftActiveWatch, *, entries: tuple[PageEntry, ...]) -> None:
+        super().__init__()
+        self.setObjectName("main_window")
+        self.setWindowIcon(app_icon())
+        self.setWindowTitle(tr("DPS-S Configurator"))
+        self._services, self._remembered = services, services.preferences
+        self._ports = ports = services.ports
+        self._entries = {entry.key: entry for entry in entries}
+        self._unmade = list(entries)
+        self._pages: dict[str, Page] = {}
+        self.has_pages = False
+        self._making = QTimer(self, interval=BREATH_MS)
+        self._making.timeout.connect(self._make_page)
+        self._waiting_target: Target | None = None
+        self._is_leaving = self._is_over = False
+        self.top_bar = TopBar(ports, services.in_use)
+        self.notice_bar = NoticeBar(is_foot=True)
+        self.navigation = Sidebar(entries)
+        self.area = PageArea()
+        self.stack = self.area.stack
+        self.panel = ConnectPanel(ports)
+        self.status_bar = StatusBar(ports, self.notice_bar)
+        self.recording_sign = RecordingSign(lambda: ports.current.recording.state)
+        self.status_bar.add(self.recording_sign)
+        self.simulator = SimulatorDock(ports, self)
+        self.simulator.hide()
+        self.menus: dict[str, QAction] = {}
+        self.main_menu = named(QMenu(self), "main_menu")
+        # What an action needs to be enabled, asked for whenever that may be otherwise.
+        self._conditions: dict[QAction, Callable[[], bool]] = {}
+        self._preferences: PreferencesDialog | None = None
+        self.attention = Attention(self, ports, left_active, services.armed)
+        self.files = FileOpener(self, self._file_pages, self.go_to, preferences=self._remembered)
+
+        centre = named(QWidget(), "centre")
+        row = QHBoxLayout(centre)
+        row.setSpacing(0)
+        row.setContentsMargins(0, 0, 0, 0)
+        row.addWidget(self.navigation)
+        row.addWidget(self.area, 1)
+        row.addWidget(self.panel, 1)
+        self.setMenuWidget(self.top_bar)  # like the foot as wide as the window, docks included
+        self.setCentralWidget(centre)
+        self.setStatusBar(self.status_bar)
+        services.appearance.style(self)
+
+        ports.changed.connect(self.recording_sign.refresh)
+        ports.changed.connect(self._enable_actions)
+        ports.shown.connect(self._on_shown)
+        ports.leaving.connect(self._disarm)
+        ports.notified.connect(self.show_message)
+        self.top_bar.panel_wanted.connect(self.toggle_panel)
+        self.panel.connect_wanted.connect(self.connect_to)
+        self.panel.disconnect_wanted.connect(self.disconnect_port)
+        self.panel.shown.connect(lambda: self.area.setVisible(self.panel.isHidden()))
+        self.panel.logs.clicked.connect(lambda: self.go_to("logs"))
+        self.navigation.page_wanted.connect(self._show_page)
+        services.exchange.limits_used.connect(self.top_bar.refresh)
+        for changed in (self.panel.shown, self.stack.currentChanged, self.pages_made):
+            changed.connect(self.attention.refresh)
+        self._filter = ApplicationFilter(ports.lock, self)
+        self._fill_menus()
+        self._on_shown(ports.module)
+        self._enable_actions()
+        self._restore()
+        self.attention.refresh()
+
+    # Menus
+
+    def _fill_menus(self) -> None:
+        ports, lock = self._ports, self._services.lock
+        file, module = self._add_menu("file", tr("&File")), self._add_menu("module", tr("&Module"))
+        view, about = self._add_menu("view", tr("&View")), self._add_menu("help", tr("&Help"))
+        file.aboutToShow.connect(self._enable_actions)
+
+        def is_wanted() -> bool:
+            return ports.current.is_requested
+
+        self._add(file, "open", tr("Open…"), self.files.ask, "Ctrl+Alt+O")
+        recent = named(file.addMenu(tr("Recent files")), "menu_recent")
+        recent.aboutToShow.connect(partial(self.files.fill, recent))
+        for name, text, kind in (("save", tr("Save…"), "saving"), ("export", tr("Export…"), "exporting")):
+            find = partial(self._page_button, kind)
+            self._add(file, name, text, partial(self._press, find), when=lambda find=find: find() is not None)  # type: ignore[misc]
+        file.addSeparator()
+        self._add(file, "connect", tr("Connect…"), self.toggle_panel, "Ctrl+K")
+        self._add(file, "disconnect", tr("Disconnect"), self.disconnect_port, "Ctrl+D", when=is_wanted)
+        file.addSeparator()
+        self._add(file, "archive", tr("Archive of all stations…"), partial(self.go_to, "archive"))
+        self._add(file, "preferences", tr("Preferences…"), self.show_preferences, "Ctrl+,")
+        self._add(file, "quit", tr("Quit"), self.close, "Ctrl+Q")
+        # `ApplicationFilter` handles the keys of LOCK, in every window.
+        keys = "; ".join(LOCK_KEYS)
+        self._add(module, "lock", tr("LOCK"), lock.press, keys, when=is_wanted).setIcon(icon(Icon.LOCK))
+        several = self._add(
+            module, "lock_all", tr("LOCK ALL"), lock.press_all, LOCK_ALL_KEY, when=lambda: len(ports.all) > 1
+        )
+        several.setIcon(icon(Icon.LOCK))
+        find_rate = partial(self.take_step, NextStep.FIND_RATE)
+        self._add(module, "find_rate", tr("Find the baud rate"), find_rate, when=lambda: ports.current.is_open)
+        simulator = self._add(module, "simulator", tr("Simulated module"), None, "F4")
+        simulator.setCheckable(True)
+        simulator.toggled.connect(self.simulator.setVisible)
+        self.simulator.visibilityChanged.connect(lambda: simulator.setChecked(not self.simulator.isHidden()))
+        for number, entry in enumerate(self._entries.values(), start=1):
+            enter = partial(self._enter_page, entry.key)
+            self._add(view, f"page_{entry.key}", tr(entry.title), enter, f"Ctrl+{number % 10}")
+        self._add(about, "guide", tr("User guide"), self.show_guide, "F1")
+        self._add(about, "about", tr("About"), self.show_about)
+        self.top_bar.menu.setMenu(self.main_menu)
+        QShortcut(QKeySequence("F10"), self, self._open_menu)
+
+    def _add_menu(self, name: str, title: str) -> QMenu:
+        return named(self.main_menu.addMenu(title), f"menu_{name}")
+
+    def _add(
+        self,
+        menu: QMenu,
+        name: str,
+        text: str,
+        act: Callable[..., object] | None,
+        keys: str = "",
+        *,
+        when: Callable[[], bool] | None = None,
+    ) -> QAction:
+        action = self.menus[name] = named(menu.addAction(text), f"act_{name}")
+        if keys:
+            action.setShortcuts(QKeySequence.listFromString(keys))
+        action.setAutoRepeat(False)  # a key that is held answers no question that it has raised
+        if act is not None:
+            action.triggered.connect(lambda _is_checked: act())
+        if when is not None:
+            self._conditions[action] = when
+        self.addAction(action)  # shortcuts of a hidden menu do not work
+        return action
+
+    def _open_menu(self) -> None:
+        """Without blocking, as the button's own way would."""
+        button = self.top_bar.menu
+        self.main_menu.popup(button.mapToGlobal(button.rect().bottomLeft()))
+
+    def _enable_actions(self) -> None:
+        for action, when in self._conditions.items():
+            action.setEnabled(when())
+
+    def _page_button(self, kind: str) -> QAbstractButton | None:
+        """The button of the page shown that is its `kind`, while that can be pressed."""
+        button = getattr(self.stack.currentWidget(), kind, None)
+        is_ready = isinstance(button, QAbstractButton) and button.isVisible() and button.isEnabled()
+        return button if is_ready else None
+
+    def _press(self, find: Callable[[], QAbstractButton | None]) -> None:
+        if (button := find()) is not None:
+            button.click()
+
+    # Beginning
+
+    def _restore(self) -> None:
+        preferences = self._remembered
+        self.resize(FIRST_SIZE)
+        if preferences.geometry is not None:
+            self.restoreGeometry(preferences.geometry)
+        if preferences.layout is not None:
+            self.restoreState(preferences.layout)
+        self._fit_screen()
+        self.panel.prefer(preferences.last_port)
+        self.navigation.setCurrentRow(0)
+        self.navigation.setFocus()
+
+    def _fit_screen(self) -> None:
+        """Keeps the window on its screen, whose size also limits its least size."""
+        free = self.screen().availableGeometry().marginsRemoved(FRAME)
+        self.setMinimumSize(SMALLEST.boundedTo(free.size()))
+        if self.isMaximized() or self.isFullScreen():
+            return
+        place = QRect(self.geometry().topLeft(), self.size().boundedTo(free.size()))
+        place.moveRight(min(place.right(), free.right()))
+        place.moveBottom(min(place.bottom(), free.bottom()))
+        place.moveLeft(max(place.left(), free.left()))
+        place.moveTop(max(place.top(), free.top()))
+        self.setGeometry(place)
+
+    def make_pages(self) -> None:
+        self._making.start()
+
+    def _make_page(self) -> None:
+        if not self._unmade:
+            self._making.stop()
+            self.has_pages = True
+            self.pages_made.emit()
+            if self._waiting_target is not None:
+                self.connect_to(self._waiting_target)
+            return
+        entry = self._unmade.pop(0)
+        page = self._pages[entry.key] = entry.make(self._services)
+        page.setAccessibleName(tr(entry.title))
+        page.show_module(self._ports.module)
+        self._ports.shown.connect(page.show_module)
+        self.area.add(page)
+        self.notice_bar.order_tabs()
+        page.connect_wanted.connect(self.connect_to)
+        page.page_wanted.connect(self.go_to)
+        page.ports_wanted.connect(self.panel.show)
+        page.leave_wanted.connect(lambda port, act: self.attention.leave_port(act, port=port))
+        if entry.key == self.navigation.chosen:
+            self.stack.setCurrentWidget(page)
+
+    def _file_pages(self) -> list[FilePage]:
+        """The shown one first: several open recordings."""
+        shown = self.navigation.chosen
+        pages = [(key, self._pages[key]) for key in self._entries if key in self._pages]
+        pages.sort(key=lambda page: page[0] != shown)
+        return [FilePage(key, page.suffixes, page.open_files) for key, page in pages if page.suffixes]
+
+    # Actions
+
+    def toggle_panel(self) -> None:
+        self.panel.setVisible(not self.panel.isVisible())
+
+    def connect_to(self, target: Target) -> None:
+        if not self.has_pages:  # Live and the traffic need every batch
+            self._waiting_target = target
+            return
+        self._waiting_target = None
+        self.attention.leave_port(partial(self._ports.connect_to, target))
+
+    def disconnect_port(self) -> None:
+        self.attention.leave_port(self._ports.current.disconnect_port)
+
+    def go_to(self, key: str) -> None:
+        """Shows a page; "archive" is a view of Fleet, "why" one of Diagnosis."""
+        page = {"archive": "fleet", "why": "diagnosis"}.get(key, key)
+        self.panel.hide()
+        self.navigation.choose(page)
+        if key != page and page in self._pages:
+            self._pages[page].go_to(key)
+
+    def _enter_page(self, key: str) -> None:
+        self.go_to(key)
+        self.navigation.setFocus()
+        self.navigation.focusNextChild()
+
+    def show_message(self, text: str) -> None:
+        self.status_bar.show_message(text)
+
+    def take_step(self, step: NextStep) -> None:
+        """What a person can do about the link."""
+        port = self._ports.current
+        match step:
+            case NextStep.CHOOSE_PORT:
+                self.toggle_panel()
+            case NextStep.FIND_RATE:
+                port.find_rate()
+            case NextStep.CONNECT_AGAIN if port.target is not None:
+                self.attention.leave_port(partial(self._ports.connect_to, port.target), is_opened_again=True)
+            case NextStep.WHY:
+                self.go_to("why")
+
+    def show_preferences(self) -> None:
+        if self._preferences is None:
+            self._preferences = PreferencesDialog(self._remembered, self._services.appearance, self)
+        self._preferences.bring_up()
+
+    def show_guide(self) -> None:
+        """At the chapter of the page in sight."""
+        from ui.help.windows import show_guide  # the first paint does not wait for it
+
+        entry = self._entries.get(self.shown_page)
+        if not show_guide(self, "Connect" if entry is None else entry.chapter):
+            self.show_message(tr("The user guide is not installed."))
+
+    def show_about(self) -> None:
+        from ui.help.windows import show_about
+
+        show_about(self)
+
+    def close_now(self) -> None:
+        """Closes without asking, as at a signal of the system."""
+        self._is_leaving = True
+        self.close()
+
+    # What is shown
+
+    @property
+    def shown_page(self) -> str:
+        """Its key; "" while the list of ports is shown."""
+        return "" if self.panel.isVisible() else self.navigation.chosen
+
+    @property
+    def is_choosing(self) -> bool:
+        """No notice needs to lead to the list of ports: it is shown."""
+        page = self.stack.currentWidget()
+        return self.panel.isVisible() or not self.has_pages or (isinstance(page, Page) and page.shows_link)
+
+    def _show_page(self, key: str) -> None:
+        self._ports.current.stream.is_wanted = self._entries[key].wants_stream
+        self.panel.hide()
+        if key in self._pages:
+            self.stack.setCurrentWidget(self._pages[key])
+        else:
+            self._unmade.sort(key=lambda entry: entry.key != key)  # it is made next
+        self.attention.refresh()
+
+    def _on_shown(self, module: ShownModule) -> None:
+        """Another conversation has begun, or another port was chosen."""
+        self._disarm()
+        module.ended.connect(self._disarm)
+        port = self._ports.current
+        if not module.is_going or port.target is None:
+            return
+        if self._remembered.last_port is None:
+            self.status_bar.show_message(tr("Next: Settings, then Pre-flight."), is_noted=False)
+        self._remembered.last_port = LastPort(port.target.device, port.target.identity, port.connection.baud_rate)
+        self.panel.hide()
+
+    def _disarm(self) -> None:
+        """Nothing that was armed or asked of a module counts any more."""
+        self._services.armed.act = None
+        for question in self.findChildren(Confirm):
+            question.withdraw()
+
+    # Qt
+
+    def keyPressEvent(self, event: QKeyEvent) -> None:
+        """Esc closes the list of ports, takes the page one step back, or cancels leaving."""
+        page = self.stack.currentWidget()
+        if event.key() != Qt.Key.Key_Escape:
+            super().keyPressEvent(event)
+        elif self.panel.isVisible():
+            self.toggle_panel()
+        elif not (isinstance(page, Page) and page.on_escape()):
+            self.attention.stay()
+
+    def showEvent(self, event: QShowEvent) -> None:
+        super().showEvent(event)
+        handle = self.windowHandle()
+        if not event.spontaneous() and handle is not None:
+            handle.screenChanged.connect(self._fit_screen)
+
+    def closeEvent(self, event: QCloseEvent) -> None:
+        if not self._is_leaving and not self.attention.may_close(self.close_now):
+            event.ignore()
+            return
+        self._end()
+        event.accept()
+
+    def _end(self) -> None:
+        if self._is_over:
+            return
+        self._is_over = True
+        focused = self.focusWidget()
+        if isinstance(focused, QLineEdit) and focused.isModified():  # keeps what is typed, while the store is open
+            QApplication.sendEvent(focused, QFocusEvent(QEvent.Type.FocusOut, Qt.FocusReason.ActiveWindowFocusReason))
+        self._making.stop()
+        for work in self.findChildren(BackgroundTask):
+            work.close()  # its thread must not outlive the window
+        self._filter.stop()
+        self.panel.hide()
+        self._remembered.geometry = self.saveGeometry()
+        self._remembered.layout = self.saveState()
+        close_down(self._ports, self._services.storage, self._remembered)
 
 
 def close_down(ports: Ports, storage: Storage, preferences: Preferences) -> None:
     """Ends everything that is not a widget within `CLOSE_LIMIT_S`; the rest is left to the system."""
     ends_at = time.monotonic() + CLOSE_LIMIT_S
-    saving = _begin("preferences", preferences.save)
+
+    def begin(name: str, act: Callable[[], object]) -> threading.Thread:
+        def work() -> None:
+            try:
+                act()
+            except Exception:  # noqa: BLE001  nobody is left to tell
+                _log.exception("At closing: %s failed", name)
+
+        thread = threading.Thread(target=work, name=f"dps-s {name}", daemon=True)
+        thread.start()
+        return thread
+
+    saving = begin("preferences", preferences.save)
     ports.watcher.stop(0.0)
     if not ports.stop(CLOSE_LIMIT_S - STORE_SHARE_S):
         _log.warning("The port did not close in time; it is left to the system")
-    for thread in (_begin("store", storage.close), saving):
+    for thread in (begin("store", storage.close), saving):
         thread.join(max(0.0, ends_at - time.monotonic()))
         if thread.is_alive():
             _log.warning("Still running at closing: %s", thread.name)
-
-
-def _begin(name: str, act: Callable[[], object]) -> threading.Thread:
-    """Does it in a daemon thread; logs its errors, as nobody is left to tell."""
-
-    def work() -> None:
-        try:
-            act()
-        except Exception:  # noqa: BLE001
-            _log.exception("At closing: %s failed", name)
-
-    thread = threading.Thread(target=work, name=f"dps-s {name}", daemon=True)
-    thread.start()
-    return thread
 
 
 def end_process(code: int) -> None:
@@ -101,363 +468,3 @@ def end_process(code: int) -> None:
             with suppress(AttributeError, OSError, ValueError):  # none, a full disk, a closed one
                 stream.flush()
         os._exit(code)
-
-
-def has_seen_status(ports: Ports) -> bool:
-    """Whether the module's status is known and not stale."""
-    view, now = ports.module.view, ports.clock()
-    return all(view.fresh(key, now) is not None for key in STATUS_KEYS)
-
-
-def values_seen(ports: Ports) -> dict[str, object]:
-    port, view, now = ports.current, ports.module.view, ports.clock()
-    known = {key: known for key in sorted(view.values) if (known := view.known(key, now)) is not None}
-    return {
-        "port": port.connection.port,
-        "baud_rate": port.connection.baud_rate,
-        "answers": view.is_going,
-        "link": {"frames": ports.module.statistics.totals.frames},
-        "values": {
-            key: {
-                "value": reading.value,
-                "how": reading.how.value,
-                "age_s": round(now - reading.at, 3),
-                "is_stale": reading.is_stale,
-            }
-            for key, reading in known.items()
-        },
-    }
-
-
-def write_evidence(folder: Path, window: QWidget, ports: Ports) -> None:
-    """Writes both files into `folder`, which is created if needed. Raises OSError."""
-    folder.mkdir(parents=True, exist_ok=True)
-    text = json.dumps(values_seen(ports), indent=2, ensure_ascii=False)
-    (folder / VALUES).write_text(text + "\n", encoding="utf-8")
-    picture = folder / PICTURE
-    if not window.grab().save(str(picture)):
-        raise OSError(f"{picture} could not be written")
-
-
-SMALLEST = QSize(900, 520)
-FIRST_SIZE = QSize(1180, 720)
-
-
-class MainWindow(QMainWindow):
-    """See the module docstring. The pages are made after the first paint."""
-
-    def __init__(
-        self,
-        services: Services,
-        left_active: LeftActiveWatch,
-        *,
-        entries: tuple[PageEntry, ...],
-    ) -> None:
-        super().__init__()
-        self.setObjectName("main_window")
-        self.setWindowIcon(app_icon())
-        self._services, self._remembered = services, services.preferences
-        self._ports = services.ports
-        self._entries = {entry.key: entry for entry in entries}
-        self._maker = PageMaker(services, entries, self)
-        self._maker.made.connect(self._place)
-        self._maker.done.connect(self._connect_waiting)
-        self.pages_made = self._maker.done
-        self._pages = self._maker.pages
-        self._waiting_target: Target | None = None
-        self._is_leaving = self._is_over = False
-        self.setWindowTitle(tr("DPS-S Configurator"))
-        self.top_bar = TopBar(self._ports, services.in_use)
-        self.notice_bar = NoticeBar(is_foot=True)
-        self.navigation = Sidebar(entries)
-        self.area = PageArea()
-        self.stack = self.area.stack
-        self.panel = ConnectPanel(self._ports)
-        self.status_bar = StatusBar(self._ports, services.in_use, self.notice_bar)
-        self.recording_sign = RecordingSign(lambda: self._ports.current.recording.state)
-        self.status_bar.add(self.recording_sign)
-        self._lay_out()
-        self.simulator = SimulatorDock(self._ports, self)
-        self.simulator.hide()
-        self.menus = Actions(self)
-        self.top_bar.menu.setMenu(self.menus.main)
-        self._preferences: PreferencesDialog | None = None
-        self.attention = Attention(self, self._ports, left_active)
-        self.files = FileOpener(self, self._file_pages, self.go_to, preferences=self._remembered)
-        services.appearance.style(self)
-        self._wire()
-        self._fill_menus()
-        self.menus.refresh()
-        self._restore()
-        self.attention.refresh()
-
-    # Construction
-
-    def _lay_out(self) -> None:
-        centre = self.centre = named(QWidget(), "centre")
-        in_row(self.navigation, (self.area, 1), (self.panel, 1), of=centre, spacing=0, margins=0)
-        self.setMenuWidget(self.top_bar)  # like the foot as wide as the window, docks included
-        self.setCentralWidget(centre)
-        self.setStatusBar(self.status_bar)
-
-    def _wire(self) -> None:
-        ports = self._ports
-        ports.changed.connect(self.recording_sign.refresh)
-        ports.changed.connect(self.menus.refresh)
-        ports.shown.connect(self._on_shown)
-        ports.leaving.connect(self._disarm)
-        self.top_bar.panel_wanted.connect(self.toggle_panel)
-        self.panel.connect_wanted.connect(self.connect_to)
-        self.panel.disconnect_wanted.connect(self.disconnect_port)
-        self.panel.shown.connect(lambda: self.area.setVisible(self.panel.isHidden()))
-        self.panel.logs.clicked.connect(lambda: self.go_to("logs"))
-        self.navigation.page_wanted.connect(self._show_page)
-        self._filter = ApplicationFilter(ports.lock, self)
-        self._services.exchange.limits_used.connect(self.top_bar.refresh)
-        for changed in (self.panel.shown, self.stack.currentChanged, self._maker.done):
-            changed.connect(self.attention.refresh)
-        ports.notified.connect(self.show_message)
-        self.simulator.visibilityChanged.connect(self._tick_simulator)
-        QShortcut(QKeySequence("F10"), self, self.top_bar.open_menu)
-        self._on_shown(ports.module)
-
-    def _fill_menus(self) -> None:
-        menus, ports, lock = self.menus, self._ports, self._services.lock
-
-        def is_wanted() -> bool:
-            return ports.current.is_requested
-
-        menus.add("file", MenuEntry("open", marked("Open…"), self.files.ask, "Ctrl+Alt+O"))
-        recent = menus.add_menu("recent", marked("Recent files"))
-        recent.aboutToShow.connect(partial(self.files.fill, recent))
-        menus.add(
-            "file",
-            self._of_page("save", marked("Save…"), "saving"),
-            self._of_page("export", marked("Export…"), "exporting"),
-            None,
-            MenuEntry("connect", marked("Connect…"), self.toggle_panel, "Ctrl+K"),
-            MenuEntry("disconnect", marked("Disconnect"), self.disconnect_port, "Ctrl+D", is_wanted),
-            None,
-            MenuEntry("archive", marked("Archive of all stations…"), partial(self.go_to, "archive")),
-            MenuEntry("preferences", marked("Preferences…"), self.show_preferences, "Ctrl+,"),
-            MenuEntry("quit", marked("Quit"), self.close, "Ctrl+Q"),
-        )
-        find_rate, is_several = partial(self.take_step, NextStep.FIND_RATE), lambda: len(ports.all) > 1
-        menus.add(
-            "module",
-            # `ApplicationFilter` handles their keys in every window.
-            MenuEntry("lock", marked("LOCK"), lock.press, "; ".join(LOCK_KEYS), is_wanted, picture=Icon.LOCK),
-            MenuEntry("lock_all", marked("LOCK ALL"), lock.press_all, LOCK_ALL_KEY, is_several, picture=Icon.LOCK),
-            MenuEntry("find_rate", marked("Find the baud rate"), find_rate, when=lambda: ports.current.is_open),
-            MenuEntry("simulator", marked("Simulated module"), self.simulator.setVisible, "F4", is_checkable=True),
-        )
-        for number, entry in enumerate(self._entries.values(), start=1):
-            enter = partial(self._enter_page, entry.key)
-            menus.add("view", MenuEntry(f"page_{entry.key}", entry.title, enter, f"Ctrl+{number % 10}"))
-        full = MenuEntry("full_screen", marked("Full screen"), self._show_full_screen, "F11", is_checkable=True)
-        menus.add("view", None, full)
-
-    def _of_page(self, name: str, text: str, kind: str) -> MenuEntry:
-        """An entry for the button of the page shown that is its `kind`, while that can be pressed."""
-
-        def find() -> QAbstractButton | None:
-            button = getattr(self.stack.currentWidget(), kind, None)
-            is_ready = isinstance(button, QAbstractButton) and button.isVisible() and button.isEnabled()
-            return button if is_ready else None
-
-        def act() -> None:
-            button = find()
-            if button is not None:
-                button.click()
-
-        return MenuEntry(name, text, act, when=lambda: find() is not None)
-
-    def _restore(self) -> None:
-        preferences = self._remembered
-        self.resize(FIRST_SIZE)
-        if preferences.geometry is not None:
-            self.restoreGeometry(preferences.geometry)
-        if preferences.layout is not None:
-            self.restoreState(preferences.layout)
-        fit_screen(self, SMALLEST)
-        self.panel.prefer(preferences.last_port)
-        self.navigation.setCurrentRow(0)
-        self.navigation.setFocus()
-
-    def make_pages(self) -> None:
-        """Makes the pages one by one from the event loop, so that the window stays responsive."""
-        self._maker.begin()
-
-    @property
-    def has_pages(self) -> bool:
-        return self._maker.is_done
-
-    def _connect_waiting(self) -> None:
-        target, self._waiting_target = self._waiting_target, None
-        if target is not None:
-            self.connect_to(target)
-
-    def _place(self, key: str) -> None:
-        page = self._pages[key]
-        self.area.add(page)
-        self.notice_bar.order_tabs()
-        page.connect_wanted.connect(self.connect_to)
-        page.page_wanted.connect(self.go_to)
-        page.ports_wanted.connect(self.panel.show)
-        page.leave_wanted.connect(lambda port, act: self.attention.leave_port(act, port=port))
-        if key == self.navigation.chosen:
-            self.stack.setCurrentWidget(page)
-
-    def _file_pages(self) -> list[FilePage]:
-        """The shown one first: several open recordings."""
-        shown = self.navigation.chosen
-        pages = [(key, self._pages[key]) for key in self._entries if key in self._pages]
-        pages.sort(key=lambda page: page[0] != shown)
-        return [FilePage(key, page.suffixes, page.open_files) for key, page in pages if page.suffixes]
-
-    # Actions
-
-    def toggle_panel(self) -> None:
-        self.panel.setVisible(not self.panel.isVisible())
-
-    def connect_to(self, target: Target) -> None:
-        if not self.has_pages:  # Live and the traffic need every batch
-            self._waiting_target = target
-            return
-        self.attention.leave_port(partial(self._ports.connect_to, target))
-
-    def disconnect_port(self) -> None:
-        self.attention.leave_port(self._ports.current.disconnect_port)
-
-    def go_to(self, key: str) -> None:
-        """Shows a page; "archive" is a view of Fleet."""
-        self.panel.hide()
-        self.navigation.choose("fleet" if key == "archive" else key)
-        if key == "archive" and "fleet" in self._pages:
-            self._pages["fleet"].go_to(key)
-
-    def _enter_page(self, key: str) -> None:
-        self.go_to(key)
-        self.navigation.setFocus()
-        self.navigation.focusNextChild()
-
-    def show_message(self, text: str) -> None:
-        self.status_bar.show_message(text)
-
-    def close_now(self) -> None:
-        """Closes without asking, as at a signal of the system."""
-        self._is_leaving = True
-        self.close()
-
-    # Events
-
-    def _on_shown(self, module: ShownModule) -> None:
-        """Another conversation has begun, or another port was chosen."""
-        self._disarm()
-        module.ended.connect(self._disarm)
-        if module.is_going:
-            self._remember_port()
-
-    def _disarm(self) -> None:
-        """Nothing that was armed or asked of a module counts any more."""
-        self._services.armed.act = None
-        for question in self.findChildren(Confirm):
-            question.withdraw()
-
-    @property
-    def shown_page(self) -> str:
-        """Its key; "" while the list of ports is shown."""
-        return "" if self.panel.isVisible() else self.navigation.chosen
-
-    @property
-    def is_choosing(self) -> bool:
-        """No notice needs to lead to the list of ports: it is shown."""
-        page = self.stack.currentWidget()
-        return self.panel.isVisible() or not self.has_pages or (isinstance(page, Page) and page.shows_link)
-
-    def take_step(self, step: NextStep) -> None:
-        """What a person can do about the link."""
-        port = self._ports.current
-        match step:
-            case NextStep.CHOOSE_PORT:
-                self.toggle_panel()
-            case NextStep.FIND_RATE:
-                port.find_rate()
-            case NextStep.CONNECT_AGAIN if port.target is not None:
-                self.attention.leave_port(partial(self._ports.connect_to, port.target), is_opened_again=True)
-            case NextStep.WHY:
-                self.go_to("diagnosis")
-                if "diagnosis" in self._pages:
-                    self._pages["diagnosis"].go_to("why")
-
-    def _remember_port(self) -> None:
-        port = self._ports.current
-        if port.target is None:
-            return
-        if self._remembered.last_port is None:
-            self.status_bar.show_message(tr("Next: Settings, then Pre-flight."), is_noted=False)
-        self._remembered.last_port = LastPort(port.target.device, port.target.identity, port.connection.baud_rate)
-        self.panel.hide()
-
-    def _show_page(self, key: str) -> None:
-        self._ports.current.stream.is_wanted = self._entries[key].wants_stream
-        self.panel.hide()
-        if key in self._pages:
-            self.stack.setCurrentWidget(self._pages[key])
-        else:
-            self._maker.request(key)
-        self.attention.refresh()
-
-    def show_preferences(self) -> None:
-        if self._preferences is None:
-            self._preferences = PreferencesDialog(self._remembered, self._services.appearance, self)
-        self._preferences.bring_up()
-
-    def _show_full_screen(self, is_wanted: bool) -> None:
-        full, state = Qt.WindowState.WindowFullScreen, self.windowState()
-        self.setWindowState(state | full if is_wanted else state & ~full)
-
-    def _tick_simulator(self) -> None:
-        self.menus["simulator"].setChecked(not self.simulator.isHidden())
-
-    # Qt
-
-    def keyPressEvent(self, event: QKeyEvent) -> None:
-        """Esc closes the list of ports, takes the page one step back, or cancels leaving."""
-        page = self.stack.currentWidget()
-        if event.key() != Qt.Key.Key_Escape:
-            super().keyPressEvent(event)
-        elif self.panel.isVisible():
-            self.toggle_panel()
-        elif not (isinstance(page, Page) and page.on_escape()):
-            self.attention.stay()
-
-    def showEvent(self, event: QShowEvent) -> None:
-        super().showEvent(event)
-        handle = self.windowHandle()
-        if not event.spontaneous() and handle is not None:
-            handle.screenChanged.connect(lambda _screen: fit_screen(self, SMALLEST))
-
-    def closeEvent(self, event: QCloseEvent) -> None:
-        if not self._is_leaving and not self.attention.may_close(self.close_now):
-            event.ignore()
-            return
-        self._end()
-        event.accept()
-
-    def _end(self) -> None:
-        if self._is_over:
-            return
-        self._is_over = True
-        focused = self.focusWidget()
-        if isinstance(focused, QLineEdit) and focused.isModified():  # keeps what is typed, while the store is open
-            QApplication.sendEvent(focused, QFocusEvent(QEvent.Type.FocusOut, Qt.FocusReason.ActiveWindowFocusReason))
-        self._maker.end()
-        for work in self.findChildren(BackgroundTask):
-            work.close()  # its thread must not outlive the window
-        self._filter.stop()
-        self.panel.hide()
-        preferences = self._remembered
-        preferences.geometry = self.saveGeometry()
-        preferences.layout = self.saveState()
-        close_down(self._ports, self._services.storage, preferences)

@@ -1,5 +1,7 @@
 """Top bar, visible on every page: port and link, state of the module, LOCK."""
 
+from typing import Final
+
 from PySide6.QtCore import Qt, Signal
 from PySide6.QtWidgets import QFrame, QLayout, QPushButton, QSizePolicy, QToolButton
 
@@ -17,11 +19,12 @@ from ui.widgets.controls import ElidedLabel, IconLabel, control, in_column, in_r
 from ui.widgets.readout import StateChip, age_of, show_activation, show_known_trigger, show_trigger_flags
 from ui.widgets.visibility_timer import VisibilityTimer
 
-EMPTY_CELL_V = 3.3
-FULL_CELL_V = 4.2
-"""Usual range of a lithium cell, for the battery icon only."""
-_LEAST_NAME_PX = 60
-_PHASES = {
+# Usual range of a lithium cell, for the battery icon only.
+EMPTY_CELL_V: Final = 3.3
+FULL_CELL_V: Final = 4.2
+_LEAST_NAME_PX: Final = 60
+# Icon of the link, and the meaning that colours it.
+_PHASES: Final = {
     Phase.CLOSED: (Icon.UNPLUGGED, Meaning.UNKNOWN),
     Phase.OPENING: (Icon.CONNECTING, Meaning.INFORMATION),
     Phase.FINDING: (Icon.CONNECTING, Meaning.INFORMATION),
@@ -34,7 +37,6 @@ _PHASES = {
     Phase.SWITCHED_OFF: (Icon.UNPLUGGED, Meaning.INFORMATION),
     Phase.FAILED: (Icon.LINK_LOST, Meaning.ATTENTION),
 }
-"""Icon of the link, and the meaning that colours it."""
 
 
 def port_title(state: LinkState, target: Target | None) -> str:
@@ -108,34 +110,7 @@ class TopBar(QFrame):
         self.trigger = named(StateChip(tr("Trigger")), "trigger_chip")
         self.triggers = named(StateChip(tr("triggers")), "triggers_chip")
         self.cell = named(StateChip(tr("Cell"), is_measured=True), "cell_chip")
-        self.lock = control(
-            QPushButton(tr("LOCK")), "lock_button", key="Ctrl+L", picture=Icon.LOCK, slot=ports.lock.press
-        )
-        self.lock.setMinimumSize(scaled(108), scaled(40))  # for gloves, and bold while the module is active
-        # Of modules that are not shown and not known to be LOCKED; where it comes and goes, no state and no LOCK moves.
-        self.lock_others = control(QPushButton(), "lock_others_button", role="danger", slot=ports.lock.press_others)
-        ports.lock.buttons.update({self.lock: ports.lock.press, self.lock_others: ports.lock.press_others})
-        chips = (self.activation, self.trigger, self.triggers, self.cell)
-        for part in (*chips, self.lock, self.lock_others):
-            part.setSizePolicy(QSizePolicy.Policy.Fixed, QSizePolicy.Policy.Expanding)
-        self._reserve()
-        states = in_row(*chips, spacing=Space.XS)
-        head = (self.menu, (self.port, 1))
-        margins = (Space.XS, Space.XS, Space.M, Space.XS)
-        if scale_in_use() > 1:
-            first = in_row(*head, self.lock_others, self.lock, spacing=Space.S)
-            in_column(first, in_row(1, states), of=self, spacing=Space.XS, margins=margins)
-        else:
-            in_row(*head, self.lock_others, states, self.lock, of=self, spacing=Space.S, margins=margins)
-        self._show_others()
-        self.refresh()
-        ports.any_changed.connect(self._show_others)
-        for changed in (ports.changed, ports.ticked):
-            changed.connect(self.refresh)
-        VisibilityTimer(self, self.refresh)
-
-    def _reserve(self) -> None:
-        """Keep room for the widest words, so that nothing moves when a state changes."""
+        # Room for the widest words, so that nothing moves when a state changes.
         ages = [tr("{time} ago", time=duration(seconds)) for seconds in (59 * 60, 99, 1.9)]
         ages.append(tr("unknown"))
         self.activation.reserve((tr("LOCKED"), tr("ACTIVE"), tr("was ACTIVE"), tr("Activation")), below=ages)
@@ -144,12 +119,29 @@ class TopBar(QFrame):
         # In large text there is no room for both words, and the rare move is the lesser evil.
         both = tr("charging") if is_text_large() else join_names((tr("charging"), tr("low")))
         self.cell.reserve(("4.00 V",), below=(*ages, both))
-
-    def open_menu(self) -> None:
-        """Opens the menu below its button, without blocking."""
-        menu = self.menu.menu()
-        if menu is not None:
-            menu.popup(self.menu.mapToGlobal(self.menu.rect().bottomLeft()))
+        lock = ports.lock
+        self.lock = control(QPushButton(tr("LOCK")), "lock_button", key="Ctrl+L", picture=Icon.LOCK, slot=lock.press)
+        self.lock.setMinimumSize(scaled(108), scaled(40))  # for gloves, and bold while the module is active
+        # Of modules that are not shown and not known to be LOCKED; where it comes and goes, no state and no LOCK moves.
+        self.lock_others = control(QPushButton(), "lock_others_button", role="danger", slot=lock.press_others)
+        lock.buttons.update({self.lock: lock.press, self.lock_others: lock.press_others})
+        chips = (self.activation, self.trigger, self.triggers, self.cell)
+        for part in (*chips, self.lock, self.lock_others):
+            part.setSizePolicy(QSizePolicy.Policy.Fixed, QSizePolicy.Policy.Expanding)
+        states = in_row(*chips, spacing=Space.XS)
+        head = (self.menu, (self.port, 1), self.lock_others)
+        margins = (Space.XS, Space.XS, Space.M, Space.XS)
+        if scale_in_use() > 1:
+            first = in_row(*head, self.lock, spacing=Space.S)
+            in_column(first, in_row(1, states), of=self, spacing=Space.XS, margins=margins)
+        else:
+            in_row(*head, states, self.lock, of=self, spacing=Space.S, margins=margins)
+        self._show_others()
+        self.refresh()
+        ports.any_changed.connect(self._show_others)
+        for changed in (ports.changed, ports.ticked):
+            changed.connect(self.refresh)
+        VisibilityTimer(self, self.refresh)
 
     def _show_others(self) -> None:
         """One is named; of several the tooltip names all."""
@@ -178,28 +170,25 @@ class TopBar(QFrame):
         self.lock.setEnabled(port.is_requested)  # without a port it is owed
         set_role(self.lock, "primary" if port.is_active else "")
 
-    def _show_cell(self, device: ConversationView, now: float) -> None:
-        voltage, charging = device.known("cell_voltage_v", now), device.known("charging", now)
+    def _show_cell(self, view: ConversationView, now: float) -> None:
+        voltage, charging = view.known("cell_voltage_v", now), view.known("charging", now)
         if voltage is None:
             self.cell.show_unknown()
             return
-        volts = float(voltage.value)
-        said = []
-        if charging is not None and charging.value is True:
+        volts, said = float(voltage.value), []
+        if charging is None:
+            said.append(tr("charger unknown"))
+            picture = battery(None)
+        elif charging.value is True:
             # The voltage is then the charger's, so a level would be a guess.
             said.append(tr("charging"))
             picture = Icon.BOLT
-        elif charging is None:
-            said.append(tr("charger unknown"))
-            picture = battery(None)
         else:
             picture = battery((volts - EMPTY_CELL_V) / (FULL_CELL_V - EMPTY_CELL_V))
         meaning, detail = None, ""
-        outside = value_outside("cell_voltage_v", device, now, self._in_use)
+        outside = value_outside("cell_voltage_v", view, now, self._in_use)
         if outside is not None:
             said.append(tr(outside.fault.value))
             picture, meaning, detail = Icon.WARNING, Meaning.ATTENTION, tr("limit {value}", value=outside.limit)
-        age = age_of(voltage, now)
-        below = join_names(said)
-        word = f"{volts:.2f} V"
+        age, below, word = age_of(voltage, now), join_names(said), f"{volts:.2f} V"
         self.cell.show_state(word, picture, meaning, below=below, stale_age=age, keeps_colour=True, detail=detail)

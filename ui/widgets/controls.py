@@ -1,4 +1,4 @@
-"""Controls, layouts and labels that are made in one call."""
+"""Controls, labels and layouts made in one call, and what they look like."""
 
 from collections.abc import Callable
 from typing import ClassVar, Final, TypeVar
@@ -27,6 +27,17 @@ from ui.style.theme import IconSize, Meaning, Space, current, is_text_large, sca
 from ui.widgets.step_button import StepButton
 
 Named = TypeVar("Named", bound=QObject)
+Control = TypeVar("Control", bound=QWidget)
+Box = TypeVar("Box", bound=QBoxLayout)
+Stack = TypeVar("Stack", QStackedLayout, QStackedWidget)
+# A number is a stretch; a pair is a widget or layout with its stretch, or a widget with its alignment.
+Item = QWidget | QLayout | int | tuple[QWidget | QLayout, int] | tuple[QWidget, Qt.AlignmentFlag]
+# One for all sides, (horizontal, vertical), or (left, top, right, bottom).
+Margins = int | tuple[int, int] | tuple[int, int, int, int]
+SELECTABLE: Final = Qt.TextInteractionFlag.TextSelectableByMouse | Qt.TextInteractionFlag.TextSelectableByKeyboard
+_REDRAWN_AT: Final = (QEvent.Type.PaletteChange, QEvent.Type.StyleChange, QEvent.Type.DevicePixelRatioChange)
+# Height of what scrolls.
+_LEAST_PX: Final = 60
 
 
 def named(widget: Named, name: str, role: str = "") -> Named:
@@ -56,9 +67,6 @@ def set_look(look: str, *widgets: QWidget) -> None:
             widget.style().polish(widget)
 
 
-Control = TypeVar("Control", bound=QWidget)
-
-
 def control(
     widget: Control,
     name: str,
@@ -78,8 +86,7 @@ def control(
     `text` is for a tool button, whose constructor takes none. `says` is the accessible name; a button with a text has
     that text as its name, which is what users of voice control say, and `says` describes it. `tip` is needed only where
     it adds something. `keys`, such as "F5; Ctrl+R" press it, see `Shortcut`; the tooltip names the first, or a `key`
-    that something else handles. `role` is one of the style sheet's. `slot` is called when a button is clicked, or when
-    the press of a `StepButton` counted.
+    that something else handles. `slot` is called when a button is clicked, or when the press of a `StepButton` counted.
     """
     named(widget, name, role)
     if keys:
@@ -129,14 +136,9 @@ def without_key(text: str) -> str:
     return text.replace("&", "&&")
 
 
-def name_of(widget: QWidget) -> str:
-    """The accessible name of a control, else its text."""
-    return widget.accessibleName() or (widget.text() if isinstance(widget, QAbstractButton) else "")
-
-
 class Shortcut(QShortcut):
     """Clicks a control that is in sight and enabled, or gives a field the focus, by its keys; or calls `slot` while
-    `holder` is in sight. It is described by the accessible name of the control."""
+    `holder` is in sight."""
 
     def __init__(
         self, of: QWidget, keys: str, slot: Callable[[], object] | None = None, *, holder: QWidget | None = None
@@ -159,15 +161,7 @@ class Shortcut(QShortcut):
             self.control.setFocus(Qt.FocusReason.ShortcutFocusReason)
 
 
-Item = QWidget | QLayout | int | tuple[QWidget | QLayout, int] | tuple[QWidget, Qt.AlignmentFlag]
-"""A number is a stretch; a pair is a widget or layout with its stretch, or a widget with its alignment."""
-Margins = int | tuple[int, int] | tuple[int, int, int, int]
-"""One for all sides, (horizontal, vertical), or (left, top, right, bottom)."""
-
-Box = TypeVar("Box", bound=QBoxLayout)
-Stack = TypeVar("Stack", QStackedLayout, QStackedWidget)
-_LEAST_PX: Final = 60
-"""Height of what scrolls."""
+# Layouts
 
 
 def in_row(
@@ -190,7 +184,8 @@ def _filled(
     if of is not None:
         of.setLayout(layout)
     if margins is not None:
-        _set_margins(layout, margins)
+        sides = (margins, margins) if isinstance(margins, int) else margins
+        layout.setContentsMargins(*sides, *sides) if len(sides) == 2 else layout.setContentsMargins(*sides)
     if spacing is not None:
         layout.setSpacing(spacing)
     for item in items:
@@ -208,11 +203,6 @@ def _filled(
             case (QWidget() as widget, int() as share):
                 layout.addWidget(widget, share)
     return layout
-
-
-def _set_margins(layout: QLayout, margins: Margins) -> None:
-    sides = (margins, margins) if isinstance(margins, int) else margins
-    layout.setContentsMargins(*sides, *sides) if len(sides) == 2 else layout.setContentsMargins(*sides)
 
 
 def stacked(stack: Stack, *views: QWidget) -> Stack:
@@ -257,15 +247,13 @@ class ScrollArea(QScrollArea):
 
     def focusInEvent(self, event: QFocusEvent) -> None:
         super().focusInEvent(event)
-        self._show_focus("focus")
+        for bar in self._bars:
+            set_role(bar, "focus")
 
     def focusOutEvent(self, event: QFocusEvent) -> None:
         super().focusOutEvent(event)
-        self._show_focus("")
-
-    def _show_focus(self, role: str) -> None:
         for bar in self._bars:
-            set_role(bar, role)
+            set_role(bar, "")
 
 
 def scroll_area(
@@ -290,9 +278,7 @@ def retain_size(widget: QWidget) -> None:
     widget.setSizePolicy(policy)
 
 
-_REDRAWN_AT: Final = (QEvent.Type.PaletteChange, QEvent.Type.StyleChange, QEvent.Type.DevicePixelRatioChange)
-
-SELECTABLE: Final = Qt.TextInteractionFlag.TextSelectableByMouse | Qt.TextInteractionFlag.TextSelectableByKeyboard
+# Labels
 
 
 def text_label(name: str, role: str = "", *, is_selectable: bool = False) -> QLabel:
@@ -316,25 +302,20 @@ class ElidedLabel(QLabel):
         self.setMinimumWidth(1)  # less than its text
 
     def paintEvent(self, _event: QPaintEvent) -> None:
-        shown = self._wrapped() if self.wordWrap() else self._elided()
-        self.setToolTip("" if shown == self.text() else self.text())
+        metrics, room, text = QFontMetrics(self.font()), self.contentsRect(), self.text()
+        if self.wordWrap():
+            wide, wrap = QRect(0, 0, room.width(), 0), Qt.TextFlag.TextWordWrap.value
+            shown, end = text, len(text)
+            while end and metrics.boundingRect(wide, wrap, shown).height() > room.height():
+                end -= 1
+                shown = f"{text[:end].rstrip()}…"
+        else:
+            wrap, shown = 0, metrics.elidedText(text, self._mode, room.width())
+        self.setToolTip("" if shown == text else text)
         painter = QPainter(self)
         painter.setPen(self.palette().color(self.foregroundRole()))
-        wrap = Qt.TextFlag.TextWordWrap.value if self.wordWrap() else 0
-        painter.drawText(self.contentsRect(), self.alignment().value | wrap, shown)
+        painter.drawText(room, self.alignment().value | wrap, shown)
         painter.end()
-
-    def _elided(self) -> str:
-        return QFontMetrics(self.font()).elidedText(self.text(), self._mode, self.contentsRect().width())
-
-    def _wrapped(self) -> str:
-        metrics, room = QFontMetrics(self.font()), self.contentsRect()
-        wide, flags = QRect(0, 0, room.width(), 0), Qt.TextFlag.TextWordWrap.value
-        shown, end = self.text(), len(self.text())
-        while end and metrics.boundingRect(wide, flags, shown).height() > room.height():
-            end -= 1
-            shown = f"{self.text()[:end].rstrip()}…"
-        return shown
 
 
 class TickingLabel(QLabel):
@@ -393,14 +374,14 @@ class EmptyState(QWidget):
     def __init__(self, name: str, picture: Icon, title: str = "", text: str = "") -> None:
         super().__init__()
         self.setObjectName(name)
-        self._picture = IconLabel(f"{name}_icon", IconSize.EMPTY)
-        self._picture.show_icon(picture, is_muted=True)
-        self._picture.setAlignment(Qt.AlignmentFlag.AlignHCenter)
+        sign = IconLabel(f"{name}_icon", IconSize.EMPTY)
+        sign.show_icon(picture, is_muted=True)
+        sign.setAlignment(Qt.AlignmentFlag.AlignHCenter)
         self.title = named(QLabel(title), f"{name}_title", "title")
         self.text = named(QLabel(text), f"{name}_text", "muted")
-        column = self.column = in_column(2, self._picture, of=self, spacing=Space.S, margins=Space.XL)
         for label in (self.title, self.text):
             label.setAlignment(Qt.AlignmentFlag.AlignHCenter)
             label.setWordWrap(True)
-            column.addWidget(label)  # without an alignment, which would break the height of wrapped text
-        column.addStretch(3)
+        # Without an alignment in the layout, which would break the height of wrapped text.
+        parts = (2, sign, self.title, self.text, 3)
+        self.column = in_column(*parts, of=self, spacing=Space.S, margins=Space.XL)

@@ -14,6 +14,7 @@ from PySide6.QtWidgets import (
     QPushButton,
     QSizePolicy,
     QToolButton,
+    QVBoxLayout,
     QWidget,
 )
 
@@ -21,17 +22,7 @@ from app.text.i18n import tr
 from app.text.messages import join_sentences, labelled
 from ui.style.icons import MEANING_ICONS, Icon, icon
 from ui.style.theme import IconSize, Meaning, Space, is_text_large
-from ui.widgets.controls import (
-    ElidedLabel,
-    IconLabel,
-    control,
-    in_column,
-    in_row,
-    named,
-    retain_size,
-    set_look,
-    without_key,
-)
+from ui.widgets.controls import ElidedLabel, IconLabel, control, named, retain_size, set_look, without_key
 from ui.widgets.step_button import FocusBack, StepButton, leave_focus
 
 _LISTED_CHARACTERS: Final = 90
@@ -42,7 +33,7 @@ class Choice(NamedTuple):
 
     key: str
     text: str
-    act: Callable[[], None]
+    act: Callable[[], object]
     is_main: bool = False
     # Changes the module or loses data: a `StepButton`, which counts only deliberate presses.
     is_step: bool = False
@@ -50,11 +41,6 @@ class Choice(NamedTuple):
     is_shown: bool = True
     # A disabled one shows what will be possible; the text of the notice says when.
     is_enabled: bool = True
-
-    @property
-    def look(self) -> tuple[str, str, bool, bool]:
-        """What a person sees of it, but whether it is enabled."""
-        return self.key, self.text, self.is_main, self.is_shown
 
 
 class Notice(NamedTuple):
@@ -64,7 +50,7 @@ class Notice(NamedTuple):
     meaning: Meaning
     text: str
     choices: tuple[Choice, ...] = ()
-    dismiss: Callable[[], None] | None = None
+    dismiss: Callable[[], object] | None = None
     cause: str = ""
 
     @property
@@ -101,6 +87,7 @@ class NoticeBar(QFrame):
         self.more = control(QToolButton(), "notice_more", says=tr("More messages"), role="quiet")
         self.more.setToolButtonStyle(Qt.ToolButtonStyle.ToolButtonTextBesideIcon)
         self.more.setPopupMode(QToolButton.ToolButtonPopupMode.InstantPopup)
+        self.more.hide()
         self._list = named(QMenu(self), "notice_list")
         self._list.setToolTipsVisible(True)
         self._list.aboutToShow.connect(self._fill_list)
@@ -111,76 +98,86 @@ class NoticeBar(QFrame):
         retain_size(self._dismiss)  # so that no other button is ever in its place
         self._buttons: list[QPushButton] = []
         self._choices = QHBoxLayout()
-        self._choices.setSpacing(Space.S)
         self._picture = IconLabel("notice_icon", IconSize.NOTICE, keeps_place=True)
-        margins = (Space.S, 0 if is_foot else Space.XS)
-        if is_text_large() and not is_foot:
-            # Beside the buttons large text would have a word a line.
-            head = in_row(self._picture, (self._text, 1), self.more, self._dismiss, spacing=Space.S)
-            in_column(head, in_row(1, self._choices), of=self, spacing=Space.XS, margins=margins)
-        else:
-            row = (self._picture, (self._text, 1), self._choices, self.more, self._dismiss)
-            in_row(*row, of=self, spacing=Space.S, margins=margins)
-        self.more.hide()
+        head, column = QHBoxLayout(), QVBoxLayout(self)
+        head.addWidget(self._picture)
+        head.addWidget(self._text, 1)
+        # Beside the buttons large text would have a word a line.
+        is_parted = is_text_large() and not is_foot
+        if not is_parted:
+            head.addLayout(self._choices)
+        head.addWidget(self.more)
+        head.addWidget(self._dismiss)
+        column.addLayout(head)
+        if is_parted:
+            below = QHBoxLayout()
+            below.addStretch()
+            below.addLayout(self._choices)
+            column.addLayout(below)
+        for row in (self._choices, head):
+            row.setSpacing(Space.S)
+        column.setSpacing(Space.XS)
+        column.setContentsMargins(Space.S, margin := 0 if is_foot else Space.XS, Space.S, margin)
 
     def show_notice(self, notice: Notice | None) -> None:
         self.show_notices([] if notice is None else [notice])
 
     def show_notices(self, notices: Sequence[Notice]) -> None:
         """The gravest first, which is shown whole unless a person chose another one from the list since it came."""
-        known = {notice.key for notice in self.notices}
-        self.notices = notices
-        if not notices:
-            self._show(None)
-            return
-        if notices[0].key not in known:
+        if notices and notices[0].key not in {notice.key for notice in self.notices}:
             self._chosen = ""
-        shown = next((notice for notice in notices if notice.key == self._chosen), notices[0])
-        self._show(shown)
-        others = [notice for notice in notices if notice is not shown]
-        self.more.setVisible(bool(others))
-        if others:
-            self.more.setText(tr("{count} more", count=len(others)))
-            self.more.setIcon(icon(MEANING_ICONS[others[0].meaning], others[0].meaning))
+        old, self.notices = self.notice, notices
+        shown = next((notice for notice in notices if notice.key == self._chosen), None)
+        notice = self.notice = shown or (notices[0] if notices else None)
+        if notice is None:
+            self._focus.leave(self._hide)
+        else:
+            if old is None or [_look(choice) for choice in notice.choices] != [_look(one) for one in old.choices]:
+                self._make_buttons(notice)
+            for button, choice in zip(self._buttons, notice.choices, strict=True):
+                button.setEnabled(choice.is_enabled)
+            others = [one for one in notices if one is not notice]
+            self.more.setVisible(bool(others))
+            if others:
+                self.more.setText(tr("{count} more", count=len(others)))
+                self.more.setIcon(icon(MEANING_ICONS[others[0].meaning], others[0].meaning))
+            self._dismiss.setVisible(notice.dismiss is not None)
+            self._picture.show_icon(MEANING_ICONS[notice.meaning], notice.meaning)
+            set_look(notice.meaning.value, self)
+            self.show_note(self._note)
+            said = labelled(tr("Message"), notice.text)
+            if said != self.accessibleName():
+                self.setAccessibleName(said)
+            self.show()
+        if (old is None) != (notice is None):
+            self.changed.emit()
 
     def show_note(self, note: str) -> None:
         """Shows a passing message after the text of the notice."""
         self._note = note
-        self._show_text()
+        if self.notice is not None:
+            self._text.setText(join_sentences([self.notice.text, note]) if note else self.notice.text)
 
     def button(self, key: str) -> QPushButton | None:
         """The button of the choice with this key, if the notice shown has it."""
         buttons = self._buttons if self.notice is not None else ()
         return next((button for button in buttons if button.objectName() == f"notice_{key}"), None)
 
-    def _show(self, notice: Notice | None) -> None:
-        old, self.notice = self.notice, notice
-        if notice is None:
-            self._focus.leave(self._hide)
-        else:
-            looks = [choice.look for choice in notice.choices]
-            if old is None or looks != [choice.look for choice in old.choices]:
-                self._make_buttons(notice)
-            for button, choice in zip(self._buttons, notice.choices, strict=True):
-                button.setEnabled(choice.is_enabled)
-            self._dismiss.setVisible(notice.dismiss is not None)
-            self._picture.show_icon(MEANING_ICONS[notice.meaning], notice.meaning)
-            set_look(notice.meaning.value, self)
-            self._show_text()
-            self.show()
-        if (old is None) != (notice is None):
-            self.changed.emit()
-
-    def _show_text(self) -> None:
-        if self.notice is not None:
-            self._text.setText(join_sentences([self.notice.text, self._note]) if self._note else self.notice.text)
-            said = labelled(tr("Message"), self.notice.text)
-            if said != self.accessibleName():
-                self.setAccessibleName(said)
+    def order_tabs(self) -> None:
+        """Tab reaches the buttons from the text on, not after everything made earlier; the foot is at the end."""
+        before: QWidget | None = self.window().previousInFocusChain() if self._is_foot else self._text
+        for button in (*self._buttons, self.more, self._dismiss):
+            if before is not None and button is not before:
+                self.setTabOrder(before, button)
+            before = button
 
     def _hide(self) -> None:
         leave_focus(self)  # else Qt gives it to the next button, which may be dangerous
         self.hide()
+
+    def _close(self) -> None:
+        if self.notice is not None and self.notice.dismiss is not None:
+            self.notice.dismiss()
 
     def _fill_list(self) -> None:
         self._list.clear()
@@ -204,9 +201,15 @@ class NoticeBar(QFrame):
             self._choices.removeWidget(button)
             button.hide()
             button.deleteLater()
-        self._buttons = [self._make_button(choice, number) for number, choice in enumerate(notice.choices)]
-        for button, choice in zip(self._buttons, notice.choices, strict=True):
+        self._buttons = []
+        for number, choice in enumerate(notice.choices):
+            button = named(StepButton() if choice.is_step else QPushButton(), f"notice_{choice.key}")
+            button.setText(without_key(choice.text))
+            button.setProperty("role", "primary" if choice.is_main else "")
+            pressed = button.chosen if isinstance(button, StepButton) else button.clicked
+            pressed.connect(partial(self._act, number))
             self._choices.addWidget(button)
+            self._buttons.append(button)
             retain_size(button)
             button.setVisible(choice.is_shown)
             if button.objectName() == had_focus:
@@ -215,27 +218,12 @@ class NoticeBar(QFrame):
             self._focus.give()
         self.order_tabs()
 
-    def _make_button(self, choice: Choice, number: int) -> QPushButton:
-        button = named(StepButton() if choice.is_step else QPushButton(), f"notice_{choice.key}")
-        if choice.is_main:
-            button.setProperty("role", "primary")
-        button.setText(without_key(choice.text))
-        pressed = button.chosen if isinstance(button, StepButton) else button.clicked
-        pressed.connect(lambda: self._act(number))  # an equal notice may have replaced this one, with other acts
-        return button
-
-    def order_tabs(self) -> None:
-        """Tab reaches the buttons from the text on, not after everything made earlier; the foot is at the end."""
-        before: QWidget | None = self.window().previousInFocusChain() if self._is_foot else self._text
-        for button in (*self._buttons, self.more, self._dismiss):
-            if before is not None and button is not before:
-                self.setTabOrder(before, button)
-            before = button
-
-    def _act(self, number: int) -> None:
+    def _act(self, number: int, _is_checked: bool = False) -> None:
+        """An equal notice may have replaced the one whose button this was made for, with other acts."""
         if self.notice is not None and number < len(self.notice.choices):
             self.notice.choices[number].act()
 
-    def _close(self) -> None:
-        if self.notice is not None and self.notice.dismiss is not None:
-            self.notice.dismiss()
+
+def _look(choice: Choice) -> tuple[str, str, bool, bool]:
+    """What a person sees of it, but whether it is enabled."""
+    return choice.key, choice.text, choice.is_main, choice.is_shown

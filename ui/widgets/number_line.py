@@ -1,4 +1,4 @@
-"""A number as a person types it, also with a slider: nothing is swallowed, clamped, rounded or completed.
+"""A number as a person types it: nothing is swallowed, clamped, rounded or completed; alone or beside a slider.
 
 What cannot be used stays as it was typed, in red, and whoever shows the field says the range beside it. A spin box
 cannot do that: it refuses a key that leads out of its range, so that 650 becomes 65.
@@ -17,13 +17,14 @@ from protocol.fields import Quantity
 from ui.style.theme import Space, scaled
 from ui.widgets.controls import control, in_row, named, set_role
 
+# What an input method writes, as ASCII.
 _HALF_WIDTH: Final = {0xFF01 + code: 0x21 + code for code in range(94)} | {ord("。"): "."}
-"""What an input method writes, as ASCII."""
 _PLAIN: Final = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)", re.ASCII)
 _LONGEST: Final = 32
 _PAGE: Final = 10
-"""Steps of Page Up and Page Down."""
 _STEPS: Final = {Qt.Key.Key_Up: 1, Qt.Key.Key_Down: -1, Qt.Key.Key_PageUp: _PAGE, Qt.Key.Key_PageDown: -_PAGE}
+# Width of a number whose unit stands beside it, smaller than Qt's size hint.
+_BARE_NUMBER_PX: Final = 72
 
 
 class NumberKind(NamedTuple):
@@ -52,9 +53,7 @@ class NumberKind(NamedTuple):
         if len(plain) > _LONGEST or not _PLAIN.fullmatch(plain):
             return None
         number = Decimal(plain)
-        if not self.low <= number <= self.high or number % self.step:
-            return None
-        return float(number)
+        return float(number) if self.low <= number <= self.high and not number % self.step else None
 
     def shown(self, number: float) -> str:
         """Without the unit."""
@@ -137,10 +136,6 @@ class NumberLine(QLineEdit):
         set_role(self, "wrong" if self.is_wrong else self._role)
 
 
-_BARE_NUMBER_PX = 72
-"""Width of a number whose unit stands beside it, smaller than Qt's size hint."""
-
-
 class WheelGuard(QObject):
     """Lets the wheel change the value of `widget` only while it has the focus; else it scrolls."""
 
@@ -185,18 +180,18 @@ class Dial(QWidget):
     ) -> None:
         super().__init__()
         self.setObjectName(name)
-        self._step, self._value = step, minimum
+        self._step, self.value = step, minimum
         if decimals is None:
             decimals = 0 if step >= 1 else 2
+        kind = NumberKind.of(minimum, maximum, step, unit.strip(), decimals)
         self.slider = named(QSlider(Qt.Orientation.Horizontal), f"{name}_slider")
         self.slider.setRange(round(minimum / step), round(maximum / step))
-        kind = NumberKind.of(minimum, maximum, step, unit.strip(), decimals)
+        WheelGuard(self.slider)
         self.box = named(NumberLine(kind, start=minimum), f"{name}_box")
+        self.box.setFixedWidth(scaled(_BARE_NUMBER_PX))
         self.unit = named(QLabel(kind.unit), f"{name}_unit", "muted")
         self.range = named(QLabel(), f"{name}_range", "danger")
         self.range.hide()
-        self.box.setFixedWidth(scaled(_BARE_NUMBER_PX))
-        WheelGuard(self.slider)
         in_row((self.slider, 1), self.range, self.box, self.unit, of=self, spacing=Space.S, margins=0)
         self.setFocusProxy(self.slider)
         self.slider.valueChanged.connect(self._on_step)
@@ -206,10 +201,6 @@ class Dial(QWidget):
     def describe(self, title: str, explanation: str) -> None:
         for widget in (self.slider, self.box):
             control(widget, widget.objectName(), says=title, tip=explanation)
-
-    @property
-    def value(self) -> float:
-        return self._value
 
     @property
     def is_wrong(self) -> bool:
@@ -223,9 +214,9 @@ class Dial(QWidget):
 
     def set_value(self, value: float) -> None:
         """In any case, but what is typed and cannot be used stays until there is another value."""
-        if self.is_wrong and value == self._value:
+        if self.is_wrong and value == self.value:
             return
-        self._value = value
+        self.value = value
         with QSignalBlocker(self.slider):
             self.slider.setValue(round(value / self._step))
         self.box.show_number(value)
@@ -233,12 +224,12 @@ class Dial(QWidget):
 
     def _on_step(self, steps: int) -> None:
         self.set_value(round(steps * self._step, self.box.kind.decimals))
-        self.turned.emit(self._value)
+        self.turned.emit(self.value)
 
     def _typed(self) -> None:
         self._show_range()
         number = self.box.number
-        if number is not None and number != self._value:
+        if number is not None and number != self.value:
             self.set_value(number)
             self.turned.emit(number)
         self.judged.emit()

@@ -9,7 +9,7 @@ from typing import ClassVar
 
 from PySide6.QtCore import QEvent, QSize, Qt
 from PySide6.QtGui import QAccessible, QColor, QFont, QFontMetrics, QPainter, QPen
-from PySide6.QtWidgets import QFrame, QHBoxLayout, QLabel, QSizePolicy, QVBoxLayout, QWidget
+from PySide6.QtWidgets import QFrame, QLabel, QSizePolicy, QWidget
 
 from app.engine.conversation import Known
 from app.safety.last_known import Activation, SeenActivation, TriggerFlags
@@ -18,7 +18,7 @@ from app.text.messages import duration
 from ui.style.appearance import Spoken
 from ui.style.icons import MEANING_ICONS, Icon
 from ui.style.theme import IconSize, Meaning, Size, Space, current, font
-from ui.widgets.controls import IconLabel, set_look
+from ui.widgets.controls import IconLabel, in_column, in_row, set_look
 
 
 class Freshness(Enum):
@@ -113,29 +113,16 @@ class Readout(Spoken, QFrame):
         self.meaning: Meaning | None = None
         self.freshness = Freshness.UNKNOWN
         self._template, self._size = template, size
-        self._least_px = _bold(size).horizontalAdvance(template)
         self._caption_label = _label("small")
         self._number = _label("number" if size is Size.NUMBER else "amount")
-        self._unit_label, self._limit_label = _label("muted"), _label("muted")
         self._number.setIndent(0)  # Qt's own is larger with a border
+        self._unit_label, self._limit_label = _label("muted"), _label("muted")
         self._unit_label.setText("" if unit == "°" else unit)
         self._icon, self._note_label = IconLabel("", Size.SMALL), _label("small")
         self._icon.hide()
-        line = QHBoxLayout()
-        line.setSpacing(Space.XS)
-        for label in (self._number, self._unit_label, self._limit_label):
-            line.addWidget(label)
-        line.addStretch()
-        below = QHBoxLayout()
-        below.setSpacing(Space.XS)
-        below.addWidget(self._icon)
-        below.addWidget(self._note_label, 1)
-        column = QVBoxLayout(self)
-        column.setContentsMargins(0, 0, 0, 0)
-        column.setSpacing(0)
-        column.addWidget(self._caption_label)
-        column.addLayout(line)
-        column.addLayout(below)
+        line = in_row(self._number, self._unit_label, self._limit_label, 1, spacing=Space.XS)
+        below = in_row(self._icon, (self._note_label, 1), spacing=Space.XS)
+        in_column(self._caption_label, line, below, of=self, spacing=0, margins=0)
         self.set_caption(caption)
         self._show()
 
@@ -157,7 +144,8 @@ class Readout(Spoken, QFrame):
         """Keeps room for the widest of `notes` and for `limit`, so that nothing beside it moves."""
         small, body = QFontMetrics(font(Size.SMALL)), QFontMetrics(font())
         notes_px = max(map(small.horizontalAdvance, notes), default=0) + small.height() + Space.XS
-        line_px = self._least_px + body.horizontalAdvance(f"{self._unit} / {limit}") + 2 * Space.XS
+        number_px = _bold(self._size).horizontalAdvance(self._template)
+        line_px = number_px + body.horizontalAdvance(f"{self._unit} / {limit}") + 2 * Space.XS
         self.setMinimumWidth(max(notes_px, line_px))
 
     def show_unknown(self) -> None:
@@ -183,8 +171,7 @@ class Readout(Spoken, QFrame):
         self._number.setText(shown)
         self._unit_label.setVisible(is_known and bool(self._unit_label.text()))
         meaning = "" if self.meaning is None else self.meaning.value
-        fresh = self.freshness is Freshness.FRESH
-        set_look(meaning if fresh else self.freshness.value, self._number)
+        set_look(meaning if self.freshness is Freshness.FRESH else self.freshness.value, self._number)
         if self._note_label.text() != self.note:
             self._note_label.setText(self.note)
         self._icon.setVisible(self.meaning is not None and bool(self.note))
@@ -218,17 +205,8 @@ class StateChip(Spoken, QFrame):
         self.meaning: Meaning | None = None
         self._icon = IconLabel("", IconSize.STATE, keeps_place=True)
         self._above, self._below = _label("word"), _label("small")
-        words = QVBoxLayout()
-        words.setSpacing(0)
-        words.addStretch()
-        words.addWidget(self._above)
-        words.addWidget(self._below)
-        words.addStretch()
-        row = QHBoxLayout(self)
-        row.setContentsMargins(Space.S, 0, Space.S, 0)
-        row.setSpacing(Space.XS)
-        row.addWidget(self._icon)
-        row.addLayout(words, 1)
+        words = in_column(1, self._above, self._below, 1, spacing=0)
+        in_row(self._icon, (words, 1), of=self, spacing=Space.XS, margins=(Space.S, 0))
         self.setSizePolicy(QSizePolicy.Policy.Fixed, QSizePolicy.Policy.Fixed)
         self.show_unknown()
 

@@ -7,8 +7,8 @@ from PySide6.QtCore import QEvent, QObject, QTimer
 from PySide6.QtGui import QHideEvent, QShowEvent
 from PySide6.QtWidgets import QWidget
 
+# By class first: of every event `type()` would make an enumeration's member.
 _HANDLED: Final = {QShowEvent, QHideEvent, QEvent}
-"""By class first: of every event `type()` would make an enumeration's member."""
 
 
 class VisibilityTimer(QObject):
@@ -25,13 +25,11 @@ class VisibilityTimer(QObject):
         *,
         every_ms: int | None = None,
         tick: Callable[[], object] | None = None,
-        restyle: Callable[[], object] | None = None,
-        hidden: Callable[[], object] | None = None,
+        restyle: Callable[[], object] = bool,
+        hidden: Callable[[], object] = bool,
     ) -> None:
         super().__init__(widget)
-        self._widget = widget
-        self._refresh = refresh
-        self._restyle, self._hidden = restyle, hidden
+        self._widget, self._refresh, self._restyle, self._hidden = widget, refresh, restyle, hidden
         self._timer: QTimer | None = None
         if every_ms is not None:
             self._timer = QTimer(self, interval=every_ms)
@@ -54,19 +52,14 @@ class VisibilityTimer(QObject):
             self._timer.stop()
 
     def eventFilter(self, _watched: QObject, event: QEvent) -> bool:
-        if type(event) not in _HANDLED:
-            return False
-        match event.type():
-            case QEvent.Type.Show:
-                if self._timer is not None:
-                    self._timer.start()
-                self._refresh()
-            case QEvent.Type.Hide:
-                if self._timer is not None:
-                    self._timer.stop()
-                if self._hidden is not None:
+        if type(event) in _HANDLED:
+            match event.type():
+                case QEvent.Type.Show:
+                    self.restart()
+                    self._refresh()
+                case QEvent.Type.Hide:
+                    self.stop()
                     self._hidden()
-            case QEvent.Type.StyleChange:
-                if self._restyle is not None:
+                case QEvent.Type.StyleChange:
                     self._restyle()
         return False

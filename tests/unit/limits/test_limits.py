@@ -1,7 +1,5 @@
 """No profile goes below the hard limits; softer ones are said beside the verdict."""
 
-from typing import Any
-
 import numpy as np
 import pytest
 
@@ -12,7 +10,6 @@ from app.limits.limits import (
     OutOfLimit,
     Outside,
     cell_outside,
-    line_outside,
     outside_of,
     record_outside,
     softened,
@@ -102,18 +99,6 @@ OURS = NO_PROFILE
 def test_cell(volts: float, is_charging: bool | None, fault: OutOfLimit | None) -> None:
     found = cell_outside(volts, OURS, is_charging=is_charging)
     assert (None if found is None else found.fault) is fault
-
-
-def test_line() -> None:
-    fine: dict[str, Any] = {"lag_s": 0.1, "round_trip_s": 0.02, "has_damaged": False, "in_use": LimitsInUse()}
-    unknown: dict[str, Any] = {"lag_s": None, "round_trip_s": None}
-    assert line_outside(**fine) is None
-    assert line_outside(**(fine | unknown)) is None
-    assert line_outside(**(fine | {"lag_s": 1.1})) == Outside(OutOfLimit.LATE, "0.3 s")
-    assert line_outside(**(fine | {"round_trip_s": 0.101})) == Outside(OutOfLimit.SLOW, "100 ms")
-    found = line_outside(**(fine | {"has_damaged": True}))
-    assert found is not None
-    assert found.fault is OutOfLimit.DAMAGED
 
 
 @pytest.mark.promise("g")

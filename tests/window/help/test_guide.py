@@ -85,7 +85,7 @@ def test_the_contents_lead_to_every_chapter(language: str, qtbot: QtBot, qapp: Q
     qtbot.addWidget(around)
     i18n.set_language(language)
     viewer = GuideViewer(around)
-    viewer.bring_up()
+    viewer.open_at("")
     bar = viewer.text.verticalScrollBar()
     places = []
     for _, anchor in links:
@@ -104,11 +104,10 @@ def test_each_page_has_a_chapter_that_the_guide_opens_at(language: str, qtbot: Q
     qtbot.addWidget(around)
     i18n.set_language(language)
     viewer = GuideViewer(around)
-    viewer.bring_up()
     for entry in PAGES:
-        viewer.go_to_chapter(entry.chapter)
+        viewer.open_at(entry.chapter)
         assert viewer.text.textCursor().block().text() == own[english.index(entry.chapter)]
-    viewer.go_to_chapter("no such chapter")
+    viewer.open_at("no such chapter")
     assert viewer.text.textCursor().atStart()
 
 
@@ -132,7 +131,7 @@ def test_the_viewer_shows_it(language: str, qtbot: QtBot, qapp: QApplication) ->
     qtbot.addWidget(around)
     i18n.set_language(language)
     viewer = GuideViewer(around)
-    viewer.bring_up()
+    viewer.open_at("")
     document = viewer.text.document()
     assert document.toPlainText() == rendered(language)
     for name in pictures(text_of(language)):

@@ -128,14 +128,13 @@ DIALOGS: dict[str, Callable[[Bench], QWidget]] = {
     "ui/files/file_dialogs.py: QMessageBox: replace": _replacing,
     "ui/files/file_dialogs.py: QInputDialog": _ask_text,
     "ui/help/windows.py: QDialog: guide": _modeless("guide"),
-    "ui/help/windows.py: QDialog: keys": _modeless("keys"),
     "ui/preferences/dialog.py: QDialog": _modeless("preferences"),
     "ui/help/windows.py: QMessageBox": _modeless("about", QMessageBox),
 }
 """Everything that the program shows above its window, by file and class; `test_nothing_is_missing` compares it with the
 source."""
 MENUS: Final = frozenset({
-    "ui/services/page.py: QMenu", "ui/shell/actions.py: QMenu", "ui/pages/preflight/page.py: QMenu",
+    "ui/services/page.py: QMenu", "ui/shell/main_window.py: QMenu", "ui/pages/preflight/page.py: QMenu",
     "ui/pages/fleet/archive_panel.py: QMenu", "ui/widgets/notice_bar.py: QMenu",
 })  # fmt: skip
 """All of them are children of the window, where `test_over_every_menu` finds them."""

@@ -96,15 +96,15 @@ def main() -> int:
             waiter.waitUntil(partial(_is_active, main))
         bench.activate()
         for keys in ("ctrl+l", ""):
-            main.menus.main.popup(main.mapToGlobal(QPoint(200, 200)))
-            waiter.waitUntil(main.menus.main.isVisible)
+            main.main_menu.popup(main.mapToGlobal(QPoint(200, 200)))
+            waiter.waitUntil(main.main_menu.isVisible)
             bench.activate()
             if keys:
                 _send("key", keys)
             else:
                 _click(main.top_bar.lock)
             bench.await_locked()
-            main.menus.main.close()
+            main.main_menu.close()
             print("menu", keys or "click", "locked", flush=True)
         bench.activate()
         _hold("ctrl+q")

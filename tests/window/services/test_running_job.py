@@ -18,8 +18,7 @@ from tests.support.window.fake_ports import ports_alone
 from tests.support.window.fakes_ui import page_entries, window
 from tests.support.window.steps import find, given
 from ui.pages.logs.page import LogsPage
-from ui.services.job_notice import JobNotice
-from ui.session.shown_module import RunningJob
+from ui.services.page_job import PageJob
 from ui.style.theme import Meaning
 from ui.widgets.notice_bar import Notice
 
@@ -31,7 +30,7 @@ class Line:
         self.ports = ports_alone()
         self.port, self.worker = self.ports.plug_in("/dev/one")
         QApplication.processEvents()
-        self.job = RunningJob(self.port.module)
+        self.job = PageJob(module=self.port.module)
 
     @property
     def jobs(self) -> list[Job[Any]]:
@@ -130,7 +129,7 @@ def test_the_end_of_one_that_was_replaced_or_forgotten_is_told_nobody(line: Line
 
 
 def test_what_two_files_written_at_once_came_to_is_said_of_both(qtbot: QtBot) -> None:
-    notice, first, second = JobNotice(), threading.Event(), threading.Event()
+    notice, first, second = PageJob(), threading.Event(), threading.Event()
 
     def fail() -> None:
         first.wait(PATIENCE_S)

@@ -199,11 +199,11 @@ def test_f10_opens_the_menu_and_lock_is_in_it(qtbot: QtBot, qapp: QApplication, 
         assert own <= in_menu  # no key without an entry
         assert any(main.menus["lock"] in menu.actions() for menu in main.findChildren(QMenu))
         bar = main.top_bar
-        assert bar.menu.menu() is main.menus.main
+        assert bar.menu.menu() is main.main_menu
         let_lay_out(main)
         assert bar.menu.mapTo(main, QPoint()).x() < bar.port.mapTo(main, QPoint()).x()
         main.activateWindow()
         qtbot.waitUntil(main.isActiveWindow)
         qtbot.keyClick(main, Qt.Key.Key_F10)
-        qtbot.waitUntil(main.menus.main.isVisible)
-        main.menus.main.close()
+        qtbot.waitUntil(main.main_menu.isVisible)
+        main.main_menu.close()

@@ -6,12 +6,12 @@ import wave
 from pathlib import Path
 
 import pytest
-from PySide6.QtCore import QObject
 from PySide6.QtWidgets import QApplication
 from pytestqt.qtbot import QtBot
 
+from tests.support.window.fake_ports import ports_alone
 from ui.core.preferences import Preferences
-from ui.shell.announcements import Sound, Sounds, write_tones
+from ui.shell.announcements import Sound, StateAnnouncer, write_tones
 
 
 def player(folder: Path, name: str, *, code: int, seconds: int = 0) -> Path:
@@ -30,8 +30,8 @@ def test_a_chosen_sound_is_played_by_the_first_player_that_works(
     monkeypatch.setenv("PATH", str(tmp_path))
     beeps: list[bool] = []
     monkeypatch.setattr(QApplication, "beep", lambda: beeps.append(True))
-    owner, preferences = QObject(), Preferences(tmp_path / "window.ini")
-    sounds = Sounds(preferences, owner)
+    preferences, ports = Preferences(tmp_path / "window.ini"), ports_alone()
+    sounds = StateAnnouncer(ports.ports, preferences)
     sounds.play(Sound.ACTIVE)
     preferences.has_sounds = True
     sounds.play(Sound.ACTIVE)
@@ -51,3 +51,4 @@ def test_a_chosen_sound_is_played_by_the_first_player_that_works(
     sounds.play(Sound.LOST_WHILE_ACTIVE)
     assert time.monotonic() - began < 1.5, "a player that hangs keeps nobody waiting"
     assert beeps == [True]
+    ports.stop()

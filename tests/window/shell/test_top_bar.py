@@ -28,7 +28,7 @@ from tests.support.window.spoken import said_by
 from tests.support.window.steps import let_lay_out
 from ui.core.preferences import Preferences
 from ui.main import PAGES, WindowOptions
-from ui.shell.announcements import Sound, Sounds, announce_states
+from ui.shell.announcements import Sound, StateAnnouncer
 from ui.shell.status_bar import StatusBar
 from ui.shell.top_bar import TopBar
 from ui.style.theme import Choice, Meaning
@@ -224,9 +224,8 @@ def listener(qtbot: QtBot, monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> I
     qtbot.addWidget(window)
     window.show()
     ports = ports_alone()
-    sounds, played = Sounds(Preferences(tmp_path / "window.ini"), window), list[Sound]()
-    monkeypatch.setattr(sounds, "play", played.append)
-    announce_states(ports.ports, sounds)
+    announcer, played = StateAnnouncer(ports.ports, Preferences(tmp_path / "window.ini")), list[Sound]()
+    monkeypatch.setattr(announcer, "play", played.append)
     yield Listener(ports, announced(monkeypatch), played)
     ports.stop()
 
@@ -302,7 +301,7 @@ def test_of_another_module_behind_the_same_port_all_is_told_again(qtbot: QtBot, 
 
 def test_the_status_bar_tells_of_the_line_that_is_shown_when_its_frames_came(qtbot: QtBot) -> None:
     ports = ports_alone()
-    bar = StatusBar(ports.ports, LimitsInUse(), NoticeBar())
+    bar = StatusBar(ports.ports, NoticeBar())
     qtbot.addWidget(bar)
     ports.plug_in(USB0)
     second, module = ports.plug_in(USB1)
@@ -314,7 +313,6 @@ def test_the_status_bar_tells_of_the_line_that_is_shown_when_its_frames_came(qtb
     QApplication.processEvents()
     ports.ports.choose(second)
     assert bar.age.text() == "5 min ago"
-    assert bar.fault.isHidden()
     ports.stop()
 
 

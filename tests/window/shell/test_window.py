@@ -149,15 +149,12 @@ def test_the_module_streams_only_for_pages_that_need_it(qtbot: QtBot, qapp: QApp
     assert not bench.module.is_streaming  # left as it was found
 
 
-def test_an_unattended_run_saves_a_picture_and_values(tmp_path: Path) -> None:
+def test_an_unattended_run_saves_a_picture(tmp_path: Path) -> None:
     code = (
         "import sys; from pathlib import Path; from ui.main import WindowOptions, run;"
         "raise SystemExit(run(WindowOptions(demo=True, offscreen_seconds=5.0, evidence=Path(sys.argv[1]))))"
     )
     assert ran_code(code, tmp_path / "e").returncode == 0
-    seen = json.loads((tmp_path / "e" / "values.json").read_text(encoding="utf-8"))
-    assert seen["answers"] is True
-    assert {"tilt_deg", "acceleration_g", "triggered", "active"} <= set(seen["values"])
     assert (tmp_path / "e" / "live.png").read_bytes().startswith(b"\x89PNG")
 
 

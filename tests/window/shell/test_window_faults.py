@@ -10,7 +10,7 @@ import sys
 import time
 from collections import Counter, deque
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from contextlib import ExitStack, contextmanager
 from pathlib import Path
 from unittest.mock import patch
 
@@ -22,11 +22,12 @@ from pytestqt.qtbot import QtBot
 from app.engine.session import Session
 from app.engine.target import Target
 from app.safety.journal import Act
+from app.system.uncaught import catch_uncaught_errors
 from tests.support.processes import run_module, running
 from tests.support.window.fake_ports import VALUES, FakePorts, FakeWorker, fake_window
 from tests.support.window.fakes_ui import ADAPTER, ListedPorts, connect, simulated, window
 from tests.support.window.steps import find, notice_text
-from ui.main import PAGES, Assembly, _errors_shown
+from ui.main import PAGES, Assembly
 from ui.pages.live.page import LivePage
 
 BEAT_MS = 10
@@ -67,7 +68,8 @@ def test_an_error_in_the_worker_closes_the_port_and_is_shown(
         monkeypatch.undo()
         raise KeyError("bug")
 
-    with simulated("struck"), window(qapp, tmp_path) as assembly, _errors_shown(assembly.window, assembly.armed):
+    with simulated("struck"), window(qapp, tmp_path) as assembly, ExitStack() as stack:
+        stack.callback(catch_uncaught_errors(assembly.window.attention.report))
         connect(qtbot, assembly, "sim://struck")
         assembly.armed.act = Act.ZERO
         monkeypatch.setattr(Session, "step", fail)

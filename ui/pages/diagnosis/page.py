@@ -13,8 +13,8 @@ from ui.pages.diagnosis.panels import BundlePreview, StatisticsView
 from ui.pages.diagnosis.traffic import TrafficView
 from ui.pages.diagnosis.why import WhyPanel
 from ui.services.context import Services
-from ui.services.job_notice import JobNotice
 from ui.services.page import Page
+from ui.services.page_job import PageJob
 from ui.session.shown_module import ShownModule
 from ui.style.theme import Space, is_text_large
 from ui.widgets.controls import Shortcut, in_column, named, scroll_area
@@ -37,7 +37,7 @@ class DiagnosisPage(Page):
         self.traffic = TrafficView()
         self.why = WhyPanel(services)
         self.statistics = StatisticsView(services)
-        self.result = JobNotice(self)
+        self.result = PageJob(self)
         self.bundle = BundlePreview(services, self.traffic.model, self.result)
         self.strip = named(NoticeBar(), "diagnosis_notice")
         tabs = self.tabs = named(QTabWidget(), "diagnosis_views")

@@ -19,7 +19,7 @@ from ui.core.background_task import BackgroundTask, Running
 from ui.files.file_dialogs import AskPath, ask_path, default_name
 from ui.pages.diagnosis.traffic import TrafficModel
 from ui.services.context import Services
-from ui.services.job_notice import JobNotice
+from ui.services.page_job import PageJob
 from ui.style.icons import Icon
 from ui.style.theme import Meaning, Size, Space, fixed_font
 from ui.widgets.controls import SELECTABLE, TickingLabel, control, in_column, in_row, named, set_role, text_label
@@ -133,7 +133,7 @@ class StatisticsView(QWidget):
 class BundlePreview(QWidget):
     """The support bundle, made each time it is shown, and seen before it is saved."""
 
-    def __init__(self, services: Services, traffic: TrafficModel, result: JobNotice) -> None:
+    def __init__(self, services: Services, traffic: TrafficModel, result: PageJob) -> None:
         super().__init__()
         self.setObjectName("bundle_preview")
         self.ask_path: AskPath = ask_path

@@ -19,10 +19,9 @@ from ui.pages.fleet.archive_panel import AddPort, ArchivePanel, FleetMembers
 from ui.pages.fleet.board import NEED_MEANINGS, Board
 from ui.pages.fleet.group_jobs import GroupChecks, GroupProfile
 from ui.services.context import Services
-from ui.services.job_notice import JobNotice, progress_notice
 from ui.services.page import Page, WaysBack
+from ui.services.page_job import PageJob, is_risk_open, progress_notice, risk_notice
 from ui.session.port import Port
-from ui.session.shown_module import is_risk_open, risk_notice
 from ui.style.icons import Icon
 from ui.style.theme import Meaning, Space
 from ui.widgets.controls import EmptyState, control, in_column, in_row, named, text_label
@@ -41,7 +40,7 @@ class FleetPage(Page):
         super().__init__("fleet")
         self._services, self._ports = services, services.ports
         self.ask_profile: AskOpen = ask_profile
-        self.result = JobNotice(self)
+        self.result = PageJob(self)
         self.members = FleetMembers(services)
         self.checks = GroupChecks(self.members)
         self.profile = GroupProfile(services, self.members, self)

@@ -30,8 +30,8 @@ from ui.pages.live.panel import LivePanel
 from ui.plots.lanes import measured_lanes
 from ui.plots.time_plot import TimePlot
 from ui.services.context import Services
-from ui.services.job_notice import JobNotice
 from ui.services.page import Page
+from ui.services.page_job import PageJob
 from ui.style.icons import Icon
 from ui.style.theme import Size, Space, current, font
 from ui.widgets.controls import (
@@ -69,7 +69,7 @@ class LivePage(Page):
         lanes = measured_lanes(self.data, self._in_use, self.data.acting, self.data.unproven)
         self.plot = TimePlot(lanes, wall_offset_s=wall_offset_s())
         self.ask_path: AskPath = ask_path
-        self.job = JobNotice(self)
+        self.job = PageJob(self)
         self._folder: Path | None = None
         # In the header, where room is kept for it: the plots never move.
         self.strip = named(NoticeBar(is_foot=True), "live_notice")

@@ -29,8 +29,8 @@ from ui.pages.logs.thresholds import FireMapView, ThresholdPanel
 from ui.pages.logs.viewer import LogView
 from ui.pages.logs.work import LogRow, LogsWork, Reading
 from ui.services.context import Services
-from ui.services.job_notice import JobNotice
 from ui.services.page import Page, WaysBack
+from ui.services.page_job import PageJob
 from ui.style.icons import Icon, icon
 from ui.style.theme import Meaning, RowHeight, Space, is_text_large, scaled
 from ui.widgets.controls import Shortcut, in_column, in_row, named, set_role, stacked
@@ -57,7 +57,7 @@ class LogsPage(Page):
         self.ask_folder: AskMany = ask_folder
         self.ask_path: AskPath = ask_path
         self._folder = Path.home()
-        self.result = JobNotice(self, is_of_module=False)
+        self.result = PageJob(self, is_of_module=False)
         self.table: RowsTable[LogRow] = RowsTable(
             "logs_table",
             tr("Logs"),
@@ -365,7 +365,7 @@ class LogsPage(Page):
 
     # Qt
 
-    def notices(self) -> list[JobNotice]:
+    def notices(self) -> list[PageJob]:
         return [self.jobs, *super().notices()]
 
     def ways_back(self) -> WaysBack:

@@ -37,8 +37,8 @@ from ui.pages.preflight.guided import GuidedPanel
 from ui.pages.preflight.past_checks import PastChecks
 from ui.pages.preflight.verdict import SPOKEN, VerdictBanner, Work, announcement, work_on
 from ui.services.context import Services
-from ui.services.job_notice import JobNotice
 from ui.services.page import Page, WaysBack
+from ui.services.page_job import PageJob
 from ui.session.check import ENTRIES, PASSED, Standing
 from ui.session.name_question import ModuleField
 from ui.session.shown_module import ShownModule
@@ -61,7 +61,7 @@ class PreflightForm(QWidget):
 
     changed = Signal()
 
-    def __init__(self, services: Services, result: JobNotice) -> None:
+    def __init__(self, services: Services, result: PageJob) -> None:
         super().__init__()
         self.setObjectName("preflight_form")
         self._services, self._result = services, result
@@ -182,7 +182,7 @@ class PreflightPage(Page):
     def __init__(self, services: Services) -> None:
         super().__init__("preflight")
         self._services, self._ports = services, services.ports
-        self.result = JobNotice(self)
+        self.result = PageJob(self)
         self.ask_path: AskPath = ask_path
         self.ask_record: Callable[[QWidget, ThenPath], object] = ask_record
         self.printer: Printer = print_pages

@@ -36,8 +36,8 @@ from protocol.translatable import marked
 from ui.files.file_dialogs import AskOpen, AskPath, ask_path, ask_profile
 from ui.pages.settings.rows import SettingsTable
 from ui.services.context import Services
-from ui.services.job_notice import JobNotice
 from ui.services.page import Page, WaysBack
+from ui.services.page_job import PageJob
 from ui.session.settings_draft import SettingsDraft, Side
 from ui.session.shown_module import ShownModule
 from ui.style.icons import Icon
@@ -62,7 +62,7 @@ class SettingsPage(Page):
         self._services, self._preferences = services, services.preferences
         self.ask_open: AskOpen = ask_profile
         self.ask_save: AskPath = ask_path
-        self.files = JobNotice(self, is_of_module=False)
+        self.files = PageJob(self, is_of_module=False)
         self.files.changed.connect(self._refresh_if_seen)
         self.table = SettingsTable(lambda: self.work, services)
         self.rows, self.baud = self.table.rows, self.table.baud

@@ -7,7 +7,7 @@ import threading
 import time
 import zipfile
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import ExitStack, contextmanager
 from pathlib import Path
 
 import pytest
@@ -20,17 +20,17 @@ from app.engine.procedure import LinkView
 from app.engine.target import Target
 from app.engine.transport import PortError, PortTrouble
 from app.engine.worker import Batch, Connection, PortState
-from app.procedures.act import Armed
 from app.safety.journal import Act
 from app.system.clock import steady_time
 from app.system.logs import Log, start_log
+from app.system.uncaught import catch_uncaught_errors
 from protocol.catalogue import HEARTBEAT
 from protocol.events import Answered, Counters
 from protocol.messages import Heartbeat, Reason
 from tests.support.window.fakes_ui import connect, simulated, window
 from tests.support.window.rig import Rig, on_fake_time
 from tests.support.window.steps import choosing, find, given, notice_text, press, show_page
-from ui.main import Assembly, _errors_shown
+from ui.main import Assembly
 from ui.pages.diagnosis.page import DiagnosisPage
 from ui.services.context import PageEntry
 from ui.style.icons import Icon
@@ -259,14 +259,16 @@ def test_an_error_disarms_is_logged_and_said_with_its_details(
 ) -> None:
     with diagnosis(qtbot, qapp, tmp_path) as (assembly, page):
         bar = assembly.window.notice_bar
-        armed = Armed(Act.DEPLOY)
-        with _errors_shown(assembly.window, armed):
+        armed = assembly.armed
+        armed.act = Act.DEPLOY
+        with ExitStack() as stack:
+            stack.callback(catch_uncaught_errors(assembly.window.attention.report))
             raise_uncaught(LookupError("a bug"))
             assert armed.act is None
             qtbot.waitUntil(lambda: "a bug" in notice_text(bar))
             press(qtbot, bar.button("copy_details"))
             assert "raise_uncaught" in QApplication.clipboard().text()
-            assert "Traceback" not in bar.notice.text  # type: ignore[union-attr]
+            assert "Traceback" not in bar.notice.text
             assert "a bug" in log.text()
             dismiss = find(bar, QWidget, "notice_dismiss")
             press(qtbot, dismiss)

@@ -183,7 +183,7 @@ def test_a_row_is_shown_on_all_pages_and_what_was_edited_stays_with_the_former(d
     desk.board.selectRow(desk.row(2))
     desk.qtbot.keyClick(desk.board, Qt.Key.Key_Return)
     assert desk.ports.ports.current is third
-    assert (first.module.count_unsent(), third.module.count_unsent()) == (1, 0)
+    assert (first.module.settings.count_unsent(), third.module.settings.count_unsent()) == (1, 0)
 
 
 def test_any_port_that_connect_takes_can_be_added(desk: Desk) -> None:

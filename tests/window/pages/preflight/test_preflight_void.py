@@ -19,7 +19,6 @@ from tests.support.window.preflight_window import OnBench, kept, name_module
 from tests.support.window.screen_reader import announced
 from tests.support.window.steps import given, notice_text
 from ui.session.check import Standing
-from ui.session.interruptions import RemainderKind
 
 
 def type_another_name(bench: OnBench) -> None:
@@ -129,7 +128,7 @@ def test_a_check_that_is_interrupted_says_so_and_leaves_a_report(rig: OnBench) -
     rig.wait_standing(Standing.NOT_CHECKED)
     assert not page.export.isEnabled()
     assert kept(rig, "M-07") == []
-    (report,) = [one for one in port.interruptions.remainders if one.kind is RemainderKind.REPORT]
+    (report,) = [one for one in port.interruptions.remainders if one.text is not None]
     assert (report.module, given(report.text).in_english()) == ("M-07", "Pre-flight: The module restarted.")
     bar = rig.assembly.window.notice_bar
     rig.until(lambda: bar.button("name_other") is not None)

@@ -28,7 +28,6 @@ from tests.support.window.settings_bench import (
 )
 from tests.support.window.steps import given, notice_text
 from ui.pages.settings.page import SettingsPage
-from ui.session.interruptions import RemainderKind
 
 TILT, TIME = "attitude_threshold_deg", "freefall_time_s"
 
@@ -158,8 +157,7 @@ def test_of_an_interrupted_write_it_is_said_what_became_of_each_setting(one: Des
     one.bench.unplug()
     kept = one.assembly.ports.current.interruptions
     one.until(lambda: kept.remainders)
-    kinds = [remainder.kind for remainder in kept.remainders]
-    assert kinds == [RemainderKind.REPORT, RemainderKind.DRAFTS]
+    assert [remainder.drafts is None for remainder in kept.remainders] == [True, False]
     report = given(kept.remainders[0].text).translated()
     assert "Light threshold: verified then" in report
     assert "Attitude threshold: unknown" in report
@@ -285,7 +283,7 @@ def test_edits_of_a_module_that_is_not_shown_are_asked_for_before_its_port_is_cl
         attention.leave_port(lambda: closed.append(second), port=second)
         assert notice_text(bar) == "/dev/port1: Settings not written: 1."
         given(bar.button("stay")).click()
-        assert (closed, second.module.count_unsent()) == ([], 1)
+        assert (closed, second.module.settings.count_unsent()) == ([], 1)
         worker.end(EndReason.SILENT)
         qapp.processEvents()
         attention.leave_port(lambda: closed.append(second), port=second)
