@@ -21,8 +21,6 @@ MAX_RECORDS = 9  # "记录最近的9次触发记录": the module keeps its last 
 
 
 class Hazard(Enum):
-    """What a request can do to the module."""
-
     NONE = "none"  # a question. May be repeated.
     CHANGES = "changes"  # changes the module. Sent once; the result is proven by reading back.
     # Fires, arms, ends the session, moves the reference or can cut the link. Never without an explicit act.
@@ -299,8 +297,6 @@ RESET_BELOW_THRESHOLD_DEG = 10  # "复位角度=姿态阈值角度减10°"
 
 
 class FramePart(NamedTuple):
-    """One named value of a long frame."""
-
     name: str
     first: int  # index of its first byte in the frame (D0 is the header's first)
     field: Quantity | Flag

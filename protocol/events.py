@@ -101,8 +101,6 @@ class Contradiction(NamedTuple):
 
 
 class Began(NamedTuple):
-    """A conversation begins: the module told its boot count."""
-
     boot_count: int
     at: float
 
@@ -130,7 +128,6 @@ class Counters:
 
     @property
     def rejected(self) -> int:
-        """Bytes rejected for any reason."""
         return self.rejected_bytes.total()
 
     def copy(self) -> "Counters":
@@ -140,5 +137,4 @@ class Counters:
         return Counters(**{name: value + vars(other)[name] for name, value in vars(self).items()})
 
     def __sub__(self, earlier: "Counters") -> "Counters":
-        """What was counted since."""
         return Counters(**{name: value - vars(earlier)[name] for name, value in vars(self).items()})

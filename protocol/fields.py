@@ -49,7 +49,6 @@ class Quantity(NamedTuple):
 
     @property
     def decimals(self) -> int:
-        """The number of decimals that shows every step."""
         return next(places for places in count() if 10**places % self.per_unit == 0)
 
     @property
@@ -75,7 +74,6 @@ class Quantity(NamedTuple):
         return raw
 
     def text(self, raw: int) -> str:
-        """ "1.60 s", "60°", "37"."""
         gap = "" if self.unit in ("°", "") else " "
         return f"{raw / self.per_unit:.{self.decimals}f}{gap}{self.unit}"
 

@@ -160,7 +160,6 @@ class Link:
 
     @property
     def is_own(self) -> bool:
-        """Whether the link's own question is in flight."""
         return self._flight is not None and self._flight.is_own
 
     @property
@@ -225,13 +224,11 @@ class Link:
         return self._take_events()
 
     def take_outgoing(self) -> bytes:
-        """Return the bytes to write, each once."""
         outgoing = bytes(self._outgoing)
         self._outgoing.clear()
         return outgoing
 
     def receive(self, data: bytes, now: float) -> list[Event]:
-        """Take in `data`, just read from the port."""
         if data:
             self._last_byte_at = now
         self.counters.bytes_received += len(data)
@@ -240,7 +237,6 @@ class Link:
         return self._take_events()
 
     def tick(self, now: float) -> list[Event]:
-        """Do what is due."""
         if self._parser.pending and now >= self._last_byte_at + timing.QUIET_S:
             for piece in self._parser.flush():
                 self._digest(piece, now)
@@ -382,7 +378,6 @@ class Link:
         self._put(request, flight.attempts, now)
 
     def _probe(self, flight: _Flight, now: float) -> None:
-        """Ask the boot count behind it."""
         flight.probes += 1
         flight.probed_at = now
         self.gap.on_spoken(now)

@@ -83,7 +83,6 @@ class Noise(NamedTuple):
 
 
 def checksum(body: bytes) -> int:
-    """Low byte of the sum of `body` (code up to the last data byte)."""
     return sum(body) & 0xFF
 
 
@@ -177,8 +176,6 @@ LOWEST_CELL_V = 2.5  # a lithium cell below this is destroyed and cannot have su
 
 
 class Heartbeat:
-    """Code 01: the module is present."""
-
     def __repr__(self) -> str:
         return "Heartbeat()"
 
@@ -205,7 +202,6 @@ class Acknowledgement(NamedTuple):
 
     @property
     def is_echo(self) -> bool:
-        """The module repeated the value that was sent."""
         return self.raw == self.request.data
 
     @property
@@ -278,7 +274,6 @@ Message = Heartbeat | Reading | Acknowledgement | Status | TriggerRecord | Empty
 
 
 def decode_record(raw: bytes) -> TriggerRecord | EmptySlot:
-    """The sixteen bytes of a valid record frame."""
     if is_empty_slot(raw):
         return EmptySlot(raw)
     values: dict[str, Any] = {part.name: part.field.decode(part.raw(raw)) for part in RECORD_PARTS}

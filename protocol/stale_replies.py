@@ -75,7 +75,6 @@ class StaleReplies:
         self.remember(request, sent_at)
 
     def remember(self, request: Request, sent_at: float) -> None:
-        """Note that it may be answered again."""
         self._not_past[request] = sent_at
 
     def expect_copy(self, raw: bytes, request: Request | None, now: float, *, is_late: bool = False) -> None:
@@ -83,7 +82,6 @@ class StaleReplies:
         self._copied.appendleft(Copied(raw, request, now + DOUBLED_S, is_late))
 
     def expect_no_copy(self, raw: bytes) -> None:
-        """Undo `expect_copy`."""
         self._copied = deque((copy for copy in self._copied if copy.raw != raw), maxlen=_MAX_COPIED)
 
     def drop_expired(self, now: float) -> None:
@@ -102,7 +100,6 @@ class StaleReplies:
         return any(answers(raw, owed.request) for owed in self._owed)
 
     def pop_late(self, raw: bytes) -> Owed | None:
-        """Remove and return the oldest request to which this frame is a late reply."""
         for owed in self._owed:
             if answers(raw, owed.request):
                 self._owed.remove(owed)
@@ -221,7 +218,6 @@ class FlagAnswers:
             self.has_repeated = True
 
     def begin_again(self) -> None:
-        """Another conversation begins on the same line."""
         self._unanswered.clear()
         self.has_repeated = False
         self._is_told_apart = False
@@ -245,7 +241,6 @@ class ToldValues:
         self.twice_at = -inf  # when a value was last told that nobody had asked for: a question was answered twice
 
     def forget(self) -> None:
-        """Another conversation begins."""
         self._told.clear()
 
     def is_answered_twice(self, now: float) -> bool:

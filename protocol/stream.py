@@ -70,7 +70,6 @@ class StreamParser:
 
     @property
     def end(self) -> int:
-        """Offset behind the last byte so far."""
         return self._offset + len(self._pending)
 
     @property
@@ -146,7 +145,6 @@ class StreamParser:
         return len(run)
 
     def _reject(self, pieces: list[Piece], data: bytes, start: int, end: int) -> int:
-        """Reject the bytes from `start` to `end`; return the end."""
         if start < end:
             raw = data[start:end]
             last = pieces[-1] if pieces else None

@@ -55,7 +55,6 @@ class RoundTrips:
         self._ordered = None
 
     def note_repeated(self) -> None:
-        """A question was answered that had been sent several times."""
         self._guess_s = min(2 * self._guess_s, ANSWER_S)
 
     def quantile_s(self, share: float) -> float | None:

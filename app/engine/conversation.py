@@ -181,7 +181,6 @@ class ConversationView(NamedTuple):
         return known._replace(is_stale=now - known.at > limit_s)
 
     def fresh(self, key: str, now: float) -> Value | None:
-        """The value if it is known and not stale, else None."""
         known = self.known(key, now)
         return None if known is None or known.is_stale else known.value
 
@@ -211,7 +210,6 @@ class Conversation:
         self._motion: deque[MotionExtremes] = deque()
 
     def apply(self, event: Event) -> None:
-        """Take in an event of the link."""
         match event:
             case Received(message=Reading() as reading, role=Role.ANSWER):
                 self._values[reading.command.key] = Known(reading.value, How.READ, event.at)
@@ -293,7 +291,6 @@ class Conversation:
 
 
 def _key_changed_by(request: Request) -> str | None:
-    """The key of the value that this request changes, or None."""
     command = request.command
     if request.is_repeatable:
         return None

@@ -235,7 +235,7 @@ class Job(Generic[Result]):
         self.resume(None, now)
 
     def tick(self, now: float) -> None:
-        """Resume it if its `Pause`, `Listen` or `Await` has ended."""
+        """Resume it if its `Pause` or `Await` has ended."""
         effect = self.effect
         if isinstance(effect, Await):
             if effect.future.done() or now >= self._resume_at:
@@ -244,7 +244,6 @@ class Job(Generic[Result]):
             self.resume(now, now)
 
     def resume(self, value: object, now: float) -> None:
-        """Send it the result of its effect."""
         self._drive(lambda: self._procedure.send(value), now)
 
     def throw(self, reason: Exception, now: float) -> None:
@@ -325,7 +324,6 @@ def ask_value(command: Command, *, is_fenced: bool = False) -> Procedure[Reading
 
 
 def acknowledgement(outcome: object) -> Acknowledgement | None:
-    """What answered a set or an act, if anything did."""
     answer = outcome.messages[0] if isinstance(outcome, Answered) else None
     return answer if isinstance(answer, Acknowledgement) else None
 

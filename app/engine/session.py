@@ -109,7 +109,6 @@ class Session:
         job.start(now)
 
     def treat_as_another(self) -> None:
-        """A person said that another module is connected now."""
         self._end_conversation(EndReason.ANOTHER, self.clock())
 
     def cancel_all(self) -> None:

@@ -63,7 +63,6 @@ class PersonSteps:
         return not self._asked.done()
 
     def wait(self) -> Procedure[None]:
-        """Wait until the step is confirmed; other procedures use the line meanwhile."""
         self._asked = Future()
         is_done = yield Await(self._asked, PERSON_LIMIT_S)
         if not is_done:
@@ -93,7 +92,6 @@ class StatusWatch:
         self._against = 0
 
     def begin(self, step: Report) -> Procedure[None]:
-        """Tell the person what to do now."""
         self._step_began_at = yield step
         if self._began_at is None:
             self._began_at = self._step_began_at
@@ -256,7 +254,6 @@ def _until_fired(watch: StatusWatch, threshold: float, direction: TiltDirection)
 
 
 def _until_rearmed(watch: StatusWatch) -> Procedure[Span | None]:
-    """As above; None where it stays triggered although it is level."""
     before = HIGHEST_DEG
     level_since: float | None = None
     while True:

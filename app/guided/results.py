@@ -80,7 +80,6 @@ class StoredTest(Struct, frozen=True, kw_only=True, rename={"kind": "test"}):
     measured: list[dict[str, Any]] = []
 
     def plain(self) -> dict[str, Any]:
-        """For a record."""
         plain: dict[str, Any] = to_builtins(self)
         return plain
 

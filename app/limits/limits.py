@@ -71,7 +71,6 @@ class Outside(NamedTuple):
     limit: str
 
     def beside(self, value: str) -> str:
-        """The value with its fault and the limit, translated."""
         return tr("{value} (!) {fault}, limit {limit}", value=value, fault=tr(self.fault.value), limit=self.limit)
 
 
@@ -114,7 +113,6 @@ def value_outside(key: str, conversation: ConversationView, now: float, in_use: 
 
 
 def outside_of(key: str, values: Mapping[str, Value], in_use: LimitsInUse) -> Outside | None:
-    """Judge one of `values`, measured at the same time, by key."""
     measured = values.get(key)
     if measured is None:
         return None

@@ -19,8 +19,6 @@ _log = logging.getLogger(__name__)
 
 
 class Rfc2217Port(serial.rfc2217.Serial):
-    """As pyserial's, with what it lacks."""
-
     _write_timeout: float | None
     _socket: socket.socket | None
 
@@ -55,5 +53,4 @@ class Rfc2217Port(serial.rfc2217.Serial):
 
 
 def serial_class_for_url(url: str) -> tuple[str, type[Rfc2217Port]]:
-    """Called by pyserial."""
     return url, Rfc2217Port

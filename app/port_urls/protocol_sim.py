@@ -25,7 +25,6 @@ def options_of(url: str) -> dict[str, Any]:
 
 
 def open_bench(url: str) -> SimulatedBench:
-    """Return the module that a `sim://` URL names; raises `UserError`."""
     parts = urlsplit(url)
     name = (parts.netloc + parts.path).strip("/") or DEFAULT_NAME
     return benches.module(name, options_of(url))
@@ -66,7 +65,6 @@ class Serial(SerialBase):
             self.is_open = True
 
     def close(self) -> None:
-        """A read that waits returns what it has."""
         bench = self._bench
         if bench is None:
             return
@@ -106,7 +104,6 @@ class Serial(SerialBase):
             return taken
 
     def write(self, data: bytes, /) -> int:  # type: ignore[override]
-        """Send all bytes at once. Raises `SerialException` where it is unplugged."""
         bench = self._source()
         with bench.changed:
             bench.wire.write(bytes(data), bench.clock())
@@ -123,7 +120,6 @@ class Serial(SerialBase):
         """Nothing waits there."""
 
     def cancel_read(self) -> None:
-        """End a read that waits."""
         bench = self._bench
         if bench is not None:
             with bench.changed:

@@ -244,7 +244,6 @@ def await_flags_known(progress: Report | None = None) -> Procedure[None]:
 
 
 def _reply_of(outcome: Reply) -> SetReply:
-    """What the module answered to a set."""
     if isinstance(outcome, Unanswered) and not outcome.attempts:
         return SetReply.NOT_SENT
     answer = acknowledgement(outcome)

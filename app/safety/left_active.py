@@ -141,7 +141,6 @@ def note_safe(states: States, safe: LeftActive) -> None:
 
 
 def _kept(states: States) -> dict[str, LeftActive]:
-    """By conversation."""
     return {run: replace(convert(kept, LeftActive), run=run) for run, kept in states.states(LEFT).items()}
 
 
@@ -200,7 +199,6 @@ class FiringDoubt:
         self._has_read_records = True
 
     def note_closed(self) -> None:
-        """A person has closed the notice."""
         self._is_notice_closed = True
 
     def _raise(self) -> None:

@@ -46,7 +46,6 @@ class Permit:
         return 0.0 <= now - self.granted_at <= self.origin.value
 
     def spend(self) -> bool:
-        """Use it up; False if it was used before."""
         if self.is_spent:
             return False
         self.is_spent = True
@@ -159,8 +158,6 @@ def inputs_at(conversation: ConversationView, now: float) -> InterlockInputs:
 
 
 class Refusal(NamedTuple):
-    """One open condition."""
-
     condition: Interlock
     message: UserMessage
 
@@ -179,7 +176,6 @@ def refusals(
 
 
 def _why_open(condition: Interlock, act: Act, inputs: InterlockInputs) -> UserMessage | None:
-    """None if it is met."""
     tilt, threshold, motion = inputs.tilt_deg, inputs.attitude_threshold_deg, inputs.motion
     match condition:
         case Interlock.ONLINE:

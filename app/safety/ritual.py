@@ -99,7 +99,6 @@ class Ritual:
         return self.stage in (Stage.ARMED, Stage.HOLDING)
 
     def armed_left_s(self, now: float) -> float:
-        """Remaining seconds of the ten; 0 while not armed."""
         return max(0.0, self._armed_at + ARMED_FOR_S - now) if self.is_armed else 0.0
 
     def held_s(self, now: float) -> float:
@@ -119,7 +118,6 @@ class Ritual:
         self._apply(Input.ARM)
 
     def press(self, now: float, *, is_auto_repeat: bool = False, is_double_click: bool = False) -> None:
-        """A mouse button or key was pressed on the deploy button."""
         if is_auto_repeat:
             return
         if is_double_click and self.stage is not Stage.HOLDING:
@@ -129,7 +127,6 @@ class Ritual:
         self._apply(Input.PRESS)
 
     def release(self) -> None:
-        """It was released, or the pointer left the button."""
         self._apply(Input.RELEASE)
 
     def disarm(self, why: Input) -> None:

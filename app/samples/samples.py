@@ -45,8 +45,6 @@ class Envelope(NamedTuple):
 
 
 class Readable:
-    """One measured value over time."""
-
     def __init__(self, times: Seconds, values: Values) -> None:
         self._times, self._values = times, values
 
@@ -55,12 +53,10 @@ class Readable:
 
     @property
     def last(self) -> SeriesSample | None:
-        """The newest sample, None before the first."""
         return self._sample(-1) if len(self) else None
 
     @property
     def first_s(self) -> float:
-        """The time of the oldest sample, infinity without one."""
         return float(self._times[0]) if len(self) else math.inf
 
     def _sample(self, number: int) -> SeriesSample:
@@ -143,12 +139,10 @@ class Series(Readable):
         self._show(count + len(times))
 
     def _show(self, count: int) -> None:
-        """Make the newest `count` samples those of the series."""
         times, values = self._memory
         self._times, self._values = times[self._stop - count : self._stop], values[self._stop - count : self._stop]
 
     def clear(self) -> None:
-        """Forget everything; the memory stays reserved."""
         self._stop = 0
         self._show(0)
 
@@ -187,7 +181,6 @@ class StepFunction:
 
     @property
     def value(self) -> float | None:
-        """The present value, None if unknown."""
         return self._changes[-1].value if self._changes else None
 
     def put(self, time_s: float, value: float | None) -> None:

@@ -41,7 +41,6 @@ class Wire:
         self._random = random.Random(module.setup.seed)  # noqa: S311 (faults, not secrets)
 
     def write(self, data: bytes, now_s: float) -> None:
-        """Send from the host; a burst behind another one waits until the line is free."""
         byte_s = BITS_PER_BYTE / (self.host_baud or self.module.baud_rate)
         self._free_s = max(now_s, self._free_s)
         for at in range(0, len(data), HOST_FRAME_LENGTH):
@@ -50,7 +49,6 @@ class Wire:
             self._to_module.append((self._free_s, frame))
 
     def read(self, now_s: float) -> bytes:
-        """Return what has arrived at the host since the last call."""
         while self._to_module and self._to_module[0][0] <= now_s:
             at_s, data = self._to_module.popleft()
             self.module.receive(self._received(data, self.host_baud, self.module.baud_rate), at_s)
@@ -63,7 +61,6 @@ class Wire:
         return bytes(arrived[-MAX_BYTES:])
 
     def next_due(self, now_s: float) -> float | None:
-        """Return when something arrives, or the module does something by itself; None for never."""
         dues_s = [queue[0][0] for queue in (self._to_module, self._to_host) if queue]
         module_s = self.module.next_due(now_s)
         if module_s is not None:
@@ -78,7 +75,6 @@ class Wire:
         self._free_s = -math.inf
 
     def suffer(self, data: bytes, at_s: float) -> None:
-        """Lose a frame of the module, or bring it to the host with some bits turned."""
         faults = self.module.setup
         if self._random.random() < faults.drop:
             return
@@ -87,7 +83,6 @@ class Wire:
         self.deliver(data, at_s)
 
     def deliver(self, data: bytes, at_s: float) -> None:
-        """Bring it to the host after the lag; it overtakes nothing."""
         self._to_host.append((at_s + self.module.setup.lag_ms / 1000, data))
 
     def _turned(self, byte: int) -> int:
@@ -144,7 +139,6 @@ class SimulatedBench:
 
     @contextmanager
     def at_present(self) -> Iterator[float]:
-        """Hold the lock at the present time, which it yields, and wake who waits for bytes."""
         with self.changed:
             now_s = self.clock()
             self.module.advance(now_s)
@@ -156,7 +150,6 @@ class SimulatedBench:
     # The body
 
     def set_world(self, **values: Any) -> None:
-        """Set fields of `Physics`: lay it at an angle, open the bay …"""
         with self.at_present():
             for name, value in values.items():
                 setattr(self.world, name, value)
@@ -171,7 +164,6 @@ class SimulatedBench:
             self.module.set_charger(now_s, is_plugged_in=is_plugged_in)
 
     def pulse_pwm(self) -> bool:
-        """Trigger it by its PWM input; return whether it fires."""
         with self.at_present() as now_s:
             return self.module.fire(Source.PWM, now_s)
 
@@ -204,7 +196,6 @@ class SimulatedBench:
                 self.plug_number += 1
 
     def change(self, **values: Any) -> None:
-        """Set faults and `rate`, by option name."""
         with self.at_present():
             self.module.change(**values)
 
@@ -225,7 +216,6 @@ def module(name: str = DEFAULT_NAME, options: Mapping[str, Any] | None = None) -
 
 
 def remove_bench(name: str = DEFAULT_NAME) -> None:
-    """Forget the module of this name; a port that is open is dead then."""
     with _benches_lock:
         bench = _benches.pop(name, None)
     if bench is not None:

@@ -84,7 +84,6 @@ class PtyEndpoint:
             os.write(self._master, data)
 
     def close(self) -> None:
-        """Close it, and remove the link unless it leads elsewhere by now."""
         if self._link is not None and self._link.is_symlink() and str(self._link.readlink()) == self.address:
             self._link.unlink()
         os.close(self._master)

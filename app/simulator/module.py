@@ -68,7 +68,6 @@ class Physics:
     _jolt_g: float = IMPACT_G
 
     def drop(self, height_m: float, now_s: float) -> None:
-        """Let it fall freely from this height."""
         self._falls_from_s = now_s
         self._falls_until_s = now_s + math.sqrt(2 * max(0.0, height_m) / GRAVITY_M_S2)
         self._jolt_g = IMPACT_G
@@ -84,7 +83,6 @@ class Physics:
         return self._falls_from_s <= now_s < self._falls_until_s
 
     def is_at_rest(self, now_s: float) -> bool:
-        """Whether `motion` stays as it is now until somebody moves it."""
         return not self.is_lifelike and now_s >= self._falls_until_s + JOLT_S
 
     def motion(self, at_s: float) -> tuple[float, float]:
@@ -102,7 +100,6 @@ class Physics:
 
     @property
     def light_v(self) -> float:
-        """The voltage of the light sensor in the bay."""
         return LIGHT_BAY_OPEN_V if self.bay_is_open else LIGHT_BAY_CLOSED_V
 
     @property
@@ -205,7 +202,6 @@ class SentBytes(NamedTuple):
 
 
 def to_byte(value: float) -> int:
-    """Return the nearest byte."""
     return min(255, max(0, round(value)))
 
 
@@ -246,7 +242,6 @@ class SimulatedModule:
     # What it measures
 
     def measure(self, now_s: float) -> SensorSample:
-        """What its sensor says; the tilt is the angle to the position of the last zeroing."""
         tilt_deg, acceleration_g = self.world.motion(now_s)
         return SensorSample(now_s, abs(tilt_deg - self.memory.zero_tilt_deg), acceleration_g)
 
@@ -260,7 +255,6 @@ class SimulatedModule:
         return self.state.is_active
 
     def status(self, now_s: float) -> bytes:
-        """Return the eight bytes of frame 32."""
         sample = self.measure(now_s)
         tilt = to_byte(sample.tilt_deg)
         acceleration = to_byte(sample.acceleration_g * TENTH_G.per_unit)
@@ -298,7 +292,6 @@ class SimulatedModule:
         self.power_on(now_s)
 
     def press_switch(self, now_s: float) -> None:
-        """Hold its switch for 2 s, which switches it on."""
         if not self.is_on:
             self.power_on(now_s)
 
@@ -322,7 +315,6 @@ class SimulatedModule:
         self._judge.reset()
 
     def fire(self, sources: Source, now_s: float) -> bool:
-        """Fire, and keep a record. Where it is off, locked or blocked, return False and do nothing."""
         if not self.is_on or not self.state.is_active or self.state.is_forbidden:
             return False
         self._fired |= sources
@@ -371,11 +363,9 @@ class SimulatedModule:
     # Time, and what leaves it
 
     def plan(self, at_s: float, act: Callable[[float], object]) -> None:
-        """Do this then, with the time as its argument, whether the module is on or not."""
         heapq.heappush(self._plans, (at_s, next(self._plan_numbers), act))
 
     def advance(self, now_s: float) -> None:
-        """Let everything happen that is due until now."""
         self._stream_due_s = max(self._stream_due_s, now_s - MAX_LOOK_BACK_S)
         while (due_s := self._due_s()) <= now_s:
             self._watch(due_s)
@@ -424,7 +414,6 @@ class SimulatedModule:
     # Requests
 
     def receive(self, data: bytes, now_s: float) -> None:
-        """Take bytes from the host; the answers are collected."""
         self.advance(now_s)
         for piece in self._heard.feed(data):
             if self.is_on and isinstance(piece, Frame) and piece.direction is Direction.HOST_TO_MODULE:
@@ -432,7 +421,6 @@ class SimulatedModule:
                 self.obey(decode_request(piece.raw), now_s)
 
     def obey(self, request: Request, now_s: float) -> None:
-        """Carry out a request, and answer it."""
         code, name = request.command.code, request.command.name
         if name == "heartbeat":
             self.send(HEARTBEAT_REPLY, now_s)
@@ -449,7 +437,6 @@ class SimulatedModule:
             self.baud_rate = BAUD.values[self.memory.baud_code]
 
     def _set(self, name: str, data: int, now_s: float) -> int:
-        """Carry out a set; return D4 of its acknowledgement."""
         match name:
             case "activation":
                 self.activate(is_active=data == FLAG.true)
@@ -478,7 +465,6 @@ class SimulatedModule:
         return data
 
     def _value(self, name: str, now_s: float) -> int:
-        """Return D4 of the answer to a query."""
         match name:
             case "light":
                 return self.light(now_s)

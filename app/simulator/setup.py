@@ -23,7 +23,6 @@ def option(default: Any, text: str, metavar: str, parse: Callable[[str], Any]) -
 
 
 def one_of(default: Any, text: str, expected: str, values: Mapping[str, Any]) -> Any:
-    """Return an option that is one of these words."""
 
     def parse(typed: str) -> Any:
         if typed.lower() not in values:
@@ -76,7 +75,6 @@ class Setup:
 
 
 def as_text(value: object) -> str:
-    """Return a value in the form in which it is typed."""
     if isinstance(value, bool):
         return "yes" if value else "no"
     return f"{value:g}" if isinstance(value, float) else str(value)

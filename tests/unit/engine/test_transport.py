@@ -13,7 +13,7 @@ import struct
 import sys
 import termios
 from collections.abc import Callable, Iterator
-from contextlib import ExitStack, nullcontext
+from contextlib import ExitStack
 from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
@@ -119,41 +119,6 @@ def test_what_the_driver_took_is_written_however_long_this_thread_was_kept_waiti
     monkeypatch.setattr("serial.serialutil.Timeout.expired", lambda _timeout: True)
     line.write(b"Ba 123")
     assert os.read(far, 100) == b"Ba 123"
-
-
-class Uninterrupted:
-    """A port whose waiting read cannot be ended, as on Windows."""
-
-    def __init__(self, arriving: bytes = b"AuAuAu", trouble: str = "") -> None:
-        self.timeout, self.trouble = 0.01, trouble
-        self.left = arriving
-        self.reads: list[tuple[int, float]] = []
-
-    @property
-    def in_waiting(self) -> int:
-        return len(self.left)
-
-    def read(self, size: int) -> bytes:
-        self.reads.append((size, self.timeout))
-        if self.trouble:
-            trouble, self.trouble = self.trouble, ""
-            raise serial.SerialException(trouble)
-        taken, self.left = self.left[:size], self.left[size:]
-        return taken
-
-
-@pytest.mark.parametrize(
-    ("trouble", "arriving", "heard"),
-    [
-        ("GetOverlappedResult failed (OSError(9, 'x', None, 1460))", b"Au", b"Au"),
-        ("GetOverlappedResult failed (BrokenPipeError(9, 'x', None, 109))", b"", b""),
-        ("ClearCommError failed", b"Au", None),
-    ],
-)
-def test_a_read_of_nothing_is_no_lost_port(trouble: str, arriving: bytes, heard: bytes | None) -> None:
-    line = SerialLine("COM3", Uninterrupted(arriving, trouble))  # type: ignore[arg-type]
-    with pytest.raises(PortError, match=PortTrouble.LOST.value) if heard is None else nullcontext():
-        assert line.read(0.05, 0.0) == heard
 
 
 LINUX_ONLY = pytest.mark.skipif(not sys.platform.startswith("linux"), reason="/proc is Linux's")
@@ -267,21 +232,6 @@ def test_any_error_of_a_read_is_a_lost_port(
         terminal.send(STATUS_FRAME)
         with pytest.raises(PortError) as lost:
             line.read(10.0, 0.0)
-    assert lost.value.trouble is PortTrouble.LOST
-
-
-@pytest.mark.parametrize("longest_s", [0.0, 0.01])
-@pytest.mark.parametrize("port", ["terminal", "terminal, by pyserial", "loop://", "sim://read-after-close"])
-@pytest.mark.promise("k")
-def test_a_read_after_the_close_is_a_lost_port(
-    port: str, longest_s: float, terminal: Terminal, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    line = open_line(port if "://" in port else terminal.name, 115200)
-    if "pyserial" in port:
-        monkeypatch.setattr(line, "_interrupts", None)
-    line.close()
-    with pytest.raises(PortError) as lost:
-        line.read(longest_s, 0.0)
     assert lost.value.trouble is PortTrouble.LOST
 
 

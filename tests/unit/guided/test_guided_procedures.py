@@ -141,11 +141,6 @@ def test_the_fall_is_measured_between_the_reports_around_it(height_m: float, ver
     assert rows(done)["Trigger"] == ("not triggered", "passed")
 
 
-def test_a_fall_of_few_reports_is_unclear() -> None:
-    done = result(guided(streaming(rate=8, mute_codes="32"), GuidedKind.FREE_FALL, height_m=1.0))
-    assert done.verdict is GuidedVerdict.UNCLEAR
-
-
 @pytest.mark.parametrize(
     ("threshold", "open_row"), [(18, "passed"), (30, "failed"), (25, "failed"), (24, "passed"), (2, "passed")]
 )
@@ -223,17 +218,6 @@ def test_a_module_that_becomes_active_meanwhile_breaks_it_off(kind: GuidedKind) 
     rig = settled_rig()
     done = guided(rig, kind, act=lambda: rig.bench.module.activate(is_active=True))
     assert "ACTIVE" in reason(done)
-
-
-def test_a_module_that_is_locked_meanwhile_breaks_the_tilt_off() -> None:
-    rig = streaming()
-    start = rig.clock.now_s
-
-    def lock() -> None:
-        if rig.clock.now_s > start + 4:
-            rig.bench.module.activate(is_active=False)
-
-    assert reason(guided(rig, GuidedKind.TILT, each=lock)) == "The module was locked."
 
 
 FAILED = GuidedVerdict.FAILED

@@ -2,7 +2,7 @@
 
 import pytest
 
-from protocol.catalogue import ACTIVATION, BY_NAME, TRIGGER_RECORDS
+from protocol.catalogue import ACTIVATION, TRIGGER_RECORDS
 from protocol.events import Answered, Ended, EndReason, Received, Role, Sent, Unanswered
 from protocol.messages import Reading, encode_reply
 from protocol.stale_replies import FENCES
@@ -58,15 +58,6 @@ def test_a_doubled_acknowledgement_is_not_the_read_back(bench: Bench) -> None:
     bench.wait(0.01)
     bench.hear(encode_reply(0x22, 160))
     assert last_answer(bench) == Reading(TIME, 160)
-
-
-def test_a_fence_without_answer_sends_nothing_else(bench: Bench) -> None:
-    bench.ask(named("serial_output").set(True))
-    bench.events += bench.link.abandon(bench.now)
-    bench.answers.pop(BOOTS.encode())
-    bench.ask(named("serial_output").set(False))
-    bench.wait(3)
-    assert bench.sent(named("serial_output").set(False)) == 0
 
 
 def test_a_fence_that_this_module_does_not_know_is_replaced_by_the_boot_count_behind_it(bench: Bench) -> None:
@@ -177,20 +168,7 @@ def test_after_a_set_the_new_value_is_none_and_neither_is_a_copy_of_the_acknowle
     assert told(bench) == [("freefall_time", 120, 160)], "it changed by itself, or it is another module"
 
 
-def test_what_was_told_before_does_not_count_in_the_next_conversation(bench: Bench) -> None:
-    bench.ask(THRESHOLD.query())
-    bench.hear(encode_reply(0x20, 60))
-    bench.events += bench.link.end(EndReason.ANOTHER, bench.now)
-    bench.wait(0.5)
-    bench.events.clear()
-    bench.ask(THRESHOLD.query())
-    bench.hear(encode_reply(0x20, 85))
-    assert bench.reasons == []
-    assert len(bench.taken(Answered)) == 1
-
-
-SET = BY_NAME["freefall_time"].set(1.2)
-QUESTION = BY_NAME["freefall_time"].query()
+QUESTION = TIME.query()
 
 
 @pytest.mark.promise("k")
@@ -198,10 +176,10 @@ def test_lock_leaves_at_once_and_a_set_does_not(bench: Bench) -> None:
     bench.ask(named("active").query())
     bench.wait(0.003)
     answered_at = bench.now
-    assert bench.begin_to_ask(SET) == b""
+    assert bench.begin_to_ask(TIME.set(1.2)) == b""
     assert not bench.has_left
     assert bench.link.next_deadline(bench.now) == pytest.approx(answered_at + ONCE_S)
-    assert bench.link.abandon(bench.now) == [Unanswered(SET, 0, 0.0, bench.now)]
+    assert bench.link.abandon(bench.now) == [Unanswered(TIME.set(1.2), 0, 0.0, bench.now)]
     (sent,) = bench.link.ask(ACTIVATION.set(False), bench.now)
     assert isinstance(sent, Sent)
 
