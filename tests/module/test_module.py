@@ -1,21 +1,14 @@
-"""The independent module answers as the vendor's table says, and the product works against it."""
+"""The independent module answers as the vendor's table says."""
 
 import ast
-import json
-import sys
 from pathlib import Path
 
-import pytest
-
-from tests.module.line import Line, now
 from tests.module.log import NOT_A_FRAME
 from tests.module.module import BY_ATTITUDE, Module
 from tests.module.options import Options
-from tests.support.processes import dps_s
 from tests.vendor.frames import VECTORS
 
 HERE = Path(__file__).parent
-pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="Windows has no pseudo-terminals")
 
 
 def test_it_and_the_vendors_table_import_nothing_of_the_product() -> None:
@@ -62,37 +55,3 @@ def test_it_says_each_frame_that_the_table_prints_for_the_module() -> None:
     said |= frames_said(Options(), cell=0xD2, charging=1, boots=1)
     missing = [vector.id for vector in VECTORS if not vector.is_from_host and vector.raw not in said]
     assert missing == []
-
-
-def test_find() -> None:
-    """At another rate each hears garbage."""
-    module = Module(now=now())
-    module.settings[0x24] = 2
-    module.rate = 9600
-    with Line(module) as line:
-        assert dps_s("read", "--json", "--port", line.port).returncode == 3
-        assert module.log.got() == []
-        right = dps_s("find", "--json", "--port", line.port)
-    assert json.loads(right.stdout)["baud_rate"] == 9600
-
-
-def test_history() -> None:
-    module = Module(now=now())
-    module.trigger(now() + 108, BY_ATTITUDE)
-    with Line(module) as line:
-        ended = dps_s("history", "--json", "--port", line.port)
-    assert ended.returncode == 0, ended.stderr
-    found = json.loads(ended.stdout)
-    assert [record["sources"] for record in found["records"]] == [["attitude"]]
-    assert found["empty_slots"] == 8
-
-
-def test_monitor() -> None:
-    module = Module(now=now())
-    module.readings.tilt_deg = 12
-    with Line(module) as line:
-        ended = dps_s("monitor", "--seconds", "3", "--json", "--port", line.port)
-    assert ended.returncode == 0, ended.stderr
-    rows = [json.loads(row) for row in ended.stdout.splitlines()]
-    assert {row["tilt_deg"] for row in rows} == {12}
-    assert [entry.value for entry in module.log.sets(0x13)][-2:] == [1, 0]

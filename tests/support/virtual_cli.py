@@ -5,18 +5,20 @@ import json
 import os
 import sys
 import time
-from collections.abc import Callable, Sequence
-from concurrent import futures
-from contextlib import ExitStack
+from collections.abc import Callable, Iterator, Sequence
+from concurrent.futures import Future
+from concurrent.futures import wait as wait_for
+from contextlib import ExitStack, contextmanager
 from functools import cached_property
 from typing import Any, Final
 from unittest.mock import patch
 
 import app.__main__ as program
 from app.cli.commands import ENTRIES
-from app.engine.procedure import Await
+from app.engine.procedure import Job
 from app.port_urls.protocol_sim import open_bench
 from app.simulator.bench import SimulatedBench
+from app.store.fact_store import Facts, Store
 from app.system import clock
 from app.terminal.connection import OpenPort
 from app.terminal.console import check_signals
@@ -46,15 +48,6 @@ class Ran:
         return found
 
 
-class _Worker(ThreadlessWorker):
-    def turn(self) -> bool:
-        """While the disk is at work no time passes."""
-        for job in () if self._session is None else self._session._jobs:
-            if isinstance(job.effect, Await):
-                futures.wait([job.effect.future], PATIENCE_S)
-        return super().turn()
-
-
 class VirtualCli:
     """One command after the other, at the modules on one line; `line` is that of the last one."""
 
@@ -74,16 +67,9 @@ class VirtualCli:
     def module(self) -> Module:
         return self.modules[0]
 
-    def run(
-        self,
-        *words: str,
-        port: str = PORT,
-        meanwhile: Callable[[], object] | None = None,
-        after_s: float = 0.0,
-        **own: str,
-    ) -> Ran:
-        """`port`: "" for what has none, or has it among its words; at `sim://` is the simulated module. `meanwhile`
-        happens so long after the port was opened. `own`: variables of the environment."""
+    @contextmanager
+    def in_time(self, meanwhile: Callable[[], object] | None = None, after_s: float = 0.0) -> Iterator[None]:
+        """Whatever opens `PORT` in here is at the modules, and this clock is its clock."""
         planned = [] if meanwhile is None else [meanwhile]
 
         def open_line(name: str, baud_rate: int) -> ModuleLine | WatchedLine:
@@ -96,8 +82,7 @@ class VirtualCli:
 
         def wait(opened: OpenPort) -> None:
             check_signals()
-            worker = opened.worker
-            assert isinstance(worker, _Worker)
+            worker = workers[-1]
             session = worker._session
             is_idle = session is not None and not session.is_busy
             if is_idle:
@@ -110,28 +95,61 @@ class VirtualCli:
                 opened._receive(opened._batches.get_nowait())
             check_signals()
 
+        def job_wait(job: Job[Any], limit_s: float) -> bool:
+            """As `Job.wait`, in the one thread that there is."""
+            ends_s = self.clock.now_s + limit_s
+            while not job.is_done and self.clock.now_s < ends_s and workers[-1].turn():
+                pass
+            return job.is_done
+
+        def write(store: Store, work: Callable[[Facts], Any]) -> "Future[Any]":
+            """While the disk is at work no time passes."""
+            writing = written(store, work)
+            wait_for([writing], PATIENCE_S)
+            return writing
+
+        def make_worker(callback: Any, make_lock: Any = None) -> ThreadlessWorker:
+            workers.append(ThreadlessWorker(callback, self.clock, make_lock))
+            return workers[-1]
+
+        workers, written = list[ThreadlessWorker](), Store.write
         for entry in ENTRIES:
             entry.load()  # so that none of them keeps this clock
-        out, err = (io.TextIOWrapper(io.BytesIO(), encoding="utf-8", write_through=True) for _ in range(2))
-        began_s, steady = self.clock.now_s, clock.steady_time
+        steady = clock.steady_time
         with ExitStack() as stack:
             for module in list(sys.modules.values()):
                 if getattr(module, "steady_time", None) is steady:
                     stack.enter_context(patch.object(module, "steady_time", self.clock))
             for what in (
-                patch.dict(os.environ, {"LC_ALL": "C.UTF-8", **own}),
-                patch.object(sys, "stdout", out),
-                patch.object(sys, "stderr", err),
                 patch.object(OpenPort, "wait", wait),
                 patch("app.simulator.bench._benches", self._simulated),
                 patch.dict(SimulatedBench.__init__.__kwdefaults__ or {}, clock=self.clock),
                 patch("app.engine.worker.open_line", open_line),
-                patch(
-                    "app.terminal.connection.Worker",
-                    lambda callback, make_lock=None: _Worker(callback, self.clock, make_lock),
-                ),
+                patch.object(Job, "wait", job_wait),
+                patch.object(Store, "write", write),
+                patch("app.terminal.connection.Worker", make_worker),
             ):
                 stack.enter_context(what)
+            yield
+
+    def run(
+        self,
+        *words: str,
+        port: str = PORT,
+        meanwhile: Callable[[], object] | None = None,
+        after_s: float = 0.0,
+        **own: str,
+    ) -> Ran:
+        """`port`: "" for what has none, or has it among its words; at `sim://` is the simulated module. `meanwhile`
+        happens so long after the port was opened. `own`: variables of the environment."""
+        out, err = (io.TextIOWrapper(io.BytesIO(), encoding="utf-8", write_through=True) for _ in range(2))
+        began_s = self.clock.now_s
+        with (
+            self.in_time(meanwhile, after_s),
+            patch.dict(os.environ, {"LC_ALL": "C.UTF-8", **own}),
+            patch.object(sys, "stdout", out),
+            patch.object(sys, "stderr", err),
+        ):
             code = program.main([words[0], *(("--port", port) if port else ()), *words[1:]])
         took_s = self.clock.now_s - began_s
         self.clock.now_s += BETWEEN_S

@@ -1,0 +1,242 @@
+"""The command line at independent modules: what the module itself holds and heard is compared with what is said."""
+
+import json
+import subprocess
+import sys
+from functools import partial
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from app.integration import opened
+from tests.hardware import test_read_only, test_writing
+from tests.hardware.conftest import Ran as HardwareRan
+from tests.hardware.conftest import Run
+from tests.module.module import (
+    ACTIVATION,
+    ACTIVE,
+    ATTITUDE,
+    ATTITUDE_OFF,
+    BY_ATTITUDE,
+    FREEFALL_OFF,
+    OUTPUT,
+    TIME,
+    TRIGGERED,
+)
+from tests.module.options import Options
+from tests.support.processes import ROOT
+from tests.support.virtual_cli import PORT, VirtualCli
+
+CHECK = ("preflight", "--enable-triggers", "--records-reviewed", "--json")
+TWO = "Two modules on this line?"
+
+
+def test_its_baud_rate_is_found() -> None:
+    """At another rate each hears garbage."""
+    cli = VirtualCli()
+    cli.module.rate = 9600
+    assert cli.run("read", "--json").returncode == 3
+    assert cli.module.log.got() == []
+    assert cli.run("find", "--json").said["baud_rate"] == 9600
+
+
+def test_its_trigger_records_are_read() -> None:
+    cli = VirtualCli()
+    cli.module.trigger(cli.clock() + 108, BY_ATTITUDE)
+    ran = cli.run("history", "--json")
+    assert ran.returncode == 0, ran.stderr
+    assert [record["sources"] for record in ran.said["records"]] == [["attitude"]]
+    assert ran.said["empty_slots"] == 8
+
+
+def test_it_streams_while_it_is_watched() -> None:
+    cli = VirtualCli()
+    cli.module.readings.tilt_deg = 12
+    ran = cli.run("monitor", "--seconds", "3", "--json")
+    assert ran.returncode == 0, ran.stderr
+    assert {json.loads(row)["tilt_deg"] for row in ran.stdout.splitlines()} == {12}
+    assert [entry.value for entry in cli.module.log.sets(OUTPUT)][-2:] == [1, 0]
+
+
+# A module that lies or loses is never called READY, verified or locked
+
+
+@pytest.mark.parametrize(
+    ("options", "more"),
+    [
+        pytest.param({"copies": {0x16: [0.25]}, "lost_sets": {0x17: -1}}, (), id="16 acknowledged twice, 17 lost"),
+        pytest.param(
+            {"copies": {0x17: [0.8]}, "lost_sets": {0x16: -1}, "freefall_code": 0x16},
+            (),
+            id="17 acknowledged twice as 16, 16 lost",
+        ),
+        pytest.param({"instead": {ACTIVE: "01 01"}}, (), id="30 active, the status locked"),
+        pytest.param({"instead": {ACTIVE: "01 00"}}, ("--activate", "--yes"), id="30 locked, the status active"),
+        pytest.param({"second": {ATTITUDE: (0.002, "01 55")}}, (), id="two answers to one question"),
+    ],
+)
+def test_a_module_that_lies_is_not_ready(options: dict[str, Any], more: tuple[str, ...]) -> None:
+    cli = VirtualCli(Options(**options))
+    cli.module.settings |= {ATTITUDE_OFF: 1, FREEFALL_OFF: 1}
+    ran = cli.run(*CHECK, *more)
+    assert (ran.said["verdict"], ran.returncode) == ("NO-GO", 1), ran.stderr
+
+
+def test_a_setting_that_reverts_by_itself_is_not_verified() -> None:
+    ran = VirtualCli(Options(reverts={TIME: (0.8, None)})).run("set", "freefall_time_s=0.90", "--json")
+    assert ran.returncode == 1
+    assert ran.said["results"]["freefall_time_s"]["verified"] is False
+
+
+@pytest.mark.parametrize("seed", range(6))
+def test_on_a_line_that_loses_bytes_only_what_the_module_holds_is_verified(seed: int) -> None:
+    cli = VirtualCli(Options(lose=0.02, jitter_s=0.01), seed=seed)
+    ran = cli.run("set", "freefall_time_s=0.90", "attitude_threshold_deg=70", "--json")
+    for name, code, byte in (("freefall_time_s", TIME, 90), ("attitude_threshold_deg", ATTITUDE, 70)):
+        if ran.said.get("results", {}).get(name, {}).get("verified"):
+            assert cli.module.settings[code] == byte
+        assert len(cli.module.log.sets(code)) <= 1, "a set is sent once"
+
+
+def test_lock_is_not_called_confirmed_by_a_module_that_only_acknowledges_it() -> None:
+    cli = VirtualCli(Options(ignored_sets={ACTIVATION: -1}))
+    cli.module.settings[ACTIVATION] = 1
+    assert cli.run("lock").returncode == 1
+    assert cli.module.settings[ACTIVATION] == 1
+
+
+def test_of_two_modules_none_becomes_active() -> None:
+    """The second one stands at 80°, which fires, and is set to 85°."""
+    cli = VirtualCli(Options(), Options(delay_s=0.002))
+    second = cli.modules[1]
+    second.settings[ATTITUDE], second.readings.tilt_deg = 85, 80
+    ended = cli.run("activate", "--yes")
+    # Which it is depends on what arrives first: two copies of an answer, or two answers that differ.
+    assert ended.returncode in (1, 3)
+    assert TWO in ended.stderr
+    assert [one.settings[ACTIVATION] for one in cli.modules] == [0, 0]
+    read = cli.run("read", "--json")
+    assert read.returncode == 3
+    # So it does where it is said: with the setting, or with the line.
+    assert any(TWO in why for why in read.said["errors"].values())
+    written = cli.run("set", "freefall_time_s=1.2", "--json")
+    assert written.returncode in (1, 3)
+    assert written.said["results"]["freefall_time_s"]["verified"] is not True
+
+
+def test_of_two_equal_modules_a_set_is_not_done_without_a_word() -> None:
+    written = VirtualCli(Options(), Options(delay_s=0.002)).run("set", "freefall_time_s=1.2")
+    assert written.returncode != 0
+    assert TWO in written.stderr
+
+
+@pytest.mark.parametrize(("code", "key"), [(ACTIVE, "active"), (TRIGGERED, "triggered")])
+def test_what_30_or_31_contradicts_is_null_and_both_are_named(code: int, key: str) -> None:
+    told = VirtualCli(Options(instead={code: "01 01"})).run("read", "--json").said
+    assert told["status"][key] is None
+    assert told["errors"][key].startswith(f"{code:02X}: ")
+    assert "status: " in told["errors"][key]
+
+
+# The whole way
+
+
+@pytest.mark.promise("f")
+def test_from_power_on_to_the_verified_record(tmp_path: Path) -> None:
+    cli, report = VirtualCli(), tmp_path / "M-07.pdf"
+    module = cli.module
+    module.settings |= {ATTITUDE_OFF: 1, FREEFALL_OFF: 1}
+
+    def dps_s(*words: str, code: int = 0, port: str = PORT) -> dict[str, Any]:
+        """What the command prints as JSON."""
+        ran = cli.run(*words, "--json", port=port)
+        assert ran.returncode == code, ran.stdout + ran.stderr
+        return ran.said
+
+    # Powered on: everything is read but the two flags, which nobody can ask for.
+    settings = dps_s("read")["settings"]
+    assert (settings["attitude_threshold_deg"], settings["attitude_trigger"]) == (60, None)
+
+    # So there is no READY yet.
+    check = ("preflight", "--module", "M-07", "--who", "Li Wei", "--records-reviewed")
+    checked = dps_s(*check, code=1)
+    results = {one["id"]: one["result"] for one in checked["checks"]}
+    assert (results["attitude_trigger"], results["freefall_trigger"]) == ("unknown", "unknown")
+    assert checked["verdict"] == "NO-GO"
+    assert module.log.acts() == []
+
+    # Set, and read back.
+    written = dps_s("set", "attitude_threshold_deg=65")["results"]
+    assert written["attitude_threshold_deg"]["verified"] is True
+    assert module.settings[ATTITUDE] == 65
+
+    # Enabled, READY, ACTIVE and GO in one connection; the record is written.
+    checked = dps_s(*check, "--enable-triggers", "--activate", "--yes", "--report", str(report))
+    assert checked["verdict"] == "GO"
+    assert [module.settings[code] for code in (ATTITUDE_OFF, FREEFALL_OFF, ACTIVATION)] == [0, 0, 1]
+    assert [entry.value for entry in module.log.acts()] == [1]
+
+    # Back on the ground.
+    assert dps_s("lock", "--module", "M-07")["outcome"] == "confirmed"
+    assert module.settings[ACTIVATION] == 0
+
+    # What remains: the record, whole and signed here, and what was done to this module.
+    for path in (report, report.with_suffix(".json")):
+        verified = dps_s("verify", str(path), port="")
+        assert [verified[name] for name in ("state", "verdict", "follows", "module", "who", "signed_by")] == (
+            ["intact", "GO", "GO", "M-07", "Li Wei", "this_station"]
+        )
+    (today,) = dps_s("archive", "report", port="")["modules"]
+    assert (today["module"], today["last_check"]["verdict"], today["due"]) == ("M-07", "GO", [])
+    told = [event["told"] for event in dps_s("archive", "module", "M-07", port="")["events"]]
+    assert [what for what in told if what.startswith("Pre-flight check: ")] == [
+        f"Pre-flight check: {verdict}, checked by: Li Wei." for verdict in ("NO-GO", "READY", "GO")
+    ]
+
+
+# The door for other programs, and the tests of a real module
+
+
+@pytest.mark.promise("g")
+def test_what_takes_protection_away_is_sent_only_where_that_was_accepted() -> None:
+    cli = VirtualCli()
+    with cli.in_time(), opened(PORT) as module:
+        assert not module.write(attitude_threshold_deg=30, freefall_trigger=False).is_fine
+        assert cli.module.log.sets() == []
+        assert module.write(accepts_risk=True, attitude_threshold_deg=30).is_fine
+        assert cli.module.settings[ATTITUDE] == 30
+        with pytest.raises(KeyError):
+            module.write(baud=9600)
+    assert cli.module.log.acts() == []
+
+
+def hardware_run(cli: VirtualCli) -> Run:
+    def run(*words: str) -> HardwareRan:
+        ran = cli.run(*words)
+        return HardwareRan(ran.returncode, ran.stdout, ran.stderr)
+
+    return run
+
+
+def test_the_hardware_tests_pass_at_a_module_that_keeps_to_the_table_and_change_nothing() -> None:
+    """Else nobody would know that they work before there is one."""
+    cli = VirtualCli()
+    before, run = dict(cli.module.settings), hardware_run(cli)
+    tests = [value for name, value in vars(test_read_only).items() if name.startswith("test_")]
+    tests += [partial(test_writing.test_a_setting_is_written_and_set_back, name) for name in test_writing.STEPS]
+    for test in (*tests, test_writing.test_it_locks):
+        test(run)
+    assert cli.module.settings == before
+
+
+def test_a_module_that_keeps_nothing_is_noticed_by_them() -> None:
+    run = hardware_run(VirtualCli(Options(ignored_sets={ATTITUDE: -1})))
+    with pytest.raises(AssertionError):
+        test_writing.test_a_setting_is_written_and_set_back("attitude_threshold_deg", run)
+
+
+def test_without_a_port_they_are_skipped() -> None:
+    command = [sys.executable, "-m", "pytest", "-q", "-n", "0", "-p", "no:cacheprovider", "tests/hardware"]
+    ran = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, check=False)
+    assert "10 skipped" in ran.stdout, ran.stdout
