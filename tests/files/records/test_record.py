@@ -23,8 +23,7 @@ from app.settings.profiles import ManualLine
 from app.text.i18n import set_language, tr
 from app.text.messages import UserError, message_from_json
 from tests.support.records.preflight_rig import FAULTS, Fault, check
-from tests.support.records.printing import print_report
-from tests.support.records.stations_made import station
+from tests.support.records.stored import print_report, station
 
 AT = datetime(2026, 11, 21, 14, 3, 5, tzinfo=timezone(timedelta(hours=8), "CST"))
 HOSTILE = (

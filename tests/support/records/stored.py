@@ -1,13 +1,17 @@
-"""Reads and writes a store as the program does, and waits for it."""
+"""Stores, stations and reports of tests: as the program makes them, waited for."""
 
 import sqlite3
 from collections.abc import Iterator, Mapping
 from contextlib import closing, contextmanager
 from datetime import UTC, datetime, timedelta
+from functools import cache
 from pathlib import Path
 from types import MappingProxyType
 from typing import NamedTuple
 
+from cryptography.hazmat.primitives.asymmetric.ed25519 import Ed25519PrivateKey
+
+from app.modules.labels import A4
 from app.modules.names import Remembered, modules, remember, remembered
 from app.records.filing import CheckLine, checks_in
 from app.safety.journal import Act, Outcome
@@ -15,6 +19,7 @@ from app.safety.left_active import KnownAs, LeftActive, all_left
 from app.store import acts
 from app.store.fact_store import Clock, Facts, Store, connect, utc_now
 from app.store.rows import ActEnded, ActIntended, DeployIntended, SettingsSeen
+from app.store.station import Station
 from app.trigger_records.history import KeptTriggers, SeenRecord
 from tests.support.patience import PATIENCE_S
 
@@ -148,3 +153,16 @@ def tamper(path: Path, *statements: str) -> None:
         guards = connection.execute("SELECT name FROM sqlite_master WHERE type = 'trigger'").fetchall()
         for statement in (*(f"DROP TRIGGER {name}" for (name,) in guards), *statements):
             connection.execute(statement)
+
+
+@cache
+def station(name: str = "hangar") -> Station:
+    """Return the station of this name, which signs records; its key lasts for the test run."""
+    private = Ed25519PrivateKey.generate()
+    return Station(private.public_key().public_bytes_raw().hex(), private)
+
+
+def print_report(body: str, attachment: bytes) -> bytes:
+    from ui.files.report_printer import print_pages
+
+    return print_pages([body], A4, attachment)

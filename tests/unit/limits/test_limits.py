@@ -24,7 +24,7 @@ from app.settings.profiles import LIMITS, NO_PROFILE, Profile, ProfileRefused, p
 from app.trigger_records.history import sentence
 from protocol.messages import TriggerRecord
 from tests.support.records.preflight_rig import Fault, check
-from tests.support.records.stations_made import station
+from tests.support.records.stored import station
 
 SOFT = """
 [limits]

@@ -29,7 +29,7 @@ from tests.support.line.frames import at_each_frame, at_frame
 from tests.support.line.odd_module import restart_silently
 from tests.support.line.sim_line import Rig, settled_rig, watched_rig
 from tests.support.records.preflight_rig import FAULTS, Arrange, Fault, assert_only_questions, check, gather, on_request
-from tests.support.records.stations_made import station
+from tests.support.records.stored import station
 
 FLAGS = [command.key for command in TRIGGERS]
 

@@ -21,7 +21,7 @@ import app.__main__ as program
 from app.text.i18n import CHINESE
 from tests.support.flights.made_flights import made_flight, write_csv
 from tests.support.processes import ran_code
-from tests.support.records.printing import print_report
+from tests.support.records.stored import print_report
 from tests.support.window import walk
 from tests.support.window.fakes_ui import page_entries, window
 from tests.support.window.live_bench import Bench, live_bench
