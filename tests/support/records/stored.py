@@ -97,9 +97,10 @@ def settle(
     result: Mapping[str, object] = MappingProxyType({}),
     *,
     port: str,
+    adapter: str = "",
     known_as: KnownAs = acts.UNNAMED,
 ) -> None:
-    where = acts.Where(port, "window", "", known_as)
+    where = acts.Where(port, "window", adapter, known_as)
     store.write(lambda facts: acts.settle(facts, intent, act, where, outcome, result)).result(PATIENCE_S)
 
 
