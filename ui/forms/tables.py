@@ -25,8 +25,12 @@ from ui.widgets.controls import EmptyState, control, stacked
 
 Index = QModelIndex | QPersistentModelIndex
 Row = TypeVar("Row")
-SORT_ROLE: Final = Qt.ItemDataRole.UserRole
-ROW_ROLE: Final = Qt.ItemDataRole.UserRole + 1
+_SORT_ROLE: Final = Qt.ItemDataRole.UserRole
+_ROW_ROLE: Final = Qt.ItemDataRole.UserRole + 1
+# Padding at each side of a cell, in the style sheet; frame of the style, both sides together.
+_PAD_PX: Final = 5
+_FRAME_PX: Final = 8
+_SEARCH_PX: Final = 140
 
 
 @dataclass(frozen=True)
@@ -39,12 +43,17 @@ class TableColumn(Generic[Row]):
     is_right: bool = False
     picture: Callable[[Row], QIcon | None] | None = None
     ink: Callable[[Row], Meaning | None] = lambda _row: None
+    # The text that has to fit, in the language in use; without one the column is as wide as its contents.
     widest: Callable[[], str] | None = None
-    """The text that has to fit, in the language in use; without one the column is as wide as its contents."""
+    # Takes what room remains, beside others that do.
     stretches: bool = False
-    """Takes what room remains, beside others that do."""
+    # Hidden where there is no room for it.
     is_spare: bool = False
-    """Hidden where there is no room for it."""
+
+    @property
+    def alignment(self) -> int:
+        side = Qt.AlignmentFlag.AlignRight if self.is_right else Qt.AlignmentFlag.AlignLeft
+        return int(side | Qt.AlignmentFlag.AlignVCenter)
 
 
 class RowsModel(QAbstractTableModel, Generic[Row]):
@@ -68,7 +77,7 @@ class RowsModel(QAbstractTableModel, Generic[Row]):
             return
         if [self._identify(row) for row in rows] == [self._identify(row) for row in self.rows]:
             self.rows = rows
-            self._emit_data_changed()
+            self.dataChanged.emit(self.index(0, 0), self.index(len(rows) - 1, len(self.columns) - 1))
             return
         self.beginResetModel()
         self.rows = rows
@@ -83,13 +92,9 @@ class RowsModel(QAbstractTableModel, Generic[Row]):
     def headerData(self, section: int, orientation: Qt.Orientation, role: int = Qt.ItemDataRole.DisplayRole) -> Any:
         if orientation is not Qt.Orientation.Horizontal:
             return None
-        column = self.columns[section]
-        match role:
-            case Qt.ItemDataRole.DisplayRole:
-                return tr(column.title)
-            case Qt.ItemDataRole.TextAlignmentRole:
-                return aligned(is_right=column.is_right)
-        return None
+        if role == Qt.ItemDataRole.DisplayRole:
+            return tr(self.columns[section].title)
+        return self.columns[section].alignment if role == Qt.ItemDataRole.TextAlignmentRole else None
 
     def data(self, index: Index, role: int = Qt.ItemDataRole.DisplayRole) -> Any:
         if not index.isValid() or index.row() >= len(self.rows):
@@ -104,17 +109,14 @@ class RowsModel(QAbstractTableModel, Generic[Row]):
                 meaning = column.ink(row)
                 return None if meaning is None else QColor(current().ink(meaning))
             case Qt.ItemDataRole.TextAlignmentRole:
-                return aligned(is_right=column.is_right)
+                return column.alignment
             case Qt.ItemDataRole.ToolTipRole | Qt.ItemDataRole.AccessibleDescriptionRole:
                 return self.tell(row)
-            case _ if role == SORT_ROLE:
+            case _ if role == _SORT_ROLE:
                 return column.text(row).casefold() if column.sort_key is None else column.sort_key(row)
-            case _ if role == ROW_ROLE:
+            case _ if role == _ROW_ROLE:
                 return row
         return None
-
-    def _emit_data_changed(self) -> None:
-        self.dataChanged.emit(self.index(0, 0), self.index(len(self.rows) - 1, len(self.columns) - 1))
 
 
 class RowsFilter(QSortFilterProxyModel, Generic[Row]):
@@ -124,7 +126,7 @@ class RowsFilter(QSortFilterProxyModel, Generic[Row]):
         super().__init__(parent)
         self._model = model
         self._words: tuple[str, ...] = ()
-        self.setSortRole(SORT_ROLE)
+        self.setSortRole(_SORT_ROLE)
         self.setSourceModel(model)
 
     def use(self, text: str) -> None:
@@ -141,17 +143,12 @@ class RowsFilter(QSortFilterProxyModel, Generic[Row]):
 
     def row_at(self, place: int) -> Row:
         """The row shown at `place`."""
-        row: Row = self.index(place, 0).data(ROW_ROLE)
+        row: Row = self.index(place, 0).data(_ROW_ROLE)
         return row
 
     def shown(self) -> tuple[Row, ...]:
         """All rows shown, in their order."""
         return tuple(self.row_at(place) for place in range(self.rowCount()))
-
-
-def aligned(*, is_right: bool) -> int:
-    side = Qt.AlignmentFlag.AlignRight if is_right else Qt.AlignmentFlag.AlignLeft
-    return int(side | Qt.AlignmentFlag.AlignVCenter)
 
 
 def select_row(table: QTableView, row: int) -> None:
@@ -180,13 +177,6 @@ def list_rows(table: QTableView, *, row_px: int) -> None:
     table.setIconSize(QSize(scaled(IconSize.TEXT), scaled(IconSize.TEXT)))
 
 
-_PAD_PX: Final = 5
-"""Padding at each side of a cell, in the style sheet."""
-_FRAME_PX: Final = 8
-"""Frame of the style, both sides together."""
-_SEARCH_PX: Final = 140
-
-
 class RowsTable(QTableView, Generic[Row]):
     """Makes a table of its columns; `says` is its accessible name, the rest as in `RowsModel`; without `tell` a row is
     read as its cells. Sorted by a column, newest or largest first, or not at all."""
@@ -207,8 +197,12 @@ class RowsTable(QTableView, Generic[Row]):
     ) -> None:
         super().__init__()
         control(self, name, says=says)
-        self._widths: dict[int, int] = {}
-        self.source: RowsModel[Row] = RowsModel(columns, identify, tell or self._as_shown, self)
+        self._widths: list[int] = []
+
+        def as_shown(row: Row) -> str:
+            return ", ".join(column.text(row) for column in columns)
+
+        self.source: RowsModel[Row] = RowsModel(columns, identify, tell or as_shown, self)
         self.filter: RowsFilter[Row] = RowsFilter(self.source, self)
         self.setModel(self.filter)
         list_rows(self, row_px=row_px)
@@ -216,16 +210,21 @@ class RowsTable(QTableView, Generic[Row]):
             self.setSelectionMode(QTableView.SelectionMode.SingleSelection)
         self.doubleClicked.connect(lambda _index: self.opened.emit())
         modes = QHeaderView.ResizeMode
+        body, heads = QFontMetrics(font(Size.BODY)), QFontMetrics(font(Size.SMALL, is_bold=True))
         for place, column in enumerate(columns):
             mode = modes.ResizeToContents if column.widest is None else modes.Interactive
             self.horizontalHeader().setSectionResizeMode(place, modes.Stretch if column.stretches else mode)
-        self.measure()
+            # As wide as the text that has to fit, and at least as the header with its arrow.
+            width = heads.horizontalAdvance(tr(column.title)) + scaled(Space.XL) + 2
+            if column.widest is not None:
+                icon_px = 0 if column.picture is None else scaled(IconSize.BUTTON)
+                text_px = body.horizontalAdvance(column.widest())
+                width = max(width, text_px + icon_px + 2 * scaled(_PAD_PX) + _FRAME_PX)
+            self._widths.append(width)
+            self.setColumnWidth(place, width)
         if sorted_by is not None:
             self.setSortingEnabled(True)
             self.sortByColumn(sorted_by, Qt.SortOrder.DescendingOrder)
-
-    def _as_shown(self, row: Row) -> str:
-        return ", ".join(column.text(row) for column in self.source.columns)
 
     def show_rows(self, rows: Sequence[Row]) -> None:
         self.source.show_rows(tuple(rows))
@@ -242,35 +241,17 @@ class RowsTable(QTableView, Generic[Row]):
             if is_wanted(self.filter.row_at(row)):
                 model.select(self.filter.index(row, 0), model.SelectionFlag.Select | model.SelectionFlag.Rows)
 
-    def measure(self) -> None:
-        """Makes the columns as wide as the texts that have to fit, and at least as their headers with the arrow."""
-        body, heads = QFontMetrics(font(Size.BODY)), QFontMetrics(font(Size.SMALL, is_bold=True))
-        for place, column in enumerate(self.source.columns):
-            width = heads.horizontalAdvance(tr(column.title)) + scaled(Space.XL) + 2
-            if column.widest is not None:
-                icon_px = 0 if column.picture is None else scaled(IconSize.BUTTON)
-                text_px = body.horizontalAdvance(column.widest())
-                width = max(width, text_px + icon_px + 2 * scaled(_PAD_PX) + _FRAME_PX)
-            self._widths[place] = width
-            self.setColumnWidth(place, width)
-        self._hide_spare()
-
-    def _hide_spare(self) -> None:
+    def resizeEvent(self, event: QResizeEvent) -> None:
         """Hides the last of the columns that are spare while there is no room for all."""
+        super().resizeEvent(event)
         # Whether it scrolls or not, so that lists of one width have the same columns.
         room_px = self.width() - 2 * self.frameWidth() - self.verticalScrollBar().sizeHint().width()
-        columns = list(enumerate(self.source.columns))
-        needed_px = sum(self._widths[place] for place, _column in columns)
-        for place, column in reversed(columns):
+        needed_px = sum(self._widths)
+        for place, column in reversed(list(enumerate(self.source.columns))):
             if column.is_spare:
                 has_room = needed_px <= room_px
                 self.setColumnHidden(place, not has_room)
-                if not has_room:
-                    needed_px -= self._widths[place]
-
-    def resizeEvent(self, event: QResizeEvent) -> None:
-        super().resizeEvent(event)
-        self._hide_spare()
+                needed_px -= 0 if has_room else self._widths[place]
 
     def keyPressEvent(self, event: QKeyEvent) -> None:
         if event.key() in (Qt.Key.Key_Return, Qt.Key.Key_Enter):

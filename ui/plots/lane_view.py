@@ -18,7 +18,7 @@ from PySide6.QtWidgets import QGraphicsItem, QGraphicsRectItem, QGraphicsScene, 
 
 from app.samples.samples import SeriesSample
 from app.text.i18n import tr
-from ui.plots.axis import LabelAxis
+from ui.plots.charts import LabelAxis
 from ui.plots.lanes import Lane, Limit, Span, value_text
 from ui.style import icons
 from ui.style.icons import Icon

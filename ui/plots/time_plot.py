@@ -19,7 +19,7 @@ from app.samples.samples import SeriesSample
 from app.system.clock import clock_text
 from app.text.i18n import tr
 from app.text.messages import duration, in_brackets
-from ui.plots.axis import TimeAxis, ago_text
+from ui.plots.charts import TimeAxis, ago_text
 from ui.plots.lane_view import EDGE_PX, GAP_PX, ICON_PX, LaneView, Overlay
 from ui.plots.lanes import Lane, Mark, Span, TimeRange, value_text
 from ui.style.icons import Icon, icon

@@ -2,25 +2,13 @@
 
 import logging
 from collections.abc import Callable, Sequence
-from typing import Final
+from typing import TYPE_CHECKING, Final
 
-from PySide6.QtCore import Qt, QTimer
+from PySide6.QtCore import Qt
 from PySide6.QtGui import QShowEvent
-from PySide6.QtWidgets import (
-    QCheckBox,
-    QDockWidget,
-    QFormLayout,
-    QFrame,
-    QGridLayout,
-    QMainWindow,
-    QPushButton,
-    QSpinBox,
-    QWidget,
-)
+from PySide6.QtWidgets import QCheckBox, QDockWidget, QFormLayout, QFrame, QMainWindow, QPushButton, QSpinBox, QWidget
 
 from app.engine.target import Target
-from app.port_urls.protocol_sim import open_bench
-from app.simulator.bench import SimulatedBench
 from app.text.i18n import tr
 from app.text.messages import UserError
 from protocol.translatable import marked
@@ -31,9 +19,11 @@ from ui.widgets.notice_bar import Choice, Notice
 from ui.widgets.number_line import Dial, WheelGuard, label_for
 from ui.widgets.visibility_timer import VisibilityTimer
 
-REFRESH_MS = 200
-USUAL_HEIGHT_M = 20
-HIGHEST_M = 100
+if TYPE_CHECKING:
+    from app.simulator.bench import SimulatedBench
+
+_log = logging.getLogger(__name__)
+REFRESH_MS: Final = 200
 # Option of the simulated module, name, and value where the box is checked.
 _FAULTS: Final = (
     ("mute", marked("Silent"), True),
@@ -61,55 +51,65 @@ class SimulatorPanel(QWidget):
         self.cell.describe(tr("Cell voltage"), "")
         self.cell.turned.connect(lambda cell_v: self._act(lambda bench: bench.set_world(cell_v=cell_v)))
         self.fall_height = control(QSpinBox(), "simulator_height", says=tr("Fall"))
-        self.fall_height.setRange(1, HIGHEST_M)
-        self.fall_height.setValue(USUAL_HEIGHT_M)
+        self.fall_height.setRange(1, 100)
+        self.fall_height.setValue(20)
         self.fall_height.setSuffix(" m")
         WheelGuard(self.fall_height)
         self.drop = self._button("drop", tr("Fall"), lambda bench: bench.drop(self.fall_height.value()))
+        self._form = form = QFormLayout()
+        form.setHorizontalSpacing(Space.M)
+        form.setVerticalSpacing(Space.S)
+        form.setFieldGrowthPolicy(QFormLayout.FieldGrowthPolicy.AllNonFixedFieldsGrow)
+        form.addRow(label_for(self.tilt, tr("Tilt")), self.tilt)
+        form.addRow(label_for(self.cell, tr("Cell")), self.cell)
+        form.addRow(in_row((self.drop, 1), self.fall_height, spacing=Space.S))
         self.bay = self._box("bay", tr("Bay open"), lambda bench, on: bench.set_world(bay_is_open=on))
         self.charger = self._box("charger", tr("External power"), lambda bench, on: bench.set_charger(is_plugged_in=on))
         self.lifelike = self._box("lifelike", tr("Wobbles"), lambda bench, on: bench.set_world(is_lifelike=on))
         self.unplugged = self._box(
             "unplugged", tr("Unplugged"), lambda bench, on: bench.unplug() if on else bench.plug()
         )
-        self.faults = {name: self._fault(name, tr(text), value) for name, text, value in _FAULTS}
-        self.restart = self._button("restart", tr("Restart"), SimulatedBench.restart)
-        self.press = self._button("press", tr("Press switch"), SimulatedBench.press_switch)
-        self.trigger = self._button("trigger", tr("PWM trigger"), SimulatedBench.pulse_pwm)
-        self._lay_out()
-        VisibilityTimer(
-            self,
-            self._fit,
-            tick=self.refresh,
-            every_ms=REFRESH_MS,
-            restyle=lambda: QTimer.singleShot(0, self, self._fit),  # after the controls have the new style
-        )
+        self.faults: dict[str, QCheckBox] = {}
+        for name, text, value in _FAULTS:
+
+            def set_fault(bench: "SimulatedBench", on: bool, name: str = name, value: float = value) -> None:
+                bench.change(**{name: value if on else type(value)(0)})
+
+            self.faults[name] = self._box(f"fault_{name}", tr(text), set_fault)
+        self.restart = self._button("restart", tr("Restart"), lambda bench: bench.restart())
+        self.press = self._button("press", tr("Press switch"), lambda bench: bench.press_switch())
+        self.trigger = self._button("trigger", tr("PWM trigger"), lambda bench: bench.pulse_pwm())
+        self._body = named(QWidget(), "simulator_body")
+        buttons = in_row(self.restart, self.press, spacing=Space.S)
+        parts = (self.summary, form, buttons, self.trigger, 1)
+        in_column(*parts, of=self._body, spacing=Space.M, margins=Space.M)
+        self._area = scroll_area(self._body, "simulator_scroll", tr("Simulated module"), is_vertical=True)
+        self._area.setFrameShape(QFrame.Shape.NoFrame)
+        in_column(self._area, of=self, margins=0)
+        VisibilityTimer(self, self._fit, tick=self.refresh, every_ms=REFRESH_MS)
         self.use_bench(None)
 
-    def use_bench(self, bench: SimulatedBench | None) -> None:
+    def _button(self, name: str, text: str, act: "Callable[[SimulatedBench], object]") -> QPushButton:
+        button = named(QPushButton(text), f"simulator_{name}")
+        button.clicked.connect(lambda: self._act(act))
+        return button
+
+    def _box(self, name: str, text: str, switch: "Callable[[SimulatedBench, bool], object]") -> QCheckBox:
+        box = named(QCheckBox(text), f"simulator_{name}")
+        box.clicked.connect(lambda on: self._act(lambda bench: switch(bench, on)))
+        self._form.addRow(box)
+        return box
+
+    def _act(self, act: "Callable[[SimulatedBench], object]") -> None:
+        if self._bench is not None:
+            act(self._bench)
+            self.refresh()
+
+    def use_bench(self, bench: "SimulatedBench | None") -> None:
         """The module to control; None disables the panel."""
         self._bench = bench
         self._body.setEnabled(bench is not None)
         self.refresh()
-
-    def refresh(self) -> None:
-        if self._bench is None:
-            self.summary.setText(tr("No simulated module"))
-            return
-        with self._bench.at_present() as now_s:
-            world = self._bench.world
-            module = self._bench.module
-            self.summary.setText(_summary(self._bench))
-            self.tilt.show_value(abs(world.tilt_deg))
-            self.cell.show_value(world.cell_v)
-            self.bay.setChecked(world.bay_is_open)
-            self.charger.setChecked(world.has_external_power)
-            self.lifelike.setChecked(world.is_lifelike)
-            self.unplugged.setChecked(not self._bench.is_plugged_in)
-            for name, box in self.faults.items():
-                box.setChecked(bool(getattr(module.setup, name)))
-            self.drop.setEnabled(not world.is_falling(now_s))
-            self.press.setEnabled(not module.is_on)
 
     def _fit(self) -> None:
         """As wide as the widest row: it never scrolls sideways."""
@@ -117,62 +117,32 @@ class SimulatorPanel(QWidget):
         self._area.setMinimumWidth(self._body.minimumSizeHint().width() + bar_px)
         self.refresh()
 
-    # Making
-
-    def _button(self, name: str, text: str, act: Callable[[SimulatedBench], object]) -> QPushButton:
-        button = named(QPushButton(text), f"simulator_{name}")
-        button.clicked.connect(lambda: self._act(act))
-        return button
-
-    def _box(self, name: str, text: str, switch: Callable[[SimulatedBench, bool], object]) -> QCheckBox:
-        box = named(QCheckBox(text), f"simulator_{name}")
-        box.clicked.connect(lambda on: self._act(lambda bench: switch(bench, on)))
-        return box
-
-    def _fault(self, name: str, text: str, value: float) -> QCheckBox:
-        off = type(value)(0)
-        return self._box(f"fault_{name}", text, lambda bench, on: bench.change(**{name: value if on else off}))
-
-    def _lay_out(self) -> None:
-        form = QFormLayout()
-        form.setHorizontalSpacing(Space.M)
-        form.setVerticalSpacing(Space.S)
-        form.setFieldGrowthPolicy(QFormLayout.FieldGrowthPolicy.AllNonFixedFieldsGrow)
-        form.addRow(label_for(self.tilt, tr("Tilt")), self.tilt)
-        form.addRow(label_for(self.cell, tr("Cell")), self.cell)
-        form.addRow(in_row((self.drop, 1), self.fall_height, spacing=Space.S))
-        for box in (self.bay, self.charger, self.lifelike, self.unplugged, *self.faults.values()):
-            form.addRow(box)
-        buttons = QGridLayout()
-        buttons.setSpacing(Space.S)
-        buttons.addWidget(self.restart, 0, 0)
-        buttons.addWidget(self.press, 0, 1)
-        buttons.addWidget(self.trigger, 1, 0, 1, 2)
-        self._body = named(QWidget(), "simulator_body")
-        in_column(self.summary, form, buttons, 1, of=self._body, spacing=Space.M, margins=Space.M)
-        self._area = scroll_area(self._body, "simulator_scroll", tr("Simulated module"), is_vertical=True)
-        self._area.setFrameShape(QFrame.Shape.NoFrame)
-        in_column(self._area, of=self, margins=0)
-
-    def _act(self, act: Callable[[SimulatedBench], object]) -> None:
-        if self._bench is not None:
-            act(self._bench)
-            self.refresh()
-
-
-def _summary(bench: SimulatedBench) -> str:
-    """State that the controls do not show, in one line."""
-    module = bench.module
-    if not module.is_on:
-        return tr("Power off")
-    parts = [
-        tr("active") if module.state.is_active else tr("locked"),
-        tr("triggered") if module.is_triggered else tr("not triggered"),
-        f"{tr('Boot count')} {module.memory.boot_count}",
-        f"{tr('Trigger records')} {len(module.memory.records)}",
-        tr("{rate} baud", rate=module.baud_rate),
-    ]
-    return " · ".join(parts)
+    def refresh(self) -> None:
+        bench = self._bench
+        if bench is None:
+            self.summary.setText(tr("No simulated module"))
+            return
+        with bench.at_present() as now_s:
+            world, module = bench.world, bench.module
+            # What the controls do not show.
+            parts = (
+                tr("active") if module.state.is_active else tr("locked"),
+                tr("triggered") if module.is_triggered else tr("not triggered"),
+                f"{tr('Boot count')} {module.memory.boot_count}",
+                f"{tr('Trigger records')} {len(module.memory.records)}",
+                tr("{rate} baud", rate=module.baud_rate),
+            )
+            self.summary.setText(" · ".join(parts) if module.is_on else tr("Power off"))
+            self.tilt.show_value(abs(world.tilt_deg))
+            self.cell.show_value(world.cell_v)
+            self.bay.setChecked(world.bay_is_open)
+            self.charger.setChecked(world.has_external_power)
+            self.lifelike.setChecked(world.is_lifelike)
+            self.unplugged.setChecked(not bench.is_plugged_in)
+            for name, box in self.faults.items():
+                box.setChecked(bool(getattr(module.setup, name)))
+            self.drop.setEnabled(not world.is_falling(now_s))
+            self.press.setEnabled(not module.is_on)
 
 
 _OF_REST: Final = frozenset(("tilt", "tilt_spread", "acceleration", "acceleration_spread"))
@@ -182,6 +152,8 @@ def rest_offer(target: Target | None, against: Sequence[str], check_again: Calla
     """None if the module is real or at rest, or if no check of rest failed."""
     if target is None or not target.is_simulated or not _OF_REST.intersection(against):
         return None
+    from app.port_urls.protocol_sim import open_bench  # the first paint does not wait for it
+
     try:
         bench = open_bench(target.device)
     except UserError:
@@ -195,9 +167,6 @@ def rest_offer(target: Target | None, against: Sequence[str], check_again: Calla
 
     text = tr("The simulated module is not at rest.")
     return Notice(Meaning.INFORMATION, text, (Choice("set_down", tr("Set down, check again"), set_down),))
-
-
-_log = logging.getLogger(__name__)
 
 
 class SimulatorDock(QDockWidget):
@@ -225,18 +194,15 @@ class SimulatorDock(QDockWidget):
 
     def _update_panel(self) -> None:
         """Show the module of the chosen port, also while it is unplugged, so that it can be plugged in again."""
-        panel = self._panel
-        if panel is None:
-            return
-        from app.port_urls.protocol_sim import open_bench
-
         target = self._ports.current.target if self._ports.current.is_requested else None
         device = target.device if target is not None and target.is_simulated else None
-        if device == self._device:
+        if self._panel is None or device == self._device:
             return
-        self._device = device
+        from app.port_urls.protocol_sim import open_bench  # the first paint does not wait for it
+
+        self._device, bench = device, None
         try:
-            panel.use_bench(None if device is None else open_bench(device))
+            bench = None if device is None else open_bench(device)
         except UserError as error:  # opening the port reports the same reason
             _log.info("No simulated module at %s: %s", device, error)
-            panel.use_bench(None)
+        self._panel.use_bench(bench)

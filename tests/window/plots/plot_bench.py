@@ -8,7 +8,7 @@ from pytestqt.qtbot import QtBot
 
 from app.samples.samples import Series, StepFunction
 from tests.support.window.steps import find
-from ui.plots.axis import LabelAxis
+from ui.plots.charts import LabelAxis
 from ui.plots.lane_view import LaneView, Shown
 from ui.plots.lanes import Lane, Limit, Scale, Span
 from ui.plots.time_plot import PlotView, TimePlot

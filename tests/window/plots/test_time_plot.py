@@ -8,7 +8,7 @@ from pytestqt.qtbot import QtBot
 
 from app.system.clock import clock_text
 from tests.window.plots.plot_bench import CONTROL, LEFT, NOW_S, Bench
-from ui.plots.axis import TimeAxis
+from ui.plots.charts import TimeAxis
 from ui.plots.lanes import Span
 from ui.style.theme import Size, font
 

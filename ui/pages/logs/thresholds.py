@@ -14,7 +14,7 @@ from app.flights.judging import TILTS_DEG, TIMES_S, FireMap
 from app.text.i18n import tr
 from protocol.catalogue import BY_NAME
 from protocol.translatable import marked
-from ui.plots.static_plot import StaticPlot
+from ui.plots.charts import StaticPlot
 from ui.style.theme import Meaning, Space, Theme, current, scaled
 from ui.widgets.controls import named
 from ui.widgets.number_line import Dial, label_for

@@ -20,7 +20,7 @@ from app.text.messages import in_brackets, labelled
 from protocol.translatable import marked
 from ui.core.background_task import BackgroundTask
 from ui.forms.tables import RowsTable, TableColumn, select_row
-from ui.plots.static_plot import StaticPlot
+from ui.plots.charts import StaticPlot
 from ui.services.context import Services
 from ui.session.check import VERDICT_STYLES
 from ui.style.icons import Icon, icon
