@@ -152,7 +152,7 @@ def preflight(studio: Studio) -> None:
     page.form.aircraft.setText(AIRCRAFT)
     check_until(studio, page, Standing.NO_GO, "trigger_records")
     studio.take("no-go", page)
-    page.look_at_records()
+    page.lead_to("triggers", page.exchange.review_wanted.emit)
     records = studio.find(TriggersPage)
     studio.until(lambda: records.work.reading is not None and not records.work.is_busy, "nothing was read")
     studio.run(0.5)

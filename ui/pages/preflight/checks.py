@@ -65,22 +65,15 @@ def remedy(judged: Judged, case: Case, has_profile: bool, needs_lock: bool, look
         case "attitude_trigger" | "freefall_trigger":
             words = LOCK_AND_ENABLE if needs_lock else marked("Enable now")
             return Remedy(words, lambda page: page.enable_and_check(), is_enabling=True)
-        case "service":
-            return Remedy(marked("Archive of all stations…"), lambda page: page.page_wanted.emit("archive"))
         case "trigger_records" if (word := records_word(case)) is not None and judged.blocks_go:
             history = case.evidence.history
             raws = Counter[bytes]() if history is None else Counter(record.raw for record in history.all)
             if word is RecordsWord.REVIEWED and raws - case.past.reviewed - looked_at:
-                return Remedy(marked("Look at the records"), lambda page: page.look_at_records())
+                words = marked("Look at the records")
+                return Remedy(words, lambda page: page.lead_to("triggers", page.exchange.review_wanted.emit))
             return said(word.value, Person(are_records_reviewed=True))
-        case "trigger_records" | "triggered" if judged.blocks_go:
-            return Remedy(marked("Triggers"), lambda page: page.page_wanted.emit("triggers"))
-        case "boot_count" | "guided_tests" if case.past.module is None:
-            return Remedy(marked("Name it"), lambda page: page.form.name_field.setFocus())
         case "boot_count" if judged.blocks_go and is_known:
             return said(marked("It is this module"), Person(is_same_module=True))
-        case "guided_tests":
-            return Remedy(marked("Guided tests"), lambda page: page.show_view("guided"))
         case "fingerprint" if is_known:
             words = marked("Approve these settings")
             if has_profile:
@@ -89,14 +82,14 @@ def remedy(judged: Judged, case: Case, has_profile: bool, needs_lock: bool, look
         case _ if is_known and id_ in _SETTING_KEYS:
             # It is written in Settings, which asks what it always asks.
             key = _SETTING_KEYS[id_]
-            wanted = case.profile.settings.get(key)
+            words, wanted = marked("Write the profile's value"), case.profile.settings.get(key)
+            if wanted is None:
+                words, wanted = marked("Write the default"), DEFAULTS.get(key)
             if judged.blocks_go and wanted is not None:
-                return Remedy(marked("Write the profile's value"), lambda page: page.use_in_settings({key: wanted}))
-            if judged.blocks_go and key in DEFAULTS:
-                usual = {key: DEFAULTS[key]}
-                return Remedy(marked("Write the default"), lambda page: page.use_in_settings(usual))
+                values = {key: wanted}
+                return Remedy(words, lambda page: page.lead_to("settings", lambda: page.exchange.used.emit(values)))
     if is_known and id_ in ("light", "light_threshold"):
-        return Remedy(marked("Measure"), lambda page: page.measure_light())
+        return Remedy(marked("Measure"), lambda page: page.lead_to("settings", page.exchange.measured.emit))
     return None
 
 

@@ -3,7 +3,7 @@
 The verdict is watched as long as the program runs; what voids it is announced at once, also while the page is hidden.
 """
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from contextlib import suppress
 from dataclasses import replace
 from functools import partial
@@ -12,9 +12,8 @@ from tempfile import mkdtemp
 from typing import Final
 
 from PySide6.QtCore import Qt, Signal
-from PySide6.QtWidgets import QLineEdit, QMenu, QPushButton, QSizePolicy, QTabBar, QToolButton, QWidget
+from PySide6.QtWidgets import QLineEdit, QMenu, QPushButton, QSizePolicy, QStackedWidget, QTabBar, QToolButton, QWidget
 
-from app.guided.results import GuidedKind
 from app.modules.labels import Printer
 from app.preflight.checks import Person
 from app.records.filing import aircraft_of, document_of
@@ -27,7 +26,6 @@ from app.store.fact_store import StoreTrouble
 from app.system.files import CANNOT_READ, CANNOT_WRITE
 from app.text.i18n import tr
 from app.text.messages import MAX_TEXT_LENGTH, UserError, clean, error_text, join_sentences, labelled, not_written
-from protocol.fields import Value
 from ui.acts.act_row import ActRow
 from ui.core.background_task import Running
 from ui.files.file_dialogs import AskOpen, AskPath, ThenPath, add_recent, ask_open, ask_path, ask_profile
@@ -111,11 +109,6 @@ class PreflightForm(QWidget):
         self.name_field.apply()
         self.commit()
 
-    def clear_aircraft(self) -> None:
-        """Another module is shown."""
-        self.aircraft.clear()
-        self.commit()
-
     def enter_aircraft(self) -> None:
         """That of the module's last check."""
         store, module = self._services.storage.ready, self._services.ports.module.name
@@ -172,19 +165,15 @@ class PreflightForm(QWidget):
             add("edit", tr("Edit profile…"), lambda: self._result.open_file(path))
 
 
-def ask_record(parent: QWidget, then: ThenPath) -> None:
-    ask_open(parent, Path.home(), tr("Verify a file…"), "*.json *.pdf", then)
-
-
 class PreflightPage(Page):
     suffixes = (".json", ".pdf")
 
     def __init__(self, services: Services) -> None:
         super().__init__("preflight")
-        self._services, self._ports = services, services.ports
+        self._services, self._ports, self.exchange = services, services.ports, services.exchange
         self.result = PageJob(self)
         self.ask_path: AskPath = ask_path
-        self.ask_record: Callable[[QWidget, ThenPath], object] = ask_record
+        self.ask_open: Callable[[QWidget, Path, str, str, ThenPath], object] = ask_open
         self.printer: Printer = print_pages
         # Where the last report was saved.
         self._folder = Path.home()
@@ -206,7 +195,6 @@ class PreflightPage(Page):
             self.cancel.setSizePolicy(policy)
         self.export = self.exporting = named(QPushButton(tr("Export report…")), "preflight_export")
         self._main: QPushButton = self.run
-        self.view = "checks"
         # For which module ticks and aircraft were entered, by its name.
         self._named = ""
         # Once the record with the last entries is kept.
@@ -221,26 +209,19 @@ class PreflightPage(Page):
     def work(self) -> Work:
         return work_on(self._ports)
 
-    # The views
+    @property
+    def view(self) -> str:
+        return VIEWS[self.tabs.currentIndex()]
 
     def show_view(self, view: str) -> None:
-        if self.tabs.currentIndex() != VIEWS.index(view):
-            self.tabs.setCurrentIndex(VIEWS.index(view))  # which comes back here
-            return
-        self.view = view
-        for name, part in self._views.items():
-            part.setVisible(name == view)
-        self.form.setVisible(view != "past")
-        if view == "past":
-            self.past.open()
-        if view == "checks":
-            self._refresh_if_seen()
+        self.tabs.setCurrentIndex(VIEWS.index(view))
 
-    def go_to(self, view: str) -> None:
-        """`view`: one of the page's, or the name of a guided test."""
-        if view not in VIEWS:
-            self.guided.choose(GuidedKind(view))
-        self.show_view(view if view in VIEWS else "guided")
+    def _on_view(self, row: int) -> None:
+        self._stack.setCurrentIndex(row)
+        self.form.setVisible(self.view != "past")
+        if self.view == "past":
+            self.past.open()
+        self._refresh_if_seen()
 
     # Display
 
@@ -320,20 +301,10 @@ class PreflightPage(Page):
         else:
             self.check(is_enabling=True)
 
-    # What mends a check, beside those: see `Remedy`
-
-    def use_in_settings(self, values: Mapping[str, Value]) -> None:
-        """Put values into Settings, by key; nothing is written."""
-        self.page_wanted.emit("settings")
-        self._services.exchange.used.emit(values)
-
-    def measure_light(self) -> None:
-        self.page_wanted.emit("settings")
-        self._services.exchange.measured.emit()
-
-    def look_at_records(self) -> None:
-        self.page_wanted.emit("triggers")
-        self._services.exchange.review_wanted.emit()
+    def lead_to(self, page: str, then: Callable[[], object]) -> None:
+        """To the page that has the control for it; nothing is sent."""
+        self.page_wanted.emit(page)
+        then()
 
     def approve(self) -> None:
         """Keep the code of the checked settings as the approved one in the profile, and check again."""
@@ -396,6 +367,9 @@ class PreflightPage(Page):
 
         self.result.begin(tr("Saving…"), write, lambda _done: then(), partial(not_written, path))
 
+    def _choose_and_verify(self) -> None:
+        self.ask_open(self, Path.home(), tr("Verify a file…"), "*.json *.pdf", self.open_file)
+
     def open_file(self, path: Path) -> None:
         """Verify a record or a report in the background: it may be large, and on a slow disk. It replaces one being
         read."""
@@ -437,12 +411,12 @@ class PreflightPage(Page):
 
     def _poll(self) -> None:
         """Void the verdict if it no longer holds."""
-        if self.work.last is not None:
-            self.work.last.poll()
+        if self.module.check is not None:
+            self.module.check.poll()
 
     def _cancel(self) -> None:
-        if self.work.last is not None:
-            self.work.last.cancel()
+        if self.module.check is not None:
+            self.module.check.cancel()
 
     def show_module(self, module: ShownModule) -> None:
         """Ticks and aircraft are those of the former module; a name that is said again brings its aircraft back."""
@@ -459,7 +433,8 @@ class PreflightPage(Page):
 
     def _forget_entries(self) -> None:
         self.list.clear_ticks()
-        self.form.clear_aircraft()
+        self.form.aircraft.clear()
+        self.form.commit()
 
     def _on_named(self) -> None:
         if self._named:
@@ -497,7 +472,7 @@ class PreflightPage(Page):
     # Construction
 
     def _wire(self) -> None:
-        self.tabs.currentChanged.connect(lambda row: self.show_view(VIEWS[row]))
+        self.tabs.currentChanged.connect(self._on_view)
         self.run.clicked.connect(lambda _is_checked: self.check())
         self.enable.chosen.connect(self.enable_and_check)
         self.cancel.chosen.connect(self._cancel)
@@ -526,14 +501,16 @@ class PreflightPage(Page):
         self._of_report[0].setShortcut("Ctrl+P")
         header.add_rare("preflight_check_again", tr("Check again"), lambda _is_checked=False: self.check())
         self.addActions(self._of_report)
-        header.add_rare("preflight_verify", tr("Verify a file…"), lambda: self.ask_record(self, self.open_file))
+        header.add_rare("preflight_verify", tr("Verify a file…"), self._choose_and_verify)
         self._checks = named(QWidget(), "preflight_checks")
         edges = (Space.M, 0, Space.M, Space.XS)
         row = (1, self.cancel, self.export, self.run, self.enable)
         buttons = in_row(*row, spacing=Space.S, margins=(Space.M, Space.XS))
         parts = ((self.list, 1), self.strip, self.activation, buttons)
         checks = in_column(*parts, of=self._checks, spacing=0, margins=0)
-        self._views = dict(zip(VIEWS, (self._checks, self.guided, self.past), strict=True))
+        self._stack = QStackedWidget()
+        for view in (self._checks, self.guided, self.past):
+            self._stack.addWidget(view)
         head = in_column(header, spacing=Space.XS, margins=edges)
         if is_text_large():  # they scroll with the rows, so that the main button stays in sight
             for part in (self.form, self.strip, self.banner):
@@ -541,5 +518,4 @@ class PreflightPage(Page):
         else:
             head.addWidget(self.form)
             checks.insertLayout(0, in_row(self.banner, margins=edges))
-        in_column(head, *((view, 1) for view in self._views.values()), of=self, spacing=0, margins=0)
-        self.show_view("checks")
+        in_column(head, (self._stack, 1), of=self, spacing=0, margins=0)

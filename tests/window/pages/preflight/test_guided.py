@@ -191,7 +191,7 @@ def _minimise(bench: Hand) -> None:
 
 
 def _error_in_the_procedure(bench: Hand) -> None:
-    with patch.object(StatusWatch, "_check", side_effect=RuntimeError("a mistake of ours")):
+    with patch.object(StatusWatch, "next", side_effect=RuntimeError("a mistake of ours")):
         bench.wait(0.5)
     assert "program error" in bench.guided.verdict.text()
 

@@ -281,12 +281,7 @@ MENDED: tuple[tuple[str, CheckResult, dict[str, Value], str | None, str], ...] =
     ("light", CheckResult.FAIL, {}, "M", "Measure"),
     ("light", CheckResult.UNKNOWN, {}, "M", ""),
     ("freefall_trigger", CheckResult.FAIL, {}, "M", "Enable now"),
-    ("service", CheckResult.WARN, {}, "M", "Archive of all stations…"),
-    ("triggered", CheckResult.FAIL, {}, "M", "Triggers"),
-    ("boot_count", CheckResult.WARN, {}, None, "Name it"),
     ("boot_count", CheckResult.FAIL, {}, "M", "It is this module"),
-    ("guided_tests", CheckResult.FAIL, {}, "M", "Guided tests"),
-    ("guided_tests", CheckResult.UNKNOWN, {}, None, "Name it"),
     ("fingerprint", CheckResult.WARN, {}, "M", "Approve these settings"),
     ("cell_voltage", CheckResult.FAIL, {}, "M", ""),
     ("tilt", CheckResult.PASS, {}, "M", ""),
@@ -311,7 +306,7 @@ def test_what_a_profile_says_is_put_into_settings_and_not_written(
     profile.write_text("[settings]\nattitude_threshold_deg = 65\n", encoding="utf-8")
     with on_bench(qtbot, qapp, tmp_path, "write", "preflight") as bench:
         page, used = bench.preflight, list[object]()
-        page._services.exchange.used.connect(used.append)
+        page.exchange.used.connect(used.append)
         page.form.use_profile(profile)
         assert bench.check() is Standing.NO_GO
         before = list(bench.acts)

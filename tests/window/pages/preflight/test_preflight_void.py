@@ -49,7 +49,7 @@ def test_what_voids_a_go(act: Callable[[OnBench], None], why: str, rig: OnBench)
     page = rig.preflight
     assert rig.check() is Standing.READY, page.banner.accessibleName()
     offered = [row.act.text() for row in page.list.rows.values() if row.act is not None]
-    assert offered == ["Measure", "Name it", "Approve these settings"]
+    assert offered == ["Measure", "Approve these settings"]
     act(rig)
     rig.wait_standing(Standing.VOID)
     assert all(row.act is None for row in page.list.rows.values())
