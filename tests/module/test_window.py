@@ -1,110 +1,433 @@
-"""The window against the independent module, in real time on a pseudo-terminal; the module's log is the judge."""
+"""The window at the independent module, whose log and state are the judge.
+
+One truth on all pages: after everything that happens to a module, whoever did it, no place in the window says of it
+what it does not hold, and no two places disagree. Old and unknown are always allowed, but not for long.
+"""
 
 import sys
 from collections.abc import Iterator
+from dataclasses import dataclass
 from pathlib import Path
+from typing import NamedTuple
 
 import pytest
 from PySide6.QtCore import Qt
-from PySide6.QtWidgets import QApplication, QLineEdit, QPushButton
+from PySide6.QtWidgets import QApplication, QLineEdit
 from pytestqt.qtbot import QtBot
 
+from app.diagnosis.link_state import Phase
+from app.engine.target import Target
+from app.engine.transport import PortError, PortTrouble
+from app.safety.journal import Act
 from tests.module.line import Line, now
-from tests.module.module import Module
-from tests.module.options import Options
-from tests.support.window.fakes_ui import connect, page_entries, window
-from tests.support.window.steps import find, press, show_page
-from ui.main import Assembly
+from tests.module.module import ACTIVATION, ACTIVE, ATTITUDE_OFF, BY_PWM, FREEFALL_OFF, STATUS, Module
+from tests.module.wire import Question
+from tests.support.line.module_line import ModuleLine
+from tests.support.window.fakes_ui import connect, page_entries, wait_for_disk, window
+from tests.support.window.rig import Rig, on_fake_time
+from tests.support.window.steps import given, press
+from ui.pages.commands.page import CommandsPage
+from ui.pages.fleet.board import MODULE, STATE, TRIGGERS_CELL, VERDICT
+from ui.pages.fleet.page import FleetPage
+from ui.pages.live.page import LivePage
+from ui.pages.preflight.page import PreflightPage
 from ui.pages.settings.page import SettingsPage
+from ui.services.page import Page
+from ui.session.check import Standing
+from ui.widgets.notice_bar import Notice
+from ui.widgets.readout import Freshness
 
-pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="Windows has no pseudo-terminals")
-SETTINGS = {"light_threshold": 0x15, "attitude_threshold": 0x20, "freefall_acceleration": 0x21, "freefall_time": 0x22}
+PORT, OTHER_PORT = "/dev/ttyUSB8", "/dev/ttyUSB9"
+PAGES: dict[str, type[Page]] = {
+    "live": LivePage,
+    "settings": SettingsPage,
+    "preflight": PreflightPage,
+    "commands": CommandsPage,
+    "fleet": FleetPage,
+}
+SETTINGS = {
+    "light_threshold_v": (0x15, "{:.1f} V", 10),
+    "attitude_threshold_deg": (0x20, "{:.0f}°", 1),
+    "freefall_acceleration_g": (0x21, "{:.1f} g", 10),
+    "freefall_time_s": (0x22, "{:.2f} s", 100),
+}
+FLAGS = {"attitude_trigger": ATTITUDE_OFF, "freefall_trigger": FREEFALL_OFF}
+
+
+class Said(NamedTuple):
+    """`word`: None where the place says that it does not know, or how old it is."""
+
+    place: str
+    subject: str
+    word: str | None
+
+
+@dataclass
+class Desk(Rig):
+    """A window, and a module at `PORT`; `key` is the page that is in sight."""
+
+    key: str = "live"
+
+    def begin(self, module: Module) -> None:
+        self.devices[PORT] = (module,)
+        self.assembly.ports.connect_to(Target(PORT, 115200))
+        self.pages = {key: given(self.root.findChild(kind)) for key, kind in PAGES.items()}
+        self.until(lambda: self.assembly.ports.module.is_read)
+
+    @property
+    def line(self) -> ModuleLine:
+        """The last one that was opened to `PORT`."""
+        return next(line for line in reversed(self.lines) if isinstance(line, ModuleLine) and line.port == PORT)
+
+    @property
+    def module(self) -> Module:
+        return self.line.modules[0]
+
+    def go_to(self, key: str) -> None:
+        self.key = key
+        self.assembly.window.go_to(key)
+        self.until(self.pages[key].isVisible)
+
+    def until_true(self, *known: str) -> None:
+        """The page in sight and the top bar tell the truth soon. `known`: subjects of
+        which the top bar has to say more than that it does not know."""
+        self.until(lambda: not self.wrong(known), 4.0)
+
+    def walk(self, *known: str) -> None:
+        """The same on the page in sight, and then on every other one."""
+        for key in (self.key, *PAGES):
+            self.go_to(key)
+            self.until_true(*known)
+
+    def bar(self, subject: str) -> str | None:
+        return dict(self._bar())[subject]
+
+    def notices(self, part: str) -> list[Notice]:
+        return [one for one in self.assembly.window.notice_bar.notices if part in one.text]
+
+    def replace_module(self, *, boots: int, **settings: int) -> None:
+        """Another one in its place, which is heard a moment later."""
+        port = self.assembly.ports.current
+        before = port.module.number
+        module = Module(now=self.clock())
+        module.readings.boots = boots
+        self.line.move(module, 0.0, is_announced=False)
+        self.until(lambda: port.module.number > before and port.module.is_read)
+
+    def check(self) -> None:
+        """Enable the triggers and check, as Li with M-01."""
+        page = self.pages["preflight"]
+        assert isinstance(page, PreflightPage)
+        self.assembly.ports.name_wanted.emit("M-01")
+        self.go_to("preflight")
+        page.form.who.setText("Li")
+        page.check(is_enabling=True)
+        self.until(lambda: given(page.work.last).assessment is not None)
+
+    def wrong(self, known: tuple[str, ...] = ()) -> list[str]:
+        said, truth = self.said(), self.truth()
+        wrong = [
+            f"{one.place}: {one.subject} {one.word}, not {truth[one.subject]}"
+            for one in said
+            if one.word is not None and one.word != truth[one.subject]
+        ]
+        return wrong + [f"bar: {subject} is not known" for subject in known if self.bar(subject) is None]
+
+    # What the module holds
+
+    def truth(self) -> dict[str, str]:
+        module, settings = self.module, self.module.settings
+        port = self.assembly.ports.current
+        is_tilt_off, is_fall_off = settings[ATTITUDE_OFF] == 1, settings[FREEFALL_OFF] == 1
+        flags = {(False, False): "both on", (True, False): "tilt off", (False, True): "fall off"}
+        truth = {
+            "active": "ACTIVE" if settings[ACTIVATION] else "LOCKED",
+            "triggered": "TRIGGERED" if module.triggered else "NOT TRIGGERED",
+            "flags": flags.get((is_tilt_off, is_fall_off), "both off"),
+            "attitude_trigger": "Disabled" if is_tilt_off else "Enabled",
+            "freefall_trigger": "Disabled" if is_fall_off else "Enabled",
+            "cell": f"{module.readings.cell * 0.02:.2f} V",
+            "name": port.module.name,
+            "verdict": Standing.NOT_CHECKED.value if port.module.check is None else port.module.check.standing.value,
+        }
+        if port.module.may_have_fired and not module.triggered:
+            truth["triggered"] = "may have fired"
+        return truth | {key: text.format(settings[code] / per) for key, (code, text, per) in SETTINGS.items()}
+
+    # What the window says
+
+    def said(self) -> list[Said]:
+        page = self.pages[self.key]
+        said = [Said("bar", subject, word) for subject, word in self._bar()]
+        match page:
+            case LivePage() if not page.is_empty:
+                said += [Said("live", subject, word) for subject, word in _live(page)]
+            case SettingsPage():
+                said += [Said("settings", subject, word) for subject, word in _settings(page)]
+            case PreflightPage():
+                said += [Said("preflight", subject, word) for subject, word in _preflight(page)]
+            case CommandsPage():
+                said += [Said("commands", subject, word) for subject, word in _commands(page)]
+            case FleetPage():
+                said += [Said("fleet", subject, word) for subject, word in _fleet(page)]
+        return said
+
+    def _bar(self) -> Iterator[tuple[str, str | None]]:
+        bar = self.assembly.window.top_bar
+        for subject, chip in (
+            ("active", bar.activation),
+            ("triggered", bar.trigger),
+            ("flags", bar.triggers),
+            ("cell", bar.cell),
+        ):
+            is_known = chip.word not in ("unknown", "not known") and not chip.stale_age
+            yield subject, chip.word.partition(",")[0] if is_known else None
+        # Of a module without a name the title is that of the port, which then is not in the line below.
+        yield "name", bar.port.title.text() if " · " in bar.port.word.text() else ""
+
+
+def _live(page: LivePage) -> Iterator[tuple[str, str | None]]:
+    panel = page.panel
+    cell = panel.cell
+    yield "cell", f"{cell.text} V" if cell.freshness is Freshness.FRESH else None
+    for readout, subject in ((panel.tilt, "attitude_trigger"), (panel.acceleration, "freefall_trigger")):
+        if readout.freshness is Freshness.FRESH:
+            words = {"trigger off": "Disabled", "trigger not known": None, "": "Enabled"}
+            yield subject, words.get(readout.note)
+    if panel.tilt.freshness is Freshness.FRESH and page.module.is_read:
+        yield "attitude_threshold_deg", panel.tilt._limit or None
+        yield "light_threshold_v", panel.light._limit or None
+
+
+def _settings(page: SettingsPage) -> Iterator[tuple[str, str | None]]:
+    for key in (*SETTINGS, *FLAGS):
+        row = page.rows[key]
+        is_old = row.held.value.property("role") == "muted"
+        yield key, None if is_old else row.held.value.text().replace("\xa0", " ")
+
+
+def _preflight(page: PreflightPage) -> Iterator[tuple[str, str | None]]:
+    shown = page.banner.announcement
+    yield "verdict", shown.standing.value
+    yield "name", page.form.name_field.currentText()
+    if "The module is ACTIVE: lock it first." in shown.lines:
+        yield "active", "ACTIVE"
+
+
+def _commands(page: CommandsPage) -> Iterator[tuple[str, str | None]]:
+    words = {"Ready to fire: lock it before you touch it.": "ACTIVE", "The module is LOCKED.": "LOCKED"}
+    yield "active", words.get(page.meaning.text())
+    beside, _, word = page.acts[Act.ACTIVATE].live.text().partition(": ")
+    yield "verdict", "void" if beside == "Check again" else word.partition(",")[0].rstrip("…")
+
+
+def _fleet(page: FleetPage) -> Iterator[tuple[str, str | None]]:
+    board = page.board
+    if board.rowCount() == 0:
+        return
+    cells = {
+        column: given(board.item(0, column)).text().split("\n") for column in (MODULE, STATE, TRIGGERS_CELL, VERDICT)
+    }
+    name = cells[MODULE][0].partition(" (")[0]
+    yield "name", "" if name == "Unnamed" else name
+    is_old = len(cells[STATE]) > 2
+    active, triggered = cells[STATE][:2]
+    yield "active", None if is_old or active not in ("ACTIVE", "LOCKED") else active
+    yield "triggered", None if is_old or triggered.startswith("Trigger:") else triggered.partition(" before")[0]
+    flags, cell = cells[TRIGGERS_CELL][:2]
+    yield "flags", None if flags == "not known" else flags
+    yield "cell", None if cell == "unknown" else cell
+    word = cells[VERDICT][0]
+    yield "verdict", {"Checking…": "checking"}.get(word, word)
 
 
 @pytest.fixture
-def module() -> Module:
-    made = Module(Options(), now=now())
-    made.settings[0x15] = 20
-    return made
+def desk(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> Iterator[Desk]:
+    with on_fake_time(Desk, qtbot, qapp, tmp_path, "unused", page_entries(*PAGES)) as desk:
+        desk.assembly.window.make_pages()
+        desk.assembly.window.resize(1024, 600)
+        desk.until(lambda: all(desk.root.findChild(kind) for kind in PAGES.values()))
+        desk.begin(Module(now=desk.clock()))
+        yield desk
 
 
-@pytest.fixture
-def assembly(qtbot: QtBot, qapp: QApplication, tmp_path: Path, module: Module) -> Iterator[Assembly]:
-    with Line(module) as line, window(qapp, tmp_path, entries=page_entries("settings")) as made:
-        connect(qtbot, made, line.port)
-        yield made
+def test_a_module_that_may_have_fired_before_its_restart(desk: Desk) -> None:
+    """Until its records were read and a person has closed the notice; and no longer, although nothing else changes."""
+    port = desk.assembly.ports.current
+    desk.go_to("fleet")
+    desk.module.settings[ACTIVATION] = 1
+    desk.until_true("active")
+    desk.module.restart(desk.clock())
+    desk.until(lambda: port.module.may_have_fired and port.module.is_read)
+    desk.until_true("active", "triggered")
+    desk.module.trigger(desk.clock(), BY_PWM)
+    desk.until_true("triggered")
+    assert desk.bar("triggered") == "TRIGGERED"
+    desk.module.triggered = False
+    port.module.triggers.read()
+    for notice in desk.notices("may have fired"):
+        given(notice.dismiss)()
+    desk.until(lambda: not port.module.may_have_fired)
+    desk.until_true("triggered")
 
 
-def write(qtbot: QtBot, page: SettingsPage, values: dict[str, str]) -> None:
-    """Type the values and write them; what is against advice is accepted by a second press."""
-    for name, text in values.items():
-        box = find(page, QLineEdit, f"{name}_wanted")
+def test_another_name_is_not_taken_before_what_speaks_against_it_was_shown(desk: Desk) -> None:
+    """Also where it has a name already."""
+    ports = desk.assembly.ports
+    ports.name_wanted.emit("M-01")
+    desk.replace_module(boots=200)
+    ports.name_wanted.emit("M-02")
+    ports.name_wanted.emit("M-01")
+    assert ports.module.name == "M-02"
+    desk.until(lambda: desk.notices("M-01"))
+    desk.until_true()
+    ports.name_wanted.emit("M-01")
+    assert ports.module.name == "M-01"
+    ports.name_wanted.emit("")
+    desk.until_true()
+
+
+def test_an_activation_after_whose_frame_another_module_answers(desk: Desk) -> None:
+    """The first one is left ACTIVE, wherever it is now: that the other one was locked does not end this."""
+    port, page = desk.assembly.ports.current, desk.pages["commands"]
+    assert isinstance(page, CommandsPage)
+    first, other = desk.module, Module(now=desk.clock())
+    other.readings.boots = 77
+
+    def exchange(question: Question) -> None:
+        if question.is_set and question.code == ACTIVATION:
+            first.at_frame = None
+            desk.line.modules = (other,)
+
+    first.at_frame = exchange
+    desk.go_to("commands")
+    confirm = page.acts[Act.ACTIVATE].confirm
+    desk.until(confirm.ask.isEnabled)
+    press(desk.qtbot, confirm.ask)
+    press(desk.qtbot, confirm.go)
+    desk.until(lambda: other.log.sets(ACTIVATION) and port.module.is_read)
+    desk.until(lambda: port.lock.owed is None and desk.notices("LOCK not confirmed on"))
+    desk.until_true("active")
+    assert (first.settings[ACTIVATION], other.settings[ACTIVATION]) == (1, 0)
+    assert len(desk.notices("Activate: Sent, not confirmed: treat the module as ACTIVE.")) == 1
+    wait_for_disk(desk.assembly)
+    desk.until_true("active")
+    assert desk.notices("LOCK not confirmed on")
+
+
+def test_a_verdict_goes_with_the_report_of_the_activation(desk: Desk) -> None:
+    """A module that is there and no longer says whether it is ACTIVE is no GO."""
+    ports = desk.assembly.ports
+    desk.check()
+    assert given(ports.module.check).standing is Standing.READY
+    desk.go_to("fleet")
+    desk.module.settings[ACTIVATION] = 1
+    desk.until(lambda: given(ports.module.check).standing is Standing.GO)
+    desk.until_true("active", "flags")
+    desk.module.options.lost_queries = {STATUS: -1, ACTIVE: -1}
+    desk.module.options.stream_hz = 0
+    desk.until(lambda: given(ports.module.check).standing is Standing.VOID, 7.0)
+    desk.until_true("flags")
+
+
+def test_a_module_that_was_switched_off_says_nothing_of_another_port(desk: Desk) -> None:
+    port = desk.assembly.ports.current
+    port.note_shutdown()
+    dead = Module(now=desk.clock())
+    dead.be_silent(desk.clock(), 1000)
+    desk.devices[OTHER_PORT] = (dead,)
+    desk.assembly.ports.connect_to(Target(OTHER_PORT, 115200))
+    desk.until(lambda: port.state.phase not in (Phase.OPENING, Phase.ASKING))
+    assert port.state.phase is Phase.SILENT
+
+
+def test_a_module_that_is_not_shown_stays_named_beside_lock_when_it_falls_silent_after_it_fired(desk: Desk) -> None:
+    ports = desk.assembly.ports
+    others = desk.assembly.window.top_bar.lock_others
+    ports.name_wanted.emit("M-01")
+    desk.devices[OTHER_PORT] = (Module(now=desk.clock()),)
+    port = desk.add_port()
+    port.connect_to(Target(OTHER_PORT, 115200))
+    ports.choose(port)
+    desk.module.trigger(desk.clock(), BY_PWM)
+    desk.until(lambda: others.text() == "LOCK M-01")
+    desk.module.be_silent(desk.clock(), 1000)
+    desk.until(lambda: not ports.all[0].module.is_going)
+    assert others.isVisible()
+    assert others.text() == "LOCK M-01"
+
+
+def test_on_the_way_through_everything_that_happens_to_a_module(desk: Desk) -> None:
+    """Each on another page, and then the top bar agrees with all of them."""
+    desk.check()
+    desk.walk("flags", "cell")
+    for key, happen, known in (
+        ("live", lambda module: setattr(module.readings, "charging", 1), ("cell", "flags")),
+        ("preflight", lambda module: setattr(module.readings, "cell", 0xB0), ("cell",)),
+        ("commands", lambda module: module.settings.update({ACTIVATION: 1}), ("active",)),
+        ("settings", lambda module: module.be_silent(desk.clock(), 1.0), ()),
+        ("fleet", lambda module: module.trigger(desk.clock(), BY_PWM), ("active", "triggered")),
+        ("live", lambda module: module.settings.update({ACTIVATION: 0}), ("active", "triggered")),
+        ("commands", lambda module: module.restart(desk.clock()), ()),
+    ):
+        desk.go_to(key)
+        happen(desk.module)
+        desk.wait(1.0)
+        desk.walk(*known)
+    desk.line.error = PortError(PortTrouble.LOST, PORT, "unplugged")
+    desk.until(lambda: not desk.assembly.ports.module.is_going)
+    desk.walk()
+
+
+# What leaves
+
+
+def test_what_is_typed_is_what_the_module_gets(desk: Desk) -> None:
+    typed = {
+        "light_threshold": ("3.3", 0x15, 33),
+        "attitude_threshold": ("80", 0x20, 80),
+        "freefall_acceleration": ("0.3", 0x21, 3),
+        "freefall_time": ("2.55", 0x22, 255),
+    }
+    desk.go_to("settings")
+    desk.until(lambda: desk.find(QLineEdit, "freefall_time_wanted").text() != "")
+    for name, (text, _, _) in typed.items():
+        box = desk.find(QLineEdit, f"{name}_wanted")
         box.setFocus()
         box.selectAll()
-        qtbot.keyClicks(box, text)
-        qtbot.keyClick(box, Qt.Key.Key_Tab)
-    button = find(page, QPushButton, "settings_write")
-    qtbot.waitUntil(button.isEnabled)
-    press(qtbot, button)
-
-
-def test_what_is_typed_is_what_the_module_gets(qtbot: QtBot, assembly: Assembly, module: Module) -> None:
-    values = {
-        "light_threshold": "3.3",
-        "attitude_threshold": "80",
-        "freefall_acceleration": "0.3",
-        "freefall_time": "2.55",
-    }
-    bytes_sent = [33, 80, 3, 255]
-    page = show_page(qtbot, assembly.window, "settings", SettingsPage)
-    qtbot.waitUntil(lambda: find(page, QLineEdit, "freefall_time_wanted").text() != "")
-    write(qtbot, page, values)
-    qtbot.waitUntil(lambda: [module.settings[code] for code in SETTINGS.values()] == bytes_sent)
-    for code, byte in zip(SETTINGS.values(), bytes_sent, strict=True):
-        assert [entry.value for entry in module.log.sets(code)] == [byte]
-    qtbot.waitUntil(lambda: all(is_read_back(module, code) for code in SETTINGS.values()))
-    assert module.log.acts() == []
-
-
-def is_read_back(module: Module, code: int) -> bool:
-    set_at = module.log.sets(code)[0].at_s
-    return any(entry.at_s > set_at and not entry.is_set for entry in module.log.got(code))
-
-
-def reported_active(assembly: Assembly) -> object:
-    """What the window knows of the activation, None for nothing."""
-    reading = assembly.ports.current.module.view.known("active", assembly.ports.clock())
-    return None if reading is None else reading.value
-
-
-def test_lock_reaches_an_active_module_by_key(qtbot: QtBot, assembly: Assembly, module: Module) -> None:
-    module.settings[0x10] = 1
-    qtbot.waitUntil(lambda: reported_active(assembly) is True)
-    qtbot.keyClick(assembly.window, Qt.Key.Key_L, Qt.KeyboardModifier.ControlModifier)
-    qtbot.waitUntil(lambda: reported_active(assembly) is False)
-    assert module.settings[0x10] == 0
-    assert {entry.frame for entry in module.log.acts()} == {bytes.fromhex("42 61 10 02 00 12")}
+        desk.qtbot.keyClicks(box, text)
+        desk.qtbot.keyClick(box, Qt.Key.Key_Tab)
+    desk.click("settings_write")
+    desk.until(lambda: all(desk.module.settings[code] == byte for _, code, byte in typed.values()))
+    log = desk.module.log
+    for _, code, byte in typed.values():
+        assert [entry.value for entry in log.sets(code)] == [byte]
+        desk.until(lambda code=code: log.got(code)[-1].at_s > log.sets(code)[0].at_s)  # type: ignore[misc]
+        assert not log.got(code)[-1].is_set, "read back"
+    assert log.acts() == []
 
 
 @pytest.mark.parametrize(("is_fall_on", "said"), [(True, "both on"), (False, "fall off")])
-def test_the_top_bar_says_what_became_of_the_triggers(
-    is_fall_on: bool, said: str, qtbot: QtBot, assembly: Assembly, module: Module
-) -> None:
+def test_the_top_bar_says_what_became_of_the_triggers(is_fall_on: bool, said: str, desk: Desk) -> None:
     """Known only a while after they were set, whatever page is shown."""
-    page = show_page(qtbot, assembly.window, "settings", SettingsPage)
-    chip = assembly.window.top_bar.triggers
-    button = find(page, QPushButton, "settings_write")
+    page = desk.find(SettingsPage)
+    desk.go_to("settings")
+    page.work.choose("attitude_trigger", True)
+    page.work.choose("freefall_trigger", is_fall_on)
+    desk.click("settings_write")
+    if not is_fall_on:
+        desk.until(lambda: page.strip.button("write_anyway"))
+        desk.click(page.strip.button("write_anyway"))
+    desk.until(lambda: said in desk.assembly.window.top_bar.triggers.accessibleName())
 
-    def press_what_is_next() -> bool:
-        """Where the machine stood still for a moment, the conversation has ended, and all is done again."""
-        anyway = page.strip.button("write_anyway")
-        if anyway is not None:
-            press(qtbot, anyway)
-        elif not page.work.job.is_running and said not in chip.accessibleName():
-            page.work.choose("attitude_trigger", True)
-            page.work.choose("freefall_trigger", is_fall_on)
-            if button.isEnabled():
-                press(qtbot, button)
-        return said in chip.accessibleName()
 
-    qtbot.waitUntil(press_what_is_next)
+@pytest.mark.skipif(sys.platform == "win32", reason="Windows has no pseudo-terminals")
+def test_lock_reaches_an_active_module_by_key(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
+    """In real time, on a pseudo-terminal."""
+    module = Module(now=now())
+    module.settings[ACTIVATION] = 1
+    with Line(module) as line, window(qapp, tmp_path) as assembly:
+        connect(qtbot, assembly, line.port)
+        qtbot.keyClick(assembly.window, Qt.Key.Key_L, Qt.KeyboardModifier.ControlModifier)
+        qtbot.waitUntil(lambda: module.settings[ACTIVATION] == 0)
+    assert {entry.frame for entry in module.log.acts()} == {bytes.fromhex("42 61 10 02 00 12")}

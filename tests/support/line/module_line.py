@@ -50,9 +50,10 @@ class ModuleLine:
     plug_number = 0
 
     def __init__(
-        self, clock: FakeClock, *modules: Module, wear: Wear | None = None, seed: int = 1, baud_rate: int = 115200
-    ) -> None:
-        self.clock, self.modules, self.wear, self.baud_rate = clock, modules, wear or Wear(), baud_rate
+        self, clock: FakeClock, *modules: Module, wear: Wear | None = None, seed: int = 1, baud_rate: int = 115200,
+        port: str = "",
+    ) -> None:  # fmt: skip
+        self.port, self.clock, self.modules, self.wear, self.baud_rate = port, clock, modules, wear or Wear(), baud_rate
         self.opened_at = clock()
         self.sent: list[bytes] = []  # every frame of the host
         # Called with each frame of the host: before it is on its way, and when a module has taken it.

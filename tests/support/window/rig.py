@@ -27,6 +27,7 @@ from tests.support.window.steps import Driver
 from ui.core.background_task import BackgroundTask
 from ui.main import Assembly
 from ui.services.context import PageEntry
+from ui.session.port import Port
 from ui.session.ports import Ports
 from ui.widgets.gestures import gestures
 
@@ -68,6 +69,15 @@ class Rig(Driver):
         """The requests that were not queries, except `serial_output`."""
         acts = [request for request in self.requests if request.hazard is not Hazard.NONE]
         return [request for request in acts if request.command is not SERIAL_OUTPUT]
+
+    def add_port(self) -> Port:
+        """One more, beside the first."""
+
+        def make_worker(callback: Callable[[Batch], None], make_lock: Callable[[], Job[Any]]) -> ThreadlessWorker:
+            self.workers.append(ThreadlessWorker(callback, self.clock, make_lock))
+            return self.workers[-1]
+
+        return self.assembly.ports.add(make_worker)
 
     def turn(self, longest_s: float = TURN_S) -> None:
         """One step of the line, the window and its timers; no time passes while the disk or a task is at work."""
@@ -134,7 +144,7 @@ def on_fake_time(
 
     def open_line(port: str, baud_rate: int) -> WatchedLine | ModuleLine:
         if port in devices:
-            lines.append(ModuleLine(clock, *devices[port], baud_rate=baud_rate))
+            lines.append(ModuleLine(clock, *devices[port], baud_rate=baud_rate, port=port))
         else:
             lines.append(WatchedLine(clock, open_bench(port), baud_rate, leaves))
         return lines[-1]
