@@ -3,8 +3,9 @@
 import logging
 import threading
 from concurrent.futures import wait
+from functools import cached_property
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from PySide6.QtCore import QObject, Signal
 
@@ -14,7 +15,9 @@ from app.safety.left_active import KnownAs, LeftActive
 from app.store.acts import UNNAMED, StoreJournal, StreamMemory, Where
 from app.store.fact_store import Store, StoreFault, StoreTrouble
 from app.system.files import data_folder
-from ui.services.recording_jobs import RecordingJobs
+
+if TYPE_CHECKING:  # it loads zstandard, which the window's first paint does not wait for
+    from app.recordings.library import RecordingLibrary
 
 _log = logging.getLogger(__name__)
 
@@ -35,11 +38,17 @@ class Storage(QObject):
         self.left_active: tuple[LeftActive, ...] = ()
         # One of each port; ended by `close`.
         self.recorded: list[Any] = []
-        self.recordings = RecordingJobs(None if folder is None else folder / "recordings")
         self._folder = folder
         self._opening: Store | None = None
         self._lock = threading.Lock()
         self._is_closed = False
+
+    @cached_property
+    def library(self) -> "RecordingLibrary":
+        """Of recordings."""
+        from app.recordings.library import RecordingLibrary
+
+        return RecordingLibrary(None if self._folder is None else self._folder / "recordings")
 
     @property
     def folder(self) -> Path:
@@ -105,7 +114,6 @@ class Storage(QObject):
 
     def close(self) -> None:
         """Close permanently, so that running work cannot open the store again. Idempotent."""
-        self.recordings.stop()
         for recording in self.recorded:
             recording.stop(0.0)  # all at once
         stopped = [recording.stop(RECORDER_LIMIT_S) for recording in self.recorded]

@@ -84,7 +84,7 @@ class Port(QObject):
         super().__init__(parent)
         self._clock, self._storage, self._watcher = clock, storage, watcher
         self.stream = StreamSwitch(is_wanted=False)
-        self.recording = SessionRecording(self.stream, storage.recordings)
+        self.recording = SessionRecording(self.stream, lambda: storage.library)
         storage.recorded.append(self.recording)
         self.lock = PortLock(partial(self.submit, is_urgent=True), lambda: self.module.journal, parent=self)
         # What stays of the conversations that ended here.

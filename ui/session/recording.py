@@ -12,8 +12,8 @@ from app.procedures.stream import StreamSwitch
 from app.text.messages import UserMessage
 
 if TYPE_CHECKING:  # they load numpy, which the window's first paint does not wait for
+    from app.recordings.library import RecordingLibrary
     from app.recordings.recorder import Recorder
-    from ui.services.recording_jobs import RecordingJobs
 
 _log = logging.getLogger(__name__)
 
@@ -32,9 +32,9 @@ class SessionRecording:
     """The worker's batches go to the recorder from the worker's own thread, so that a window that stalls or closes
     costs the recording nothing."""
 
-    def __init__(self, stream: StreamSwitch, recordings: "RecordingJobs") -> None:
+    def __init__(self, stream: StreamSwitch, find_library: "Callable[[], RecordingLibrary]") -> None:
         """`stream`: a recording needs every report, whatever page is shown."""
-        self._stream, self._recordings = stream, recordings
+        self._stream, self._find_library = stream, find_library
         self._lock = threading.Lock()
         # From the first opening on, and the number of the opening that is recorded.
         self._recorder: Recorder | None = None
@@ -78,7 +78,7 @@ class SessionRecording:
                 if self._recorder is None:
                     from app.recordings.recorder import Recorder
 
-                    self._recorder = Recorder(self._recordings.library)
+                    self._recorder = Recorder(self._find_library())
                 self._recorder.begin(connection.port, connection.baud_rate)
             if self._recorder is not None:
                 self._recorder.on_batch(batch)

@@ -53,12 +53,12 @@ class Desk(Driver):
 
     @property
     def library(self) -> RecordingLibrary:
-        return self.storage.recordings.library
+        return self.storage.library
 
     def list_again(self, count: int) -> None:
         """Refresh the list; wait until it has `count` rows and nothing reads it any more."""
-        self.page.jobs.refresh()
-        self.until(lambda: self.page.table.filter.rowCount() == count and not self.page.jobs._listing.is_running)
+        self.page.work.list_again()
+        self.until(lambda: self.page.table.filter.rowCount() == count and not self.page.work.listing.is_running)
 
     def answer(self, key: str) -> None:
         self.click(self.page.strip.button(key))
@@ -76,8 +76,8 @@ def made(qtbot: QtBot, qapp: QApplication, folder: Path, template: Path) -> Iter
     """Show the page without a main window or a port."""
     storage = Storage(folder)
     with fake_services(qapp, storage) as (_, services):
-        storage.recordings.library.folder.mkdir(parents=True)
-        copyfile(template, storage.recordings.library.folder / template.name)
+        storage.library.folder.mkdir(parents=True)
+        copyfile(template, storage.library.folder / template.name)
         page = LogsPage(services)
         page.show_module(services.ports.module)
         show_alone(qtbot, services, page, 876, 500)

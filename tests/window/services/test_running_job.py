@@ -87,10 +87,9 @@ def test_trouble_with_files_outlives_another_module(qtbot: QtBot, qapp: QApplica
     with window(qapp, tmp_path, entries=page_entries("logs")) as assembly:
         qtbot.waitUntil(lambda: assembly.window.has_pages)
         page = find(assembly.window, LogsPage)
-        for notice in (assembly.storage.recordings, page.result):
-            notice.notify(Meaning.ATTENTION, "Not saved")
-            assembly.ports.shown.emit(assembly.ports.module)
-            assert notice.result_notice() is not None
+        page.result.notify(Meaning.ATTENTION, "Not saved")
+        assembly.ports.shown.emit(assembly.ports.module)
+        assert page.result.result_notice() is not None
 
 
 def test_what_a_person_has_to_act_on_outlives_the_page(line: Line) -> None:

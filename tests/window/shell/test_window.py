@@ -135,7 +135,7 @@ def test_the_module_streams_only_for_pages_that_need_it(qtbot: QtBot, qapp: QApp
         assert made == []  # not before the first paint
         with qtbot.waitSignal(assembly.window.pages_made):
             pass
-        folder = assembly.storage.recordings.library.folder
+        folder = assembly.storage.library.folder
         folder.parent.mkdir(parents=True, exist_ok=True)
         folder.write_text("a file stands where the recordings should be", encoding="utf-8")
         assembly.ports.connect_to(Target("sim://stream", 115200))

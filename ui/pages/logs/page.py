@@ -18,9 +18,21 @@ from app.flights.judging import FlightGroup, fire_map
 from app.flights.read_log import SUFFIXES
 from app.flights.table import CsvColumns
 from app.recordings.library import RecordingEntry, entry_text, size_text, when_text
+from app.recordings.recording import Exported, export
 from app.text.i18n import tr
-from app.text.messages import clean, in_brackets, join_names, join_sentences, labelled
+from app.text.messages import (
+    UserError,
+    clean,
+    error_text,
+    in_brackets,
+    join_names,
+    join_sentences,
+    labelled,
+    not_written,
+    saved_text,
+)
 from protocol.translatable import marked
+from ui.core.background_task import Running
 from ui.files.file_dialogs import AskMany, AskPath, ask_flight_logs, ask_folder, ask_path, default_name
 from ui.forms.tables import RowsTable, SearchedRows
 from ui.pages.logs.proposal import ProposalBar, bounds_lines
@@ -51,8 +63,7 @@ class LogsPage(Page):
     def __init__(self, services: Services) -> None:
         super().__init__("logs")
         self._services = services
-        self.jobs = services.storage.recordings
-        self.work = LogsWork(self.jobs, self)
+        self.work = LogsWork(services.storage.library, self)
         self.ask_files: AskMany = ask_flight_logs
         self.ask_folder: AskMany = ask_folder
         self.ask_path: AskPath = ask_path
@@ -91,7 +102,6 @@ class LogsPage(Page):
         work.changed.connect(self.refresh_list)
         work.changed.connect(self._keep_lists)
         work.loading_ended.connect(self._end_loading)
-        self.jobs.changed.connect(VisibilityTimer(self, self.refresh_list).refresh_seen)
         self.thresholds.chosen.connect(work.choose)
         self.thresholds.judged.connect(self._refresh_proposal)
         self.map.chosen.connect(
@@ -102,6 +112,7 @@ class LogsPage(Page):
         self.view.closed.connect(self._show_list)
         self.view.columns_chosen.connect(self._read_with)
         self.result.changed.connect(self._refresh_notice)
+        self.result.changed.connect(self._refresh_actions)
         self.proposal.settings_wanted.connect(lambda: self.page_wanted.emit("settings"))
         VisibilityTimer(self, self._tick, every_ms=_POLL_MS)
         self.refresh_list()
@@ -165,7 +176,7 @@ class LogsPage(Page):
     def showEvent(self, event: QShowEvent) -> None:
         """The logs of the last start are read when the page is first seen."""
         super().showEvent(event)
-        self.jobs.refresh()
+        self.work.list_again()
         if not self._are_kept_read:
             self._are_kept_read = True
             self.work.restore(self._services.preferences.flight_lists)
@@ -254,7 +265,7 @@ class LogsPage(Page):
                 text = tr("{what} ({done} of {total})", what=text, done=loading.read, total=loading.total)
             cancel = Choice("cancel_logs", tr("Cancel"), self.work.cancel)
             self.strip.show_notice(Notice(Meaning.INFORMATION, text, (cancel,)))
-        elif self._to_delete and not self.jobs.is_busy:
+        elif self._to_delete and not self.result.is_busy:
             entries = self._to_delete
             what = entry_text(entries[0])
             if len(entries) > 1:
@@ -266,7 +277,7 @@ class LogsPage(Page):
             )
             self.strip.show_notice(Notice(Meaning.ATTENTION, tr("Delete for good? {what}", what=what), choices))
         else:
-            self.strip.show_notice(self.jobs.result_notice() or self.result.result_notice())
+            self.strip.show_notice(self.result.result_notice())
 
     def _ended_notice(self, ended: Reading) -> Notice | None:
         """None where everything was read."""
@@ -289,8 +300,8 @@ class LogsPage(Page):
         return Notice(Meaning.ATTENTION, "\n".join([text, *reasons]), dismiss=self.result.dismiss)
 
     def _explain(self) -> None:
-        used = size_text(sum(entry.size_bytes for entry in self.jobs.entries))
-        size = size_text(self.jobs.library.max_bytes)
+        used = size_text(sum(entry.size_bytes for entry in self.work.entries))
+        size = size_text(self.work.library.max_bytes)
         kept = tr("{used} of {size} used; then the oldest are deleted.", used=used, size=size)
         rules = (*RULES, *ASSUMPTIONS, marked("After a real trigger the parachute is open."))
         sentences = (*map(tr, rules), *bounds_lines(), labelled(tr("Recordings"), kept))
@@ -300,7 +311,7 @@ class LogsPage(Page):
     def _tick(self) -> None:
         self.work.poll()
         if self._polls % 10 == 0:
-            self.jobs.refresh()
+            self.work.list_again()
             self.work.read_waiting()
         self._polls += 1
         self._refresh_notice()
@@ -312,7 +323,7 @@ class LogsPage(Page):
 
     def _refresh_actions(self) -> None:
         rows, entries = self.table.chosen(), self._entries()
-        is_idle = not self.jobs.is_busy
+        is_idle = not self.result.is_busy
         self.opening.setEnabled(len(rows) == 1)
         for action in self.moving:
             action.setEnabled(bool(rows))
@@ -335,13 +346,26 @@ class LogsPage(Page):
         (entry,) = self._entries()
         name = default_name(entry.module or entry.port, ".csv", entry.started_at.astimezone())
 
-        def export(path: Path) -> None:
-            self._folder = path.parent
-            self.jobs.export(entry, path)
+        def end(path: Path, done: Exported) -> None:
+            text = saved_text(path, done.rows)
+            if done.damage is None:
+                self.result.notify_saved(path, text)
+            else:
+                self.result.notify_saved(path, join_sentences([text, done.damage.translated()]), Meaning.ATTENTION)
 
-        self.ask_path(
-            self, tr("Recording of {time}", time=when_text(entry)), self._folder / name, "*.csv;;*.mcap", export
-        )
+        def save(path: Path) -> None:
+            self._folder = path.parent
+            is_table = path.suffix.lower() != ".mcap"
+
+            def work(running: Running) -> Exported:
+                return export(entry, path, is_table=is_table, on_progress=running.set_progress_or_end)
+
+            doing = tr("Exporting {name}", name=path.name)
+            if not self.result.is_busy:
+                self.result.begin(doing, work, partial(end, path), partial(not_written, path))
+
+        title = tr("Recording of {time}", time=when_text(entry))
+        self.ask_path(self, title, self._folder / name, "*.csv;;*.mcap", save)
 
     def _remove(self) -> None:
         """Logs leave the list, and recordings are deleted, once that is confirmed."""
@@ -354,7 +378,23 @@ class LogsPage(Page):
 
     def _delete(self) -> None:
         entries, self._to_delete = self._to_delete, ()
-        self.jobs.delete(entries)
+
+        def work(running: Running) -> int:
+            for count, entry in enumerate(entries):
+                if running.is_cancelled():
+                    return count
+                self.work.library.delete(entry)
+                running.set_progress((count + 1) / len(entries))
+            return len(entries)
+
+        def end(count: int) -> None:
+            self.result.notify(Meaning.INFORMATION, tr("Recordings deleted: {count}.", count=count))
+            self.work.list_again()
+
+        def refused(error: Exception) -> str:
+            return error.sentence if isinstance(error, UserError) else tr("Failed: {why}.", why=error_text(error))
+
+        self.result.begin(tr("Deleting…"), work, end, refused)
         self.work.remove([str(entry.path) for entry in entries])
         self.table.setFocus()
 
@@ -365,15 +405,11 @@ class LogsPage(Page):
 
     # Qt
 
-    def notices(self) -> list[PageJob]:
-        return [self.jobs, *super().notices()]
-
     def ways_back(self) -> WaysBack:
         return (
             (self._stack.currentWidget() is self.view, self.view.close_log),
             (self.work.is_loading, self.work.cancel),
             (self._to_delete, self._cancel_deletion),
-            (self.jobs.is_busy, self.jobs.cancel_files),
-            (self.jobs.result_notice(), self.jobs.dismiss),
+            (self.result.is_busy, self.result.cancel_files),
             (self.result.result_notice(), self.result.dismiss),
         )

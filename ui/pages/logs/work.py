@@ -15,10 +15,9 @@ from app.flights.judge import TriggerLimits
 from app.flights.judging import FlightGroup, FlightOutcome, FlightSummary, ThresholdProposal, propose
 from app.flights.read_log import distinct_names, find_logs, summarise_logs
 from app.flights.table import CsvColumns
-from app.recordings.library import RecordingEntry
+from app.recordings.library import RecordingEntry, RecordingLibrary
 from app.text.messages import UserMessage, error_text
 from ui.core.background_task import BackgroundTask, Running
-from ui.services.recording_jobs import RecordingJobs
 
 # So many of the newest recordings are judged without being asked.
 MOST_JUDGED: Final = 100
@@ -106,9 +105,12 @@ class LogsWork(QObject):
     changed = Signal()
     loading_ended = Signal(object)
 
-    def __init__(self, recordings: RecordingJobs, parent: QObject) -> None:
+    def __init__(self, library: RecordingLibrary, parent: QObject) -> None:
         super().__init__(parent)
-        self.recordings = recordings
+        self.library = library
+        self.entries: tuple[RecordingEntry, ...] = ()
+        self._is_list_old = False
+        self.listing: BackgroundTask[tuple[RecordingEntry, ...]] = BackgroundTask("dps-s recordings", self)
         self.logs: dict[str, LogFile] = {}
         self.limits = TriggerLimits()
         self.proposal: ThresholdProposal | None = None
@@ -129,7 +131,7 @@ class LogsWork(QObject):
 
     def wanted(self) -> list[LogFile]:
         """A recording of the library is nobody's choice before it is on a side."""
-        folder = self.recordings.library.folder
+        folder = self.library.folder
         unsorted = FlightGroup.UNSORTED
         return [log for log in self.logs.values() if log.group is not unsorted or Path(log.name).parent != folder]
 
@@ -138,7 +140,7 @@ class LogsWork(QObject):
         return [log for log in self.wanted() if log.why_not is not None]
 
     def rows(self) -> list[LogRow]:
-        entries = {str(entry.path): entry for entry in self.recordings.entries}
+        entries = {str(entry.path): entry for entry in self.entries}
         # One of the library that was judged and is gone was deleted.
         wanted = {log.name for log in self.wanted()}
         logs = (log for log in self.logs.values() if not log.is_waiting)
@@ -151,6 +153,19 @@ class LogsWork(QObject):
             of_module = "" if entry is None else entry.module or entry.port.removeprefix("/dev/")
             rows.append(LogRow(name, of_module or label, log, entry, outcome))
         return rows
+
+    def list_again(self) -> None:
+        """The recordings."""
+        self._is_list_old = self.listing.is_running  # the running one may miss what changed since it began
+        if not self._is_list_old:
+            self.listing.run(lambda _running: self.library.entries(), self._on_list)
+
+    def _on_list(self, entries: tuple[RecordingEntry, ...]) -> None:
+        if entries != self.entries:
+            self.entries = entries
+            self.changed.emit()
+        if self._is_list_old:
+            self.list_again()
 
     # Reading
 
@@ -176,7 +191,7 @@ class LogsWork(QObject):
         if self.task.is_running:
             return
         waiting = [Path(log.name) for log in self.logs.values() if log.is_waiting]
-        for entry in self.recordings.entries[:MOST_JUDGED]:
+        for entry in self.entries[:MOST_JUDGED]:
             log = self.logs.get(str(entry.path))
             is_old = log is None or (not log.is_waiting and log.samples != entry.sample_count)
             if is_old and entry.trouble is None and entry.sample_count > 0 and not entry.is_running:
@@ -189,7 +204,7 @@ class LogsWork(QObject):
         done = self.loading.done
         if not done:
             return
-        samples = {str(one.path): one.sample_count for one in self.recordings.entries if not one.is_running}
+        samples = {str(one.path): one.sample_count for one in self.entries if not one.is_running}
         while done:
             log = done.popleft()
             known = self.logs.get(log.name, log)

@@ -10,13 +10,13 @@ from pytestqt.qtbot import QtBot
 from app.engine.conversation import ConversationView, StatusSample
 from app.engine.worker import Batch, Connection
 from app.procedures.stream import StreamSwitch
+from app.recordings.library import RecordingLibrary
 from app.system.clock import steady_time
 from protocol.events import Began
 from tests.support.records.recordings_made import CLOSED, LOST, OPEN, WAIT_S, batch, received, report
 from tests.support.window.fakes_ui import connect, page_entries, simulated, window
 from tests.support.window.steps import notice_text
 from ui.main import PAGES
-from ui.services.recording_jobs import RecordingJobs
 from ui.session.recording import SessionRecording
 
 NEXT = OPEN._replace(opening=7)
@@ -30,9 +30,9 @@ class Bench:
 
     def __init__(self, folder: Path) -> None:
         self.handed_on: list[Batch] = []
-        self.library = (jobs := RecordingJobs(folder)).library
+        self.library = RecordingLibrary(folder)
         self.stream = StreamSwitch(is_wanted=False)
-        self.sessions = SessionRecording(self.stream, jobs)
+        self.sessions = SessionRecording(self.stream, lambda: self.library)
         self.say = self.sessions.recorded(self.handed_on.append)
 
     def name(self, name: str, *, number: int = 1) -> None:
@@ -116,7 +116,7 @@ def test_a_recorded_session_streams_on_every_page_and_is_closed_with_the_window(
         assembly.ports.current.batch.connect(lambda batch: taken.extend(batch.samples))
         qtbot.waitUntil(lambda: len(taken) > 100)
         assert taken[-1].at - taken[-101].at < 10.0  # polled it would be 50 s
-        library = assembly.storage.recordings.library
+        library = assembly.storage.library
         assembly.window.close_now()
         qtbot.waitUntil(lambda: not any(entry.is_running for entry in library.entries()))
         assert [entry.was_cut_off for entry in library.entries()] == [False]
@@ -124,7 +124,7 @@ def test_a_recorded_session_streams_on_every_page_and_is_closed_with_the_window(
 
 def test_an_unwritable_disk_is_shown_and_the_link_continues(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
     with simulated("unkept"), window(qapp, tmp_path, entries=PAGES[:1]) as assembly:
-        folder = assembly.storage.recordings.library.folder
+        folder = assembly.storage.library.folder
         folder.parent.mkdir(parents=True, exist_ok=True)
         folder.write_text("a file stands where the folder should be", encoding="utf-8")
         connect(qtbot, assembly, "sim://unkept")

@@ -200,7 +200,9 @@ def test_the_window_reports_damage_at_export_and_where_it_is_shown(
 ) -> None:
     damage(damaged := record(tmp_path / "template"))
     with made(qtbot, qapp, tmp_path / "data", damaged) as desk:
-        desk.page.jobs.export(desk.page.jobs.entries[0], tmp_path / "x.csv")
+        desk.page.table.selectRow(0)
+        desk.page.ask_path = choosing(tmp_path / "x.csv")
+        given(desk.page.exporting).click()
         desk.until(lambda: "Saved" in desk.said())
         assert "Damaged or altered" in notice_text(desk.page.strip)
         assert given(desk.page.strip.notice).meaning is Meaning.ATTENTION
