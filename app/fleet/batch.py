@@ -33,7 +33,7 @@ from app.settings.values import fingerprint
 from app.store.fact_store import Facts, Store
 from app.store.rows import MessageText, ModuleProvisioned
 from app.text.messages import UserError, UserMessage, joined, message, message_from_json, visible
-from protocol.catalogue import BAUD_RATE, BOOTS
+from protocol.catalogue import BAUD_RATE, BOOT_COUNT, BOOTS
 from protocol.fields import Value
 from protocol.translatable import marked
 
@@ -169,8 +169,9 @@ class BatchRun:
                 return Provisioned(message(marked("Cannot be read.")), boot_count)
             if status.active:
                 return Provisioned(message(marked("The module is ACTIVE: lock it first.")), boot_count)
+            settings = {key: value for key, value in before.settings.values.items() if key != BOOT_COUNT.key}
             for module in known:
-                is_same = all(module.settings.get(key) == value for key, value in before.settings.values.items())
+                is_same = all(module.settings.get(key) == value for key, value in settings.items())
                 was = module.boot_count
                 if is_same and was is not None and (boot_count - was) % BOOTS <= most_starts:
                     text = marked("It may be {module}: boot count and settings fit.")
