@@ -55,13 +55,14 @@ def main(argv: Sequence[str] | None = None) -> int:
         # As a shell reports it: 130 for Ctrl-C, 143 for SIGTERM.
         code = 128 + getattr(interrupted, "number", 2)
         if "--json" in words and not console.state.has_result:  # else nothing is said: who pressed Ctrl-C knows
-            _fail(words, ErrorCode.CANCELLED, tr("Interrupted."))
+            console.fail(console.Refused(tr("Interrupted."), ErrorCode.CANCELLED), is_json=True)
     except console.OutputLost as error:
         if str(error):
             console.notify(tr("{file} cannot be written: {why}.", file="stdout", why=error))
         code = console.PARTIAL
     except Exception as error:  # noqa: BLE001  the top level: people get a sentence, no traceback
-        code = _explain(words, error)
+        _log.debug("ended by", exc_info=error)
+        code = console.fail(error, is_json="--json" in words and not console.state.has_result)
     _log.debug("exit code %d", code)
     return code
 
@@ -216,45 +217,6 @@ def _prepare_output() -> None:
             stream.reconfigure(errors="replace")  # "?" for characters that the console lacks
             if sys.platform == "win32" and not stream.isatty() and "PYTHONIOENCODING" not in os.environ:
                 stream.reconfigure(encoding="utf-8")  # the ANSI code page lacks "…" in one country and "°" in another
-
-
-def _fail(words: Sequence[str], code: ErrorCode, sentence: str, what: str = "", hint: str = "") -> int:
-    """Say why there is no result, with --json also as an object; returns the exit code. `what`: the sentence without
-    its hint, where it has one."""
-    console.notify(sentence)
-    if "--json" in words and not console.state.has_result:
-        console.write_failure(code, what or sentence, hint)
-    return code.exit_code
-
-
-def _explain(words: Sequence[str], error: Exception) -> int:
-    """Say why there is no result; returns the exit code."""
-    _log.debug("ended by", exc_info=error)
-    if isinstance(error, UserError) and error.code is not ErrorCode.INTERRUPTED:  # which is told with what to do next
-        return _fail(words, error.code, error.sentence, error.what, error.hint)
-    if isinstance(error, ImportError):
-        from app.system.libraries import missing_libraries
-
-        package = (error.name or "").partition(".")[0]
-        sentence = missing_libraries()
-        if isinstance(error, ModuleNotFoundError) and package not in ("", "app", "protocol", "ui"):
-            sentence = tr("The Python package {package} is missing. Install the program again.", package=package)
-        if sentence is not None:
-            return _fail(words, ErrorCode.INTERNAL, sentence)
-    from app.diagnosis.causes import explain
-    from app.engine.transport import PortError, PortTrouble
-
-    why = explain(error)
-    code = error.code if isinstance(error, UserError) else ErrorCode.INTERNAL
-    if isinstance(error, PortError):
-        code = {
-            PortTrouble.MISSING: ErrorCode.NO_PORT,
-            PortTrouble.UNUSABLE: ErrorCode.NO_PORT,
-            PortTrouble.BUSY: ErrorCode.BUSY,
-            PortTrouble.NOT_ALLOWED: ErrorCode.NO_PERMISSION,
-            PortTrouble.UNSUPPORTED: ErrorCode.USAGE,
-        }.get(error.trouble, ErrorCode.NO_LINK)
-    return _fail(words, code, why.terminal_sentence, why.what, why.next_step)
 
 
 if __name__ == "__main__":

@@ -8,7 +8,6 @@ checked one after the other.
 
 import argparse
 import logging
-import threading
 from pathlib import Path
 from typing import Literal
 
@@ -29,11 +28,11 @@ from app.safety.journal import Act, Outcome
 from app.safety.left_active import note_go
 from app.settings.profiles import NO_PROFILE, Profile, read_profile
 from app.terminal import console
-from app.terminal.connection import LOST, OpenPort, connected, loss_sentence
+from app.terminal.connection import LOST, connected
 from app.terminal.records import Records, opened_store, records_on, refuse_another
 from app.terminal.results import Result, Value
 from app.text.i18n import tr
-from app.text.messages import ErrorCode, UserMessage, clean, in_brackets, join_names
+from app.text.messages import UserMessage, clean, in_brackets, join_names
 
 _log = logging.getLogger(__name__)
 
@@ -92,101 +91,79 @@ def run(args: argparse.Namespace) -> int:
             if len(args.ports) > 1 and not args.json:
                 console.write_lines([port])
             try:
-                codes.append(_Check(args, profile, records_on(store, troubles, port, args.module)).run())
+                codes.append(_check(args, profile, records_on(store, troubles, port, args.module)))
             except LOST as error:
                 if len(args.ports) == 1:
                     raise
-                codes.append(console.NO_LINK)
-                console.notify(loss_sentence(error))
-                if args.json:
-                    console.write_failure(ErrorCode.NO_LINK, loss_sentence(error))
+                codes.append(console.fail(error, is_json=args.json))
     return next((code for code in (console.ANSWER_NO, console.NO_LINK, console.PARTIAL) if code in codes), 0)
 
 
-class _Check:
-    """The check on one port."""
+def _check(args: argparse.Namespace, profile: Profile, records: Records) -> int:
+    """Check the module at one port, judge, keep and print it; returns the exit code. Raises what keeps a conversation
+    from beginning."""
+    evidence, journal = Evidence(port=records.port), records.journal
+    is_enabling = args.enable_triggers or args.activate
+    person = Person(
+        who=args.who,
+        module=args.module,
+        aircraft=args.aircraft,
+        are_records_reviewed=args.records_reviewed,
+        is_same_module=args.same_module,
+        is_named_by_option=True,
+    )
 
-    def __init__(self, args: argparse.Namespace, profile: Profile, records: Records) -> None:
-        self._args = args
-        self._profile = profile
-        self._records = records
-        self._evidence = Evidence(port=records.port)
-        # The module's history before the check, where it was read already.
-        self._past: Past | None = None
-        # Where it was judged already.
-        self._filed: Filed | None = None
+    def judge(found: Evidence, past: Past | None = None) -> Filed:
+        """And keep it. `past`: the module's history before the check, where it was read already."""
+        adapter = records.find_where().adapter
+        filed = file_check(found, profile, person, store=records.store, adapter=adapter, past=past)
+        _log.debug("%s: %s", records.port, filed.assessment.verdict)
+        return filed
 
-    def run(self) -> int:
-        """Check, judge, keep and print it; returns the exit code. Raises what keeps a conversation from beginning."""
-        args, journal = self._args, self._records.journal
-        is_refused = False
-        with connected(
-            self._records.port,
-            args.baud,
-            on_batch=lambda batch: self._evidence.listen(batch.events),
-            journal=journal if args.activate else None,
-        ) as opened:
-            refuse_another(opened.conversation, self._records, args)
-            console.note_wait(tr("Checking takes about ten seconds."))
-            is_enabling = args.enable_triggers or args.activate
-            try:
-                opened.run(run_preflight(self._evidence, is_enabling=is_enabling, journal=journal))
-                is_refused = args.activate and self._is_activation_refused(opened)
-            except Interrupted as ended:
-                self._evidence.note_error(ended)
-        filed = self._file()
+    filed: Filed | None = None
+    is_refused = False
+    with connected(
+        records.port,
+        args.baud,
+        on_batch=lambda batch: evidence.listen(batch.events),
+        journal=journal if args.activate else None,
+    ) as opened:
+        refuse_another(opened.conversation, records, args)
+        console.note_wait(tr("Checking takes about ten seconds."))
+        try:
+            opened.run(run_preflight(evidence, is_enabling=is_enabling, journal=journal))
+            if args.activate:
+                # READY is kept, then the module is activated and judged again. Anything but READY sends nothing.
+                filed = opened.wait_for(lambda: judge(evidence))  # the store may be slow; the conversation goes on
+                ready = filed.assessment
+                if ready.verdict is Verdict.READY:
+                    permit = permit_for(Act.ACTIVATE, opened)
+                    performed, evidence = opened.run(activate_ready(ready, journal, permit))
+                    say = console.note if performed.outcome is Outcome.CONFIRMED else console.notify
+                    say(performed.sentence)
+                    opened.pay_owed_lock()
+                    is_refused = performed.outcome is Outcome.NOT_SENT
+                    if evidence is not ready.case.evidence:
+                        filed = judge(evidence, ready.case.past)
+                        if filed.assessment.verdict is Verdict.GO:
+                            records.store.write(lambda facts: note_go(facts, records.known_as.run))
+        except Interrupted as ended:
+            evidence.note_error(ended)
+            filed = None
+    filed = filed or judge(evidence)
 
-        def write() -> None:
-            console.note(join_names(map(str, write_report(args.report, filed.exported, args.printer))))
+    def write_files(filed: Filed = filed) -> None:
+        console.note(join_names(map(str, write_report(args.report, filed.exported, args.printer))))
 
-        # The report comes first, as printing fails where nobody reads.
-        is_written = args.report is None or console.wrote(args.report, write)
-        console.emit(args, msgspec.convert(contract_of(filed.assessment), PreflightJson), page_of(filed))
-        if filed.trouble is not None:
-            console.notify_once(filed.trouble.sentence)
-            console.notify(tr("Not kept."))
-        if filed.assessment.verdict is Verdict.NO_GO or is_refused:
-            return console.ANSWER_NO
-        return console.SUCCESS if is_written else console.PARTIAL
-
-    def _file(self) -> Filed:
-        """Judge and keep it."""
-        if self._filed is None:
-            args = self._args
-            person = Person(
-                who=args.who,
-                module=args.module,
-                aircraft=args.aircraft,
-                are_records_reviewed=args.records_reviewed,
-                is_same_module=args.same_module,
-                is_named_by_option=True,
-            )
-            adapter = self._records.find_where().adapter
-            self._filed = file_check(
-                self._evidence, self._profile, person, store=self._records.store, adapter=adapter, past=self._past
-            )
-            _log.debug("%s: %s", self._records.port, self._filed.assessment.verdict)
-        return self._filed
-
-    def _is_activation_refused(self, opened: OpenPort) -> bool:
-        """READY is kept, then the module is activated and judged again. Anything but READY sends nothing."""
-        filing = threading.Thread(target=self._file, daemon=True)  # the store may be slow; the conversation goes on
-        filing.start()
-        while filing.is_alive():
-            opened.wait()
-        ready = self._file().assessment
-        if ready.verdict is not Verdict.READY:
-            return False
-        permit = permit_for(Act.ACTIVATE, opened)
-        performed, evidence = opened.run(activate_ready(ready, self._records.journal, permit))
-        say = console.note if performed.outcome is Outcome.CONFIRMED else console.notify
-        say(performed.sentence)
-        opened.pay_owed_lock()
-        if evidence is not ready.case.evidence:
-            self._evidence, self._filed, self._past = evidence, None, ready.case.past
-            if self._file().assessment.verdict is Verdict.GO:
-                self._records.store.write(lambda facts: note_go(facts, self._records.known_as.run))
-        return performed.outcome is Outcome.NOT_SENT
+    # The report comes first, as printing fails where nobody reads.
+    is_written = args.report is None or console.wrote(args.report, write_files)
+    console.emit(args, msgspec.convert(contract_of(filed.assessment), PreflightJson), page_of(filed))
+    if filed.trouble is not None:
+        console.notify_once(filed.trouble.sentence)
+        console.notify(tr("Not kept."))
+    if filed.assessment.verdict is Verdict.NO_GO or is_refused:
+        return console.ANSWER_NO
+    return console.SUCCESS if is_written else console.PARTIAL
 
 
 def page_of(filed: Filed) -> list[console.Line]:

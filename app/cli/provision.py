@@ -32,7 +32,7 @@ from app.preflight.evidence import Evidence
 from app.procedures.write import WriteContext
 from app.store.fact_store import Store, StoreTrouble
 from app.terminal import console
-from app.terminal.connection import LOST, OpenPort, connected, loss_sentence
+from app.terminal.connection import LOST, connected
 from app.terminal.records import opened_store, records_on
 from app.terminal.results import Result
 from app.terminal.setting_words import typed
@@ -104,7 +104,7 @@ def run(args: argparse.Namespace) -> int:
             batch, store, person, is_enabling=args.enable_triggers, are_all_new=args.all_new, accepted=accepted
         )
         try:
-            _Turns(bench, store, troubles, args).run()
+            _take_each(bench, store, troubles, args)
         except (KeyboardInterrupt, StoreTrouble, console.OutputLost) as error:
             trouble = error
         rows = store.write(bench.rows).result()  # behind what is still being kept
@@ -130,69 +130,56 @@ def run(args: argparse.Namespace) -> int:
     return console.SUCCESS if answer.complete else console.ANSWER_NO
 
 
-class _Turns:
-    """Takes one module after the other at one port."""
+def _take_each(bench: BatchRun, store: Store, troubles: list[UserMessage], args: argparse.Namespace) -> None:
+    """One module after the other, until no name is left."""
+    last: console.Line = ""
 
-    def __init__(self, bench: BatchRun, store: Store, troubles: list[UserMessage], args: argparse.Namespace) -> None:
-        self._bench = bench
-        self._store = store
-        self._troubles = troubles
-        self._args = args
-        self._last_line: console.Line = ""
+    def tell(line: console.Line) -> None:
+        """Once in a row. With --json standard output has the result only."""
+        nonlocal last
+        if line != last and args.json:
+            console.notify(line if isinstance(line, str) else line[0])
+        elif line != last:
+            console.write_lines([line])
+        last = line
 
-    def run(self) -> None:
-        while name := self._next_name():
-            self._tell(tr("PLUG IN: {module}", module=name))
-            evidence = Evidence(port=self._args.port)
-            try:
-                with connected(
-                    self._args.port,
-                    self._args.baud,
-                    on_batch=lambda batch: evidence.listen(batch.events),  # noqa: B023
-                ) as opened:
-                    self._tell(tr("A module answers: leave it plugged in."))
-                    self._provision(name, opened, evidence)
-            except LOST as error:
-                console.notify_once(loss_sentence(error))
-                console.check_signals()
-                time.sleep(LOOK_EVERY_S)
-            console.check_signals()
-
-    def _next_name(self) -> str:
+    def next_name() -> str:
         """Another program may give some, too."""
-        names, taken = self._store.read(self._bench.left)
+        names, taken = store.read(bench.left)
         for name in taken:
             console.notify_once(tr(TAKEN, module=name))
         return names[0] if names else ""
 
-    def _provision(self, name: str, opened: OpenPort, evidence: Evidence) -> None:
-        """One module, until it is unplugged."""
-        done = None
-        records = records_on(self._store, self._troubles, self._args.port)
-        try:
-            done = opened.run(self._bench.provision(evidence, WriteContext(journal=records.journal)))
-        except Interrupted as ended:
-            evidence.note_error(ended)
-        adapter = records.find_where().adapter
-        why = self._store.write(lambda facts: self._bench.keep(facts, name, evidence, done, adapter)).result()
-        if why is None:
-            self._tell((f"{name}: {tr(READY)}", console.GOOD))
-        else:
-            self._tell((f"{tr(SET_ASIDE)}: {why.translated()}", console.BAD))
-        console.check_signals()
-        if self._next_name():
-            self._tell(tr("UNPLUG, NEXT"))
-            if done is None:
-                opened.bind()  # to the conversation after the one that was interrupted, if there is one
-            # Another one may answer at once: it is the next one, and not waited for.
-            if opened.conversation.is_going and opened.conversation.number == opened.number:
-                opened.run(await_gone())
-
-    def _tell(self, line: console.Line) -> None:
-        """Once in a row. With --json standard output has the result only."""
-        if line != self._last_line:
-            self._last_line = line
-            if self._args.json:
-                console.notify(line if isinstance(line, str) else line[0])
+    def take(name: str) -> None:
+        evidence, done = Evidence(port=args.port), None
+        with connected(args.port, args.baud, on_batch=lambda batch: evidence.listen(batch.events)) as opened:
+            tell(tr("A module answers: leave it plugged in."))
+            records = records_on(store, troubles, args.port)
+            try:
+                done = opened.run(bench.provision(evidence, WriteContext(journal=records.journal)))
+            except Interrupted as ended:
+                evidence.note_error(ended)
+            adapter = records.find_where().adapter
+            why = store.write(lambda facts: bench.keep(facts, name, evidence, done, adapter)).result()
+            if why is None:
+                tell((f"{name}: {tr(READY)}", console.GOOD))
             else:
-                console.write_lines([line])
+                tell((f"{tr(SET_ASIDE)}: {why.translated()}", console.BAD))
+            console.check_signals()
+            if next_name():
+                tell(tr("UNPLUG, NEXT"))
+                if done is None:
+                    opened.bind()  # to the conversation after the one that was interrupted, if there is one
+                # Another one may answer at once: it is the next one, and not waited for.
+                if opened.conversation.is_going and opened.conversation.number == opened.number:
+                    opened.run(await_gone())
+
+    while name := next_name():
+        tell(tr("PLUG IN: {module}", module=name))
+        try:
+            take(name)
+        except LOST as error:
+            console.notify_once(console.failure_of(error).sentence)
+            console.check_signals()
+            time.sleep(LOOK_EVERY_S)
+        console.check_signals()

@@ -8,6 +8,7 @@ A job ends with its conversation: `run` raises `Interrupted` then, whose sentenc
 
 import logging
 import queue
+import threading
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
 from typing import TYPE_CHECKING, Final, TypeVar
@@ -65,6 +66,7 @@ class OpenPort:
         self._journal = journal
         self._owed: Job[Locked] | None = None
         self._is_lock_owed = False
+        self._adapter = ""  # where LOCK may be owed
         self.worker = Worker(self._batches.put, make_lock=None if journal is None else self._make_lock)
         self.connection = Connection()
         self.conversation = ConversationView()
@@ -79,18 +81,12 @@ class OpenPort:
     def open(self, port: str, baud_rate: int) -> None:
         """Raises `PortError`, or `NoLink` if the port does not open within two seconds."""
         self.worker.start()
-        adapter = ""
         if self._journal is not None:
-            from app.engine.ports import list_ports
-            from app.engine.reconnect import Reconnection, address_of
+            from app.terminal.records import adapter_of
 
-            # Before it is opened: LOCK is owed at this adapter, whatever its name is by then.
-            address = address_of(port, list_ports())
-            adapter = address.identity
-            self._reconnection = Reconnection()
-            self._reconnection.request(address)
-            self.listeners.append(lambda batch: self._reconnection.feed(batch.connection, batch.at))
-        self.worker.open(port, baud_rate, adapter=adapter or port)
+            # LOCK is owed at this adapter, whatever its name is by then.
+            self._adapter = adapter_of(port)
+        self.worker.open(port, baud_rate, adapter=self._adapter or port)
         ends_at = steady_time() + OPENING_LIMIT_S
         while self.connection.state is not PortState.OPEN:
             self.wait()
@@ -114,6 +110,15 @@ class OpenPort:
         self._is_running = self.has_left = False
         return job.outcome()
 
+    def wait_for(self, work: Callable[[], Result]) -> Result:
+        """Do what may take long, such as the store's disk, in a thread of its own: the conversation goes on."""
+        done: list[Result] = []
+        thread = threading.Thread(target=lambda: done.append(work()), daemon=True)
+        thread.start()
+        while thread.is_alive():
+            self.wait()
+        return done[0] if done else work()
+
     def bind(self) -> None:
         """From now on everything runs in the conversation that goes on, and in no other."""
         self.drain()
@@ -136,19 +141,21 @@ class OpenPort:
     def pay_owed_lock(self) -> None:
         """After an activation that was interrupted when its frame had left: wait until a module answers on the same
         adapter, which gets LOCK first, and say what came of it."""
-        from app.engine.ports import list_ports
-
         self.drain()
         if not self._is_lock_owed and self._owed is None:
             return
         _log.debug("LOCK is owed")
         ends_at = steady_time() + OWED_LIMIT_S
-        while (now := steady_time()) < ends_at and not (self._owed is not None and self._owed.is_done):
-            if self._reconnection.is_due(now):  # the port was lost
-                again = self._reconnection.poll(list_ports() if self._reconnection.needs_ports else (), now)
-                if again is not None:
-                    adapter = again.identity or again.device
-                    self.worker.open(again.device, self.connection.baud_rate, adapter=adapter)
+        while steady_time() < ends_at and not (self._owed is not None and self._owed.is_done):
+            if self.connection.state is PortState.CLOSED:  # it was lost: only the same adapter is opened again
+                from app.engine.ports import list_ports
+
+                port, rate = self.connection.port, self.connection.baud_rate
+                here = (
+                    [port] if "://" in port else [one.device for one in list_ports() if self._adapter == one.identity]
+                )
+                if len(here) == 1:
+                    self.worker.open(here[0], rate, adapter=self._adapter or port)
             self.wait()
         locked = self._owed.outcome() if self._owed is not None and self._owed.is_done else None
         if locked is not None and locked.is_locked:
@@ -245,13 +252,6 @@ def no_link(evidence: "PortEvidence") -> NoLink:
 
     why = explain(evidence)
     return NoLink(why.terminal_sentence, what=why.what, hint=why.next_step)
-
-
-def loss_sentence(error: Exception) -> str:
-    """What to say of one of `LOST`."""
-    from app.diagnosis.causes import explain
-
-    return error.sentence if isinstance(error, NoLink) else explain(error).terminal_sentence
 
 
 def no_module_found(port: str) -> str:

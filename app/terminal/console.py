@@ -357,11 +357,45 @@ def as_json(value: object) -> str:
     return visible_json(json.dumps(msgspec.to_builtins(value), ensure_ascii=False, allow_nan=False))
 
 
-def write_failure(code: ErrorCode, text: str, hint: str = "") -> None:
-    """Print the error object: why a command that was called with --json has no result."""
-    from app.terminal.results import ErrorJson, FailureJson
+def failure_of(error: Exception) -> Refused:
+    """Why a command has no result, as it is printed."""
+    if isinstance(error, UserError) and error.code is not ErrorCode.INTERRUPTED:  # which is told with what to do next
+        return Refused(error.message, error.code, what=error.what, hint=error.hint)
+    if isinstance(error, ImportError):
+        from app.system.libraries import missing_libraries
 
-    write_lines([as_json(ErrorJson(error=FailureJson(code=code, message=text, hint=hint)))])
+        package = (error.name or "").partition(".")[0]
+        sentence = missing_libraries()
+        if isinstance(error, ModuleNotFoundError) and package not in ("", "app", "protocol", "ui"):
+            sentence = tr("The Python package {package} is missing. Install the program again.", package=package)
+        if sentence is not None:
+            return Refused(sentence, ErrorCode.INTERNAL)
+    from app.diagnosis.causes import explain
+    from app.engine.transport import PortError, PortTrouble
+
+    why = explain(error)
+    code = error.code if isinstance(error, UserError) else ErrorCode.INTERNAL
+    if isinstance(error, PortError):
+        code = {
+            PortTrouble.MISSING: ErrorCode.NO_PORT,
+            PortTrouble.UNUSABLE: ErrorCode.NO_PORT,
+            PortTrouble.BUSY: ErrorCode.BUSY,
+            PortTrouble.NOT_ALLOWED: ErrorCode.NO_PERMISSION,
+            PortTrouble.UNSUPPORTED: ErrorCode.USAGE,
+        }.get(error.trouble, ErrorCode.NO_LINK)
+    return Refused(why.terminal_sentence, code, what=why.what, hint=why.next_step)
+
+
+def fail(error: Exception, *, is_json: bool) -> int:
+    """Say why there is no result, and print it as an object where that is wanted; returns the exit code."""
+    failure = failure_of(error)
+    notify(failure.sentence)
+    if is_json:
+        from app.terminal.results import ErrorJson, FailureJson
+
+        what = failure.what or failure.sentence
+        write_lines([as_json(ErrorJson(error=FailureJson(code=failure.code, message=what, hint=failure.hint)))])
+    return failure.code.exit_code
 
 
 def columns(rows: Sequence[tuple[str, ...]], *, indent: int = 0) -> list[str]:
