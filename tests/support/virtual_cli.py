@@ -52,6 +52,7 @@ class VirtualCli:
     """One command after the other, at the modules on one line; `line` is that of the last one."""
 
     line: ModuleLine
+    _err: "io.TextIOWrapper[io.BytesIO]"
 
     def __init__(
         self, *options: Options, modules: Sequence[Module] = (), wear: Wear | None = None, seed: int = 1
@@ -132,6 +133,11 @@ class VirtualCli:
                 stack.enter_context(what)
             yield
 
+    @property
+    def told(self) -> str:
+        """What was said on standard error until now."""
+        return self._err.buffer.getvalue().decode()
+
     def run(
         self,
         *words: str,
@@ -142,16 +148,16 @@ class VirtualCli:
     ) -> Ran:
         """`port`: "" for what has none, or has it among its words; at `sim://` is the simulated module. `meanwhile`
         happens so long after the port was opened. `own`: variables of the environment."""
-        out, err = (io.TextIOWrapper(io.BytesIO(), encoding="utf-8", write_through=True) for _ in range(2))
+        out, self._err = (io.TextIOWrapper(io.BytesIO(), encoding="utf-8", write_through=True) for _ in range(2))
         began_s = self.clock.now_s
         with (
             self.in_time(meanwhile, after_s),
             patch.dict(os.environ, {"LC_ALL": "C.UTF-8", **own}),
             patch.object(sys, "stdout", out),
-            patch.object(sys, "stderr", err),
+            patch.object(sys, "stderr", self._err),
         ):
             code = program.main([words[0], *(("--port", port) if port else ()), *words[1:]])
         took_s = self.clock.now_s - began_s
         self.clock.now_s += BETWEEN_S
-        said, told = (one.buffer.getvalue().decode() for one in (out, err))
-        return Ran(code, said, told, took_s)
+        said = out.buffer.getvalue().decode()
+        return Ran(code, said, self.told, took_s)
