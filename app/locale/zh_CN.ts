@@ -1272,6 +1272,10 @@
         <translation>链路延迟</translation>
     </message>
     <message>
+        <source>Language</source>
+        <translation>语言</translation>
+    </message>
+    <message>
         <source>Language and text size take effect at the next start.</source>
         <translation>语言和文字大小在下次启动时生效。</translation>
     </message>

@@ -125,11 +125,9 @@ class PortList(QListWidget):
 class ConnectPanel(QScrollArea):
     """A card in the middle, which refreshes itself while it is open and never blocks on a port."""
 
-    connect_wanted = Signal(object)
-    """A `Target`."""
+    connect_wanted = Signal(object)  # A `Target`
     disconnect_wanted = Signal()
-    shown = Signal()
-    """Opened or closed."""
+    shown = Signal()  # Opened or closed
 
     def __init__(self, ports: Ports) -> None:
         super().__init__()

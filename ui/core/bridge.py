@@ -27,8 +27,7 @@ class Bridge(QObject):
     dropped, and the event queue never fills up.
     """
 
-    batch = Signal(object)
-    """A `Batch`, in the window's thread."""
+    batch = Signal(object)  # A `Batch`, in the window's thread
     _delivered = Signal()
 
     def __init__(self, parent: QObject | None = None) -> None:

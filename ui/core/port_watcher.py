@@ -18,16 +18,14 @@ SCAN_LIMIT_S = 3.0
 class PortWatcher(QObject):
     """Lists the ports once with `refresh`, or over and over while `is_watching`."""
 
-    listed = Signal()
-    """After each scan, whether or not something changed; in the window's thread."""
+    listed = Signal()  # After each scan, whether or not something changed; in the window's thread
 
     def __init__(self, scan: Callable[[float], Iterable[PortInfo]] = list_ports) -> None:
         super().__init__()
         self._scan = scan
         self._scanning: BackgroundTask[tuple[PortInfo, ...]] = BackgroundTask("dps-s port list", self)
         self._ports: tuple[PortInfo, ...] | None = None
-        self.is_current = False
-        """`ports` is the result of the last scan; else of an earlier one."""
+        self.is_current = False  # `ports` is the result of the last scan; else of an earlier one
         self._timer = QTimer(self, interval=POLL_EVERY_MS)
         self._timer.timeout.connect(self.refresh)
 

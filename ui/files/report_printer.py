@@ -118,5 +118,4 @@ def _application() -> QGuiApplication:
     return _applications[-1]
 
 
-_applications: list[QGuiApplication] = []
-"""Keeps the application alive."""
+_applications: list[QGuiApplication] = []  # Keeps the application alive

@@ -64,6 +64,7 @@ class PreferencesDialog(QDialog):
             WheelGuard(box)
             box.setAccessibleName(title)
             form.addRow(label_for(box, title), box)
+        self.language.setAccessibleName(tr("Language"))
         when = text_label("preferences_when", "small")
         when.setText(tr("Language and text size take effect at the next start."))
         self.sounds = named(QCheckBox(tr("Sound: TRIGGERED, ACTIVE, link lost while ACTIVE")), "preferences_sounds")

@@ -20,14 +20,10 @@ from ui.style.icons import Icon
 class DraftExchange(QObject):
     """What one page hands to another; any of them may be missing."""
 
-    used = Signal(object)
-    """Values by the setting's key, to become drafts in Settings, unsent."""
-    limits_used = Signal()
-    """`LimitsInUse` are those of another profile."""
-    measured = Signal()
-    """The light threshold is to be measured in Settings."""
-    review_wanted = Signal()
-    """The trigger records that nobody has reviewed are to be looked at in Triggers."""
+    used = Signal(object)  # Values by the setting's key, to become drafts in Settings, unsent
+    limits_used = Signal()  # `LimitsInUse` are those of another profile
+    measured = Signal()  # The light threshold is to be measured in Settings
+    review_wanted = Signal()  # The trigger records that nobody has reviewed are to be looked at in Triggers
 
     def __init__(self) -> None:
         super().__init__()

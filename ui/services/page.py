@@ -61,14 +61,11 @@ class Page(QWidget):
     """What it polls while it is seen, and what follows language and theme: see `VisibilityTimer`."""
 
     accessible_role: ClassVar = QAccessible.Role.Section
-    connect_wanted = Signal(object)
-    """To this `Target`; the window asks first where that is risky."""
-    ports_wanted = Signal()
-    """To choose one."""
+    connect_wanted = Signal(object)  # To this `Target`; the window asks first where that is risky
+    ports_wanted = Signal()  # To choose one
+    # To leave this `Port`; what to call once the window has asked where that is risky.
     leave_wanted = Signal(object, object)
-    """To leave this `Port`; what to call once the window has asked where that is risky."""
-    page_wanted = Signal(str)
-    """The key of a page."""
+    page_wanted = Signal(str)  # The key of a page
     # The page itself says that nothing is connected, and leads on.
     shows_link: bool = False
     # What "Save…" and "Export…" of the file menu press on this page.

@@ -294,8 +294,7 @@ def progress_notice(text: str, cancel: Callable[[], object] | None) -> Notice:
 
 # Before a write that takes protection away
 
-Write = Callable[..., None]
-"""Called with the changes that were shown and `accepted`."""
+Write = Callable[..., None]  # Called with the changes that were shown and `accepted`
 
 
 def is_risk_open(changes: Sequence[SettingChange], accepted: frozenset[SettingChange]) -> bool:

@@ -25,8 +25,7 @@ class PortLock(QObject):
     LOCK is pressed again."""
 
     changed = Signal()
-    notified = Signal(str)
-    """A line for the status bar."""
+    notified = Signal(str)  # A line for the status bar
 
     def __init__(
         self,

@@ -20,8 +20,7 @@ class NameQuestion(QObject):
     """Of the module that is shown. Where nothing speaks against a name, one press says it; else a second one is
     needed, beside what speaks against it. Neither is ever the default button."""
 
-    changed = Signal()
-    """There is another notice."""
+    changed = Signal()  # There is another notice
 
     def __init__(self, ports: Ports) -> None:
         super().__init__(ports)

@@ -39,8 +39,8 @@ from ui.session.sharing import PortSharing
 from ui.session.shown_module import ShownModule
 
 _log = logging.getLogger(__name__)
+# Given what takes its batches, and what makes the job of an owed LOCK.
 MakeWorker = Callable[[Callable[[Batch], None], Callable[[], Job[Any]]], Worker]
-"""Given what takes its batches, and what makes the job of an owed LOCK."""
 MIN_PUBLISH_EVERY_S: Final = 1 / 30
 UNSEEN_PUBLISH_EVERY_S: Final = 0.25
 # The link asks the boot count once a second, so that it may be told of a restart as late as this.
@@ -62,14 +62,10 @@ VIEWED: Final = (
 class Port(QObject):
     """Owns a worker. Reconnects by itself after a loss, by the rules of `app.engine.reconnect`."""
 
-    changed = Signal()
-    """Something that every page shows of it is otherwise, but for what ticks."""
-    batch = Signal(object)
-    """Each `Batch`, after everything here was updated from it."""
-    module_changed = Signal()
-    """`module` is another one: another conversation has begun, or another port was opened."""
-    named = Signal()
-    """A person said the name of its module, or took it back."""
+    changed = Signal()  # Something that every page shows of it is otherwise, but for what ticks
+    batch = Signal(object)  # Each `Batch`, after everything here was updated from it
+    module_changed = Signal()  # `module` is another one: another conversation has begun, or another port was opened
+    named = Signal()  # A person said the name of its module, or took it back
 
     def __init__(
         self,

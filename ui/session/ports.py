@@ -27,24 +27,18 @@ TICK_MS: Final = 250
 class Ports(QObject):
     """The other ports stay open, reconnect and lock independently of the one that is shown."""
 
+    # This `ShownModule` is shown from now on: another conversation has begun, or another port was chosen.
     shown = Signal(object)
-    """This `ShownModule` is shown from now on: another conversation has begun, or another port was chosen."""
-    changed = Signal()
-    """Something of the port that is shown is otherwise."""
-    any_changed = Signal()
-    """Of any port."""
-    ticked = Signal()
-    """An age that is shown of the current port is another one."""
+    changed = Signal()  # Something of the port that is shown is otherwise
+    any_changed = Signal()  # Of any port
+    ticked = Signal()  # An age that is shown of the current port is another one
+    # Another port was chosen and this one is still current: what a person prepared for its module ends now.
     leaving = Signal()
-    """Another port was chosen and this one is still current: what a person prepared for its module ends now."""
-    chosen = Signal()
-    """Another port is current; `shown` follows."""
-    notified = Signal(str)
-    """A line for the status bar."""
+    chosen = Signal()  # Another port is current; `shown` follows
+    notified = Signal(str)  # A line for the status bar
     name_wanted = Signal(str)
     """A person says that the module shown has this name; "" takes its name back."""
-    added = Signal(object)
-    """A `Port`."""
+    added = Signal(object)  # A `Port`
     removed = Signal(object)
 
     def __init__(

@@ -51,16 +51,11 @@ _log = logging.getLogger(__name__)
 class ShownModule(QObject):
     """See the module's docstring. Belongs to the window's thread."""
 
-    changed = Signal()
-    """Something that is known of it is otherwise: a value, its age, its name, its check, its end."""
-    batch = Signal(object)
-    """Each `Batch` of its conversation, after it was taken in."""
-    named = Signal()
-    """A person said its name, or took it back."""
-    ended = Signal()
-    """Its conversation is over: nothing acts on it any more."""
-    check_changed = Signal()
-    """Another check began, or its check stands otherwise."""
+    changed = Signal()  # Something that is known of it is otherwise: a value, its age, its name, its check, its end
+    batch = Signal(object)  # Each `Batch` of its conversation, after it was taken in
+    named = Signal()  # A person said its name, or took it back
+    ended = Signal()  # Its conversation is over: nothing acts on it any more
+    check_changed = Signal()  # Another check began, or its check stands otherwise
 
     def __init__(self, port: "Port", storage: "Storage", view: ConversationView, *, parent: QObject) -> None:
         super().__init__(parent)

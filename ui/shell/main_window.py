@@ -60,8 +60,7 @@ _log = logging.getLogger(__name__)
 class MainWindow(QMainWindow):
     """The pages are made one by one after the first paint, from the event loop, so that the window stays responsive."""
 
-    pages_made = Signal()
-    """All were made, except those that failed."""
+    pages_made = Signal()  # All were made, except those that failed
 
     def __init__(self, services: Services, left_active: LeftActiveWatch, *, entries: tuple[PageEntry, ...]) -> None:
         super().__init__()
@@ -127,7 +126,16 @@ class MainWindow(QMainWindow):
         self._fill_menus()
         self._on_shown(ports.module)
         self._enable_actions()
-        self._restore()
+        preferences = self._remembered
+        self.resize(FIRST_SIZE)
+        if preferences.geometry is not None:
+            self.restoreGeometry(preferences.geometry)
+        if preferences.layout is not None:
+            self.restoreState(preferences.layout)
+        self._fit_screen()
+        self.panel.prefer(preferences.last_port)
+        self.navigation.setCurrentRow(0)
+        self.navigation.setFocus()
         self.attention.refresh()
 
     # Menus
@@ -145,8 +153,7 @@ class MainWindow(QMainWindow):
         recent = named(file.addMenu(tr("Recent files")), "menu_recent")
         recent.aboutToShow.connect(partial(self.files.fill, recent))
         for name, text, kind in (("save", tr("Save…"), "saving"), ("export", tr("Export…"), "exporting")):
-            find = partial(self._page_button, kind)
-            self._add(file, name, text, partial(self._press, find), when=lambda find=find: find() is not None)  # type: ignore[misc]
+            self._add(file, name, text, partial(self._press, kind), when=partial(self._can_press, kind))
         file.addSeparator()
         self._add(file, "connect", tr("Connect…"), self.toggle_panel, "Ctrl+K")
         self._add(file, "disconnect", tr("Disconnect"), self.disconnect_port, "Ctrl+D", when=is_wanted)
@@ -208,29 +215,16 @@ class MainWindow(QMainWindow):
         for action, when in self._conditions.items():
             action.setEnabled(when())
 
-    def _page_button(self, kind: str) -> QAbstractButton | None:
-        """The button of the page shown that is its `kind`, while that can be pressed."""
+    def _can_press(self, kind: str) -> bool:
+        """The button of the page shown that is its `kind`."""
         button = getattr(self.stack.currentWidget(), kind, None)
-        is_ready = isinstance(button, QAbstractButton) and button.isVisible() and button.isEnabled()
-        return button if is_ready else None
+        return isinstance(button, QAbstractButton) and button.isVisible() and button.isEnabled()
 
-    def _press(self, find: Callable[[], QAbstractButton | None]) -> None:
-        if (button := find()) is not None:
-            button.click()
+    def _press(self, kind: str) -> None:
+        if self._can_press(kind):
+            getattr(self.stack.currentWidget(), kind).click()
 
     # Beginning
-
-    def _restore(self) -> None:
-        preferences = self._remembered
-        self.resize(FIRST_SIZE)
-        if preferences.geometry is not None:
-            self.restoreGeometry(preferences.geometry)
-        if preferences.layout is not None:
-            self.restoreState(preferences.layout)
-        self._fit_screen()
-        self.panel.prefer(preferences.last_port)
-        self.navigation.setCurrentRow(0)
-        self.navigation.setFocus()
 
     def _fit_screen(self) -> None:
         """Keeps the window on its screen, whose size also limits its least size."""
@@ -353,9 +347,8 @@ class MainWindow(QMainWindow):
 
     @property
     def is_choosing(self) -> bool:
-        """No notice needs to lead to the list of ports: it is shown."""
-        page = self.stack.currentWidget()
-        return self.panel.isVisible() or not self.has_pages or (isinstance(page, Page) and page.shows_link)
+        """No notice needs to lead to the list of ports: it is shown, or the page does."""
+        return self.panel.isVisible() or not self.has_pages or getattr(self.stack.currentWidget(), "shows_link", False)
 
     def _show_page(self, key: str) -> None:
         self._ports.current.stream.is_wanted = self._entries[key].wants_stream

@@ -8,7 +8,7 @@ only where Qt's own property changes: see `Spoken`.
 """
 
 import re
-from functools import cache, partial
+from functools import cache
 from pathlib import Path
 from string import Template
 from typing import Final, cast
@@ -54,7 +54,7 @@ def style_sheet(theme: Theme) -> str:
         for meaning, tint in theme.meanings.items()
         for part, colour in tint._asdict().items()
     }
-    sheet = _template().substitute(
+    sheet = Template(_SHEET.read_text(encoding="utf-8")).substitute(
         theme._asdict() | tints,
         disabled_edge=theme.divider if theme.border_px == 1 else theme.disabled,
         primary_hover=theme.muted if not theme.is_dark else theme.text,
@@ -73,72 +73,45 @@ def style_sheet(theme: Theme) -> str:
         field_h=8 - grown_px,
     )
     scale = scale_in_use()
-    if scale != 1:
-        sheet = _SCALED.sub(partial(_times, scale), sheet)
-    return sheet.replace("@tool", f"{round(22 * scale) - 3}px")
 
+    def grow(lengths: re.Match[str]) -> str:
+        return _PX.sub(lambda px: f"{round(int(px[1]) * scale)}px", lengths[0])
 
-@cache
-def _template() -> Template:
-    return Template(_SHEET.read_text(encoding="utf-8"))
-
-
-def _times(scale: float, match: re.Match[str]) -> str:
-    return _PX.sub(lambda px: f"{round(int(px[1]) * scale)}px", match[0])
+    return _SCALED.sub(grow, sheet).replace("@tool", f"{round(22 * scale) - 3}px")
 
 
 def apply(app: QApplication, theme: Theme) -> None:
     use(theme)
     if app.style().name() != "fusion":
         app.setStyle("Fusion")
-    app.setFont(_base_font())
-    kept_font.cache_clear()
-    app.setPalette(palette(theme))
-
-
-def palette(theme: Theme) -> QPalette:
-    role = QPalette.ColorRole
-    colours = {
-        role.Window: theme.window,
-        role.WindowText: theme.text,
-        role.Base: theme.surface,
-        role.AlternateBase: theme.window,
-        role.Text: theme.text,
-        role.Button: theme.surface,
-        role.ButtonText: theme.text,
-        role.BrightText: theme.text,
-        role.ToolTipBase: theme.text,
-        role.ToolTipText: theme.window,
-        role.PlaceholderText: theme.muted,
-        role.Highlight: theme.selection,
-        role.HighlightedText: theme.text,
-        role.Accent: theme.information.ink,
-        role.Link: theme.information.ink,
-        role.LinkVisited: theme.information.ink,
-        role.Light: theme.surface,
-        role.Midlight: theme.sunken,
-        role.Mid: theme.divider,
-        role.Dark: theme.border,
-        role.Shadow: theme.border,
-    }
-    themed = QPalette()
-    for colour_role, colour in colours.items():
-        themed.setColor(colour_role, QColor(colour))
-    for colour_role in (role.WindowText, role.Text, role.ButtonText):
-        themed.setColor(QPalette.ColorGroup.Disabled, colour_role, QColor(theme.disabled))
-    return themed
-
-
-def _base_font() -> QFont:
-    """The system's font with Chinese to fall back on, and figures of one width where the font has them."""
+    # The system's font with Chinese to fall back on, and figures of one width where the font has them.
     system = QFontDatabase.systemFont(QFontDatabase.SystemFont.GeneralFont)
     present = set(QFontDatabase.families())
     # The family's real name: beside a name that exists, an alias such as "Sans Serif" would be passed over.
-    families = [QFontInfo(system).family(), *(name for name in _CHINESE_FAMILIES if name in present)]
-    base = QFont(families)
+    base = QFont([QFontInfo(system).family(), *(name for name in _CHINESE_FAMILIES if name in present)])
     base.setPixelSize(scaled(Size.BODY))
     base.setFeature(QFont.Tag("tnum"), 1)
-    return base
+    app.setFont(base)
+    kept_font.cache_clear()
+    role, themed = QPalette.ColorRole, QPalette()
+    text = (role.WindowText, role.Text, role.ButtonText)
+    colours = (
+        (theme.window, (role.Window, role.AlternateBase, role.ToolTipText)),
+        (theme.surface, (role.Base, role.Button, role.Light)),
+        (theme.text, (*text, role.BrightText, role.ToolTipBase, role.HighlightedText)),
+        (theme.muted, (role.PlaceholderText,)),
+        (theme.selection, (role.Highlight,)),
+        (theme.information.ink, (role.Accent, role.Link, role.LinkVisited)),
+        (theme.sunken, (role.Midlight,)),
+        (theme.divider, (role.Mid,)),
+        (theme.border, (role.Dark, role.Shadow)),
+    )
+    for colour, roles in colours:
+        for one in roles:
+            themed.setColor(one, QColor(colour))
+    for one in text:
+        themed.setColor(QPalette.ColorGroup.Disabled, one, QColor(theme.disabled))
+    app.setPalette(themed)
 
 
 def is_system_dark(app: QApplication) -> bool:
@@ -149,16 +122,15 @@ def is_system_dark(app: QApplication) -> bool:
 class Appearance(QObject):
     """Applies the chosen theme, and follows the system while the choice is AUTO."""
 
-    changed = Signal()
-    """The theme in use is another one; ``current()`` gives it."""
+    changed = Signal()  # The theme in use is another one; ``current()`` gives it
 
     def __init__(self, app: QApplication, choice: Choice = Choice.AUTO) -> None:
         super().__init__(app)
         self._app = app
+        # What was chosen, which is not always what is in use.
         self.choice = choice
-        """What was chosen, which is not always what is in use."""
         self._window: QWidget | None = None
-        app.styleHints().colorSchemeChanged.connect(self._on_system_changed)
+        app.styleHints().colorSchemeChanged.connect(self._follow)
         self._apply()
 
     def style(self, window: QWidget) -> None:
@@ -176,24 +148,27 @@ class Appearance(QObject):
             self.choice = choice
             self._apply()
 
-    def _on_system_changed(self) -> None:
-        if self._chosen_theme() is not current():
+    def _follow(self) -> None:
+        if self._wanted is not current():
             self._apply()
 
-    def _chosen_theme(self) -> Theme:
+    @property
+    def _wanted(self) -> Theme:
         if self.choice is not Choice.AUTO:
             return _BY_CHOICE[self.choice]
         return DARK if is_system_dark(self._app) else LIGHT
 
     def _apply(self) -> None:
-        apply(self._app, self._chosen_theme())
+        apply(self._app, self._wanted)
         if self._window is not None:
             self._window.setStyleSheet(style_sheet(current()))
         self.changed.emit()
 
 
-_CONTAINERS: Final = (QWidget, QFrame, QScrollArea)
-"""What Qt's own role says nothing of."""
+# Screen readers
+
+
+_CONTAINERS: Final = (QWidget, QFrame, QScrollArea)  # What Qt's own role says nothing of
 
 
 class _Accessible(QAccessibleWidget):

@@ -256,18 +256,13 @@ class ScrollArea(QScrollArea):
             set_role(bar, "")
 
 
-def scroll_area(
-    content: QWidget, name: str, says: str, *, is_vertical: bool = False, is_transparent: bool = False
-) -> ScrollArea:
-    """An area that scrolls `content`; `says` is its accessible name. Where it `is_vertical` it never scrolls sideways;
-    where it `is_transparent` the card below it shows through."""
+def scroll_area(content: QWidget, name: str, says: str, *, is_vertical: bool = False) -> ScrollArea:
+    """An area that scrolls `content`; `says` is its accessible name. Where it `is_vertical` it never scrolls
+    sideways."""
     area = control(ScrollArea(), name, says=says)
     area.setWidget(content)
     if is_vertical:
         area.setHorizontalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAlwaysOff)
-    if is_transparent:
-        for ground in (content, area.viewport()):
-            ground.setAutoFillBackground(False)
     return area
 
 
@@ -293,12 +288,11 @@ def text_label(name: str, role: str = "", *, is_selectable: bool = False) -> QLa
 class ElidedLabel(QLabel):
     """Plain text that ends in "…" where it has no room, and is then whole in the tooltip. `text()` is always whole.
 
-    It is one line, elided at `mode`; with word wrap it takes the height that the layout gives.
+    It is one line; with word wrap it takes the height that the layout gives.
     """
 
-    def __init__(self, mode: Qt.TextElideMode = Qt.TextElideMode.ElideRight) -> None:
+    def __init__(self) -> None:
         super().__init__()
-        self._mode = mode
         self.setMinimumWidth(1)  # less than its text
 
     def paintEvent(self, _event: QPaintEvent) -> None:
@@ -310,7 +304,7 @@ class ElidedLabel(QLabel):
                 end -= 1
                 shown = f"{text[:end].rstrip()}…"
         else:
-            wrap, shown = 0, metrics.elidedText(text, self._mode, room.width())
+            wrap, shown = 0, metrics.elidedText(text, Qt.TextElideMode.ElideRight, room.width())
         self.setToolTip("" if shown == text else text)
         painter = QPainter(self)
         painter.setPen(self.palette().color(self.foregroundRole()))

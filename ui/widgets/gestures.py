@@ -17,10 +17,10 @@ from PySide6.QtWidgets import QApplication
 if TYPE_CHECKING:
     from ui.widgets.step_button import StepButton
 
+# Keys that press a button.
 PRESS_KEYS: Final = (Qt.Key.Key_Space, Qt.Key.Key_Select, Qt.Key.Key_Return, Qt.Key.Key_Enter)
-"""Keys that press a button."""
+# X11 reports an auto-repeat as a release and a press with equal timestamps, which Qt detects only if both arrived.
 REPEATS_WITHIN_MS: Final = 50
-"""X11 reports an auto-repeat as a release and a press with equal timestamps, which Qt detects only if both arrived."""
 _POINTER: Final = (
     QEvent.Type.MouseMove,
     QEvent.Type.MouseButtonPress,
@@ -34,20 +34,15 @@ class Gestures(QObject):
 
     def __init__(self, application: QApplication) -> None:
         super().__init__(application)
-        self.clock: Callable[[], float] = time.monotonic
-        """Monotonic seconds."""
+        self.clock: Callable[[], float] = time.monotonic  # Monotonic seconds
         self.has_paired_repeats = QGuiApplication.platformName() == "xcb"
-        self._steps: WeakSet[StepButton] = WeakSet()
-        """The visible steps."""
+        self._steps: WeakSet[StepButton] = WeakSet()  # The visible steps
         self._pointer: QPointF | None = None
-        self._under: StepButton | None = None
-        """The step under the pointer."""
-        self._keys: set[int] = set()
-        """Keys that are down."""
-        self._ignored: set[int] = set()
-        """Keys still down after they completed an act."""
+        self._under: StepButton | None = None  # The step under the pointer
+        self._keys: set[int] = set()  # Keys that are down
+        self._ignored: set[int] = set()  # Keys still down after they completed an act
+        # A release held back until it is certain that it is not an auto-repeat.
         self._release: tuple[QWindow, QKeyEvent] | None = None
-        """A release held back until it is certain that it is not an auto-repeat."""
         self._is_sending = False
         self._release_timer = QTimer(self, singleShot=True, interval=REPEATS_WITHIN_MS)
         self._release_timer.timeout.connect(self._send_release)

@@ -64,8 +64,7 @@ class NoticeBar(QFrame):
     That at the foot of the window fits its text into the height of its place, so that nothing around it moves.
     """
 
-    changed = Signal()
-    """Another notice is shown, or none."""
+    changed = Signal()  # Another notice is shown, or none
 
     def __init__(self, *, is_foot: bool = False) -> None:
         super().__init__()

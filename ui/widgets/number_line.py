@@ -78,8 +78,7 @@ class NumberKind(NamedTuple):
 class NumberLine(QLineEdit):
     """`start` is where the arrow keys begin in an empty field, which is right if `may_be_empty`."""
 
-    edited = Signal()
-    """The person typed or stepped; not told of what the program shows."""
+    edited = Signal()  # The person typed or stepped; not told of what the program shows
 
     def __init__(self, kind: NumberKind, *, start: float = 0.0, may_be_empty: bool = False) -> None:
         super().__init__()
@@ -165,8 +164,7 @@ class Dial(QWidget):
     """
 
     turned = Signal(float)
-    judged = Signal()
-    """Something was typed; whether it can be used is `is_wrong`."""
+    judged = Signal()  # Something was typed; whether it can be used is `is_wrong`
 
     def __init__(
         self,

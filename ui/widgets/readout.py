@@ -32,12 +32,9 @@ class Freshness(Enum):
 class PaintedWidget(Spoken, QWidget):
     """A widget that paints itself: it measures and repaints after a change of theme."""
 
-    accessible_role: ClassVar = QAccessible.Role.StaticText
-    """See `ui.style.appearance`."""
-    usual: ClassVar = QSize()
-    """Its size hint, where that does not depend on what it shows."""
-    least: ClassVar = QSize()
-    """Its minimum size hint; without one it is the size hint."""
+    accessible_role: ClassVar = QAccessible.Role.StaticText  # See `ui.style.appearance`
+    usual: ClassVar = QSize()  # Its size hint, where that does not depend on what it shows
+    least: ClassVar = QSize()  # Its minimum size hint; without one it is the size hint
 
     def sizeHint(self) -> QSize:
         return QSize(self.usual)

@@ -23,22 +23,18 @@ DEAD_FOR_S: Final = 0.5
 class StepButton(QPushButton):
     """`is_safe` (Cancel, the steps of a guided test): keeps its place, but is never dead; a double click is one."""
 
-    chosen = Signal()
-    """A press that counted. `clicked` may also come from assistive technology, at any time."""
+    chosen = Signal()  # A press that counted. `clicked` may also come from assistive technology, at any time.
 
     def __init__(self, text: str = "", *, is_safe: bool = False) -> None:
         super().__init__(text)
         self._is_safe = is_safe
         self._gestures = gestures()
-        self.appeared_at = 0.0
-        """When it became visible or enabled, or moved, by the clock of `gestures`."""
+        self.appeared_at = 0.0  # When it became visible or enabled, or moved, by the clock of `gestures`
         self._place = QRect()
         self._is_pointer_blocked = False
         self._is_key_blocked = False
-        self._is_pressed = False
-        """Pressed by a press that counts."""
-        self._key = 0
-        """The key that pressed it; 0: the mouse."""
+        self._is_pressed = False  # Pressed by a press that counts
+        self._key = 0  # The key that pressed it; 0: the mouse
         policy = self.sizePolicy()
         policy.setRetainSizeWhenHidden(True)
         self.setSizePolicy(policy)

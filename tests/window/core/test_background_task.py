@@ -1,15 +1,32 @@
-"""Work in the background: who is told what came of it, and who is not."""
+"""Work in the background: who is told what came of it, and who is not.
 
+The bridge: what waits is joined, but never across two conversations or two ports.
+
+Garbage is freed in the window's thread, nothing that is in sight is garbage, and PySide6 loses no references.
+
+Numbers, units and times read alike in both languages, whatever the habits of the computer are.
+"""
+
+import gc
 import threading
+import weakref
+from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
-from PySide6.QtCore import QObject
+from PySide6.QtWidgets import QApplication
 from pytestqt.qtbot import QtBot
 
+from app.engine.conversation import ConversationView
+from app.engine.worker import Batch, Connection
 from app.store.fact_store import Store, StoreFault, StoreTrouble
+from app.text.i18n import CHINESE, ENGLISH, set_language, tr
+from app.text.messages import duration
+from protocol.events import Ended, EndReason
 from tests.support.patience import PATIENCE_S
+from tests.support.processes import ran_code
 from ui.core.background_task import BackgroundTask, ExportCancelled, Running
+from ui.core.bridge import Bridge, garbage_freed_here
 
 
 class Told:
@@ -92,22 +109,6 @@ def test_a_file_is_finished_when_the_window_closes(qtbot: QtBot, *, finished_at_
     assert not task.is_running
 
 
-def test_what_was_for_once_is_freed_when_its_result_is_there(qtbot: QtBot, tmp_path: Path) -> None:
-    window, told, queue = QObject(), Told(), Store(tmp_path)
-
-    def fail(_running: Running) -> int:
-        raise OSError
-
-    BackgroundTask[int]("dps-s test", window, for_once=True).run(lambda _running: 1, told.then, told.failed)
-    BackgroundTask[int]("dps-s test", window, for_once=True).run(fail, told.then, told.failed)
-    BackgroundTask[int]("dps-s test", window, for_once=True).run_in(queue, lambda _facts: 2, told.then, told.failed)
-    kept = BackgroundTask[int]("dps-s test", window)
-    kept.run(lambda _running: 3, told.then, told.failed)
-    qtbot.waitUntil(lambda: len(told.results) + len(told.errors) == 4)
-    qtbot.waitUntil(lambda: window.findChildren(BackgroundTask) == [kept])
-    queue.close(PATIENCE_S)
-
-
 def test_work_on_the_store_is_done_though_it_is_replaced(qtbot: QtBot, tmp_path: Path) -> None:
     task, told, done = BackgroundTask[int]("dps-s test"), Told(), list[int]()
     queue = Store(tmp_path)
@@ -139,3 +140,119 @@ def test_a_trouble_of_the_store_is_told_and_a_fault_of_ours_is_raised(qtbot: QtB
     assert [kind for kind, _error, _trace in raised] == [KeyError]
     assert told.errors == [trouble]
     queue.close(PATIENCE_S)
+
+
+def test_after_a_stall_there_is_one_batch_a_conversation(qapp: QApplication) -> None:
+    bridge, connection, came = Bridge(), Connection(), list[Batch]()
+    bridge.batch.connect(came.append)
+    ended = Ended(EndReason.SILENT, 2.0)
+    first, second = ConversationView(number=1), ConversationView(number=2)
+    bridge.deliver(Batch(1.0, connection, first, None))
+    bridge.deliver(Batch(2.0, connection, first._replace(ended=ended), None, events=(ended,)))
+    bridge.deliver(Batch(3.0, connection, second, None))
+    qapp.processEvents()
+    assert [(batch.conversation.number, batch.events) for batch in came] == [(1, (ended,)), (2, ())]
+    assert came[0].conversation.ended is ended
+
+
+def test_no_batch_is_lost_while_the_window_stalls(qtbot: QtBot, qapp: QApplication) -> None:
+    bridge, came, count = Bridge(), list[Batch](), 5000
+    bridge.batch.connect(came.append)
+
+    def deliver() -> None:
+        for number in range(count):
+            bridge.deliver(Batch(float(number), Connection(), ConversationView(), None, events=(number,)))  # type: ignore[arg-type]
+
+    thread = threading.Thread(target=deliver)
+    thread.start()
+    thread.join()  # the window's thread stands still all the while
+    assert came == []
+    qtbot.waitUntil(lambda: bool(came) and came[-1].at == count - 1)
+    assert [event for one in came for event in one.events] == list(range(count))
+    bridge.close()
+    bridge.deliver(came[0])
+    qapp.processEvents()
+    assert len(came) == 1
+
+
+class Ring:
+    """Refers to itself, so that only the collector can free it."""
+
+    def __init__(self) -> None:
+        self.itself = self
+
+
+@pytest.fixture
+def enabled() -> Iterator[None]:
+    """Python collects by itself, as it does outside of tests."""
+    gc.collect()
+    gc.enable()
+    yield
+    gc.disable()
+
+
+def made_by_a_worker() -> list[list[int]]:
+    """So many objects that Python would begin to collect, several times."""
+    made: list[list[int]] = []
+    worker = threading.Thread(target=lambda: made.extend([number] for number in range(20 * gc.get_threshold()[0])))
+    worker.start()
+    worker.join()
+    return made
+
+
+def freed_in() -> list[int]:
+    """A ring that is garbage at once; the thread that freed it comes into the list."""
+    threads: list[int] = []
+    weakref.finalize(Ring(), lambda: threads.append(threading.get_ident())).atexit = False
+    return threads
+
+
+def test_a_worker_frees_nothing(qtbot: QtBot, enabled: None) -> None:
+    with garbage_freed_here():
+        threads = freed_in()
+        made = made_by_a_worker()
+        assert not threads
+        qtbot.waitUntil(lambda: bool(threads))
+    assert threads == [threading.get_ident()]
+    assert made
+
+
+def test_afterwards_all_is_as_it_was(qtbot: QtBot, enabled: None) -> None:
+    with garbage_freed_here():
+        assert not gc.isenabled()
+    assert gc.isenabled()
+    gc.disable()
+    with garbage_freed_here():
+        pass
+    assert not gc.isenabled()
+
+
+def test_no_class_of_qt_is_made_beside_the_event_loop() -> None:
+    """pyqtgraph, imported in the background, ended one start in eighty of a busy computer."""
+    code = """if True:
+        import sys, ui.main
+        before = set(sys.modules)
+        ui.main._load_libraries()
+        print(*sys.modules.keys() - before)
+    """
+    loaded = {name.partition(".")[0] for name in ran_code(code).stdout.split()}
+    assert "numpy" in loaded
+    assert not loaded & {"ui", "pyqtgraph", "PySide6", "shiboken6"}
+
+
+@pytest.mark.parametrize(
+    ("seconds", "english", "chinese"),
+    [
+        (0.42, "0.4 s", "0.4 秒"),
+        (1.94, "1.9 s", "1.9 秒"),
+        (1.96, "2 s", "2 秒"),
+        (12, "12 s", "12 秒"),
+        (240, "4 min", "4 分钟"),
+        (7200, "2 h", "2 小时"),
+    ],
+)
+def test_an_age_is_in_words(seconds: float, english: str, chinese: str) -> None:
+    for name, text, ago in ((ENGLISH, english, f"{english} ago"), (CHINESE, chinese, f"{chinese}前")):
+        set_language(name)
+        assert duration(seconds) == text
+        assert tr("{time} ago", time=duration(seconds)) == ago

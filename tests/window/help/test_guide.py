@@ -5,22 +5,17 @@ import re
 from pathlib import Path
 
 import pytest
-from PySide6.QtCore import Qt, QUrl
+from PySide6.QtCore import QUrl
 from PySide6.QtGui import QImage, QTextDocument
 from PySide6.QtWidgets import QApplication, QPushButton, QWidget
 from pytestqt.qtbot import QtBot
 
-from app.diagnosis.link_state import Phase
-from app.simulator import bench as benches
 from app.text import i18n
 from app.text.i18n import CHINESE, ENGLISH, LANGUAGES, read_translations
-from tests.support.window.fakes_ui import ListedPorts, wait_online, window
-from tests.support.window.preflight_window import VERDICTS
-from tests.support.window.steps import find, press
+from tests.support.window.fakes_ui import ListedPorts, window
+from tests.support.window.steps import press
 from ui.help.windows import GUIDE, GuideViewer, anchor_of
-from ui.main import PAGES, Assembly
-from ui.pages.preflight.page import PreflightPage
-from ui.session.check import Standing
+from ui.main import PAGES
 
 ROOT = Path(__file__).resolve().parents[3]
 TS = ROOT / "app" / "locale" / "zh_CN.ts"
@@ -140,62 +135,7 @@ def test_the_viewer_shows_it(language: str, qtbot: QtBot, qapp: QApplication) ->
         assert 0 < image.width() / image.devicePixelRatio() <= viewer.text.viewport().width(), name
 
 
-MAX_CHECKS = 6
 """A busy machine answers late, which is a fault that the check rightly finds."""
-
-
-def click(qtbot: QtBot, assembly: Assembly, name: str) -> None:
-    widget = find(assembly.window, QWidget, name)
-    assert widget.isVisible(), name
-    assert widget.isEnabled(), name
-    press(qtbot, widget)
-
-
-def test_from_the_icon_to_go(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
-    benches.remove_bench("demo")
-    with window(qapp, tmp_path, listed=ListedPorts(), entries=PAGES) as assembly:
-        main, connector = assembly.window, assembly.ports
-        with qtbot.waitSignal(main.pages_made):
-            main.resize(1024, 600)
-        main.activateWindow()
-        qtbot.waitUntil(main.isActiveWindow)
-        qtbot.waitUntil(main.panel.isVisible)
-        assert not main.panel.connect_button.isEnabled()
-        ports = main.panel.list
-        row = ports.model().index(ports.model().rowCount() - 1, 0)
-        qtbot.mouseClick(ports.viewport(), Qt.MouseButton.LeftButton, pos=ports.visualRect(row).center())
-        assert ports.chosen is not None
-        click(qtbot, assembly, "connect_button")
-        wait_online(qtbot, assembly)
-        qtbot.waitUntil(lambda: connector.current.state.phase is Phase.ONLINE)
-        qtbot.waitUntil(main.panel.isHidden)
-        assert "Pre-flight" in main.status_bar.passing.text()  # what comes next
-        benches.module("demo").set_world(tilt_deg=20)  # as if it were not set down
-        qtbot.keyClick(main, Qt.Key.Key_4, Qt.KeyboardModifier.ControlModifier)
-        page = find(main, PreflightPage)
-        qtbot.waitUntil(page.isVisible)
-        page.tick()
-        assert "Enable triggers and check" in page.banner.announcement.head
-        click(qtbot, assembly, "preflight_enable")
-        wait_verdict(qtbot, page)
-        assert page.work.standing is Standing.NO_GO
-        for _ in range(MAX_CHECKS):
-            if page.work.standing is Standing.READY:
-                break
-            set_down = page.strip.button("set_down")
-            button = set_down if set_down is not None and set_down.isVisible() else page.run
-            press(qtbot, button)
-            wait_verdict(qtbot, page)
-        assert page.banner.announcement.word == "READY"
-        assert benches.module("demo").world.tilt_deg == 0  # by the button that said so
-        connector.current.disconnect_port()
-        qtbot.waitUntil(lambda: not connector.current.is_open)
-    benches.remove_bench("demo")
-
-
-def wait_verdict(qtbot: QtBot, page: PreflightPage) -> None:
-    qtbot.waitUntil(lambda: page.work.standing is not Standing.CHECKING)
-    assert page.work.standing in VERDICTS
 
 
 def test_each_page_leads_to_the_list_of_ports(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:

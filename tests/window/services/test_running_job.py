@@ -10,9 +10,7 @@ import pytest
 from PySide6.QtWidgets import QApplication
 from pytestqt.qtbot import QtBot
 
-from app.engine.conversation import Interrupted
 from app.engine.procedure import Job, Pause, Procedure, Report
-from protocol.events import EndReason
 from tests.support.patience import PATIENCE_S
 from tests.support.window.fake_ports import ports_alone
 from tests.support.window.fakes_ui import page_entries, window
@@ -74,15 +72,6 @@ def test_progress_is_said_until_it_ends(qtbot: QtBot, line: Line) -> None:
     assert job.notice("Asking") is None
 
 
-def test_it_ends_with_its_conversation(line: Line) -> None:
-    ended = list[Job[int]]()
-    line.begin(ended.append)
-    line.worker.end(EndReason.SILENT)
-    QApplication.processEvents()
-    assert isinstance(ended[0].error, Interrupted)
-    assert not line.job.can_run
-
-
 def test_trouble_with_files_outlives_another_module(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
     with window(qapp, tmp_path, entries=page_entries("logs")) as assembly:
         qtbot.waitUntil(lambda: assembly.window.has_pages)
@@ -100,16 +89,6 @@ def test_what_a_person_has_to_act_on_outlives_the_page(line: Line) -> None:
         assert (job.result_notice() is not None) is stays, meaning
     job.end(is_page_left=False)  # another module
     assert job.result_notice() is None
-
-
-def test_what_is_said_at_its_end_stands_until_it_is_closed(line: Line) -> None:
-    job = line.job
-    line.begin(lambda _job: job.notify(Meaning.GOOD, "done"))
-    line.end()
-    notice = given(job.notice("Asking"))
-    assert (notice.meaning, notice.text) == (Meaning.GOOD, "done")
-    given(notice.dismiss)()
-    assert job.notice("Asking") is None
 
 
 def test_the_end_of_one_that_was_replaced_or_forgotten_is_told_nobody(line: Line) -> None:

@@ -7,22 +7,18 @@ from PySide6.QtCore import QPoint, QRect, QSize
 from PySide6.QtWidgets import QApplication, QWidget
 from pytestqt.qtbot import QtBot
 
-from app.diagnosis.causes import NextStep
 from tests.support.thorough import some
 from tests.support.window import screen_reader
 from tests.support.window.controls import covered, moved, places, visible_in
 from tests.support.window.cut_off import cut_off
 from tests.support.window.fake_ports import fake_window
 from tests.support.window.fakes_ui import connect, page_entries, simulated, window
-from tests.support.window.steps import find, given, let_lay_out, notice_text
+from tests.support.window.steps import given, let_lay_out, notice_text
 from ui.main import PAGES, WindowOptions
 from ui.shell.main_window import MainWindow
 from ui.style.theme import Choice as Theme
 from ui.style.theme import Meaning
-from ui.widgets.controls import ElidedLabel
 from ui.widgets.notice_bar import Choice, Notice, NoticeBar
-
-ACTS = {step: lambda: None for step in NextStep}
 
 
 def test_a_name_on_a_button_is_whole(qtbot: QtBot) -> None:
@@ -81,17 +77,6 @@ def test_notices_after_a_trigger_and_a_restart(qtbot: QtBot, qapp: QApplication,
         assert "The module restarted." in notice_text(main.notice_bar)
         given(given(main.notice_bar.notice).dismiss)()
         assert main.notice_bar.notice is None
-
-
-def test_what_comes_next_is_not_said_behind_a_notice(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
-    with fake_window(qapp, tmp_path) as (ports, assembly):
-        main = assembly.window
-        _port, worker = ports.plug_in("ttyUSB0", active=True)
-        qtbot.waitUntil(lambda: main.status_bar.passing.text() != "")
-        next_steps = main.status_bar.passing.text()
-        worker.unplug()
-        qtbot.waitUntil(lambda: main.notice_bar.notice is not None)
-        assert next_steps not in find(main.notice_bar, ElidedLabel, "notice_text").text()
 
 
 NOTICES = (
@@ -166,20 +151,6 @@ def test_several_notices_stand_at_once_and_the_graver_one_is_whole(qtbot: QtBot)
     assert notice_text(bar) == "Advice.", "a text that ticks is no new notice"
     bar.show_notices([Notice(Meaning.DANGER, "It fired."), later, calm])
     assert notice_text(bar) == "It fired."
-
-
-def test_an_interruption_does_not_wait_behind_what_was_left_active(
-    qtbot: QtBot, qapp: QApplication, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    with simulated("left", active=True) as bench, window(qapp, tmp_path, entries=()) as assembly:
-        bar = assembly.window.notice_bar
-        connect(qtbot, assembly, "sim://left")
-        left = Notice(Meaning.ATTENTION, "M-07 was left ACTIVE.")
-        monkeypatch.setattr(assembly.left_active, "notices", lambda: [left])
-        bench.restart()
-        qtbot.waitUntil(lambda: any("The module restarted." in one.text for one in bar.notices))
-        assert left in bar.notices
-        assert "may have fired" in notice_text(bar)
 
 
 def test_that_one_has_triggered_was_read_and_not_that_the_next_has(

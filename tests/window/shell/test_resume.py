@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from PySide6.QtWidgets import QApplication, QWidget
+from PySide6.QtWidgets import QApplication
 from pytestqt.qtbot import QtBot
 
 from app.captures.traffic import Way, entries_of
@@ -25,15 +25,14 @@ from protocol.events import EndReason, Received, Sent
 from tests.support.module_apart import ModuleApart, module_apart
 from tests.support.terminals import taken
 from tests.support.window.fake_ports import fake_window
-from tests.support.window.fakes_ui import ADAPTER, EMPTY_PAGE, ListedPorts, page_entries, simulated, wait_online, window
-from tests.support.window.steps import given, press
+from tests.support.window.fakes_ui import ADAPTER, ListedPorts, page_entries, simulated, wait_online, window
+from tests.support.window.steps import given
 from ui.acts.confirm import Confirm
 from ui.main import Assembly
 
 pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="pseudo-terminals are POSIX")
 
 KEYS = {command.key for command in READABLE[3:]}
-DIAGNOSIS = page_entries("diagnosis")
 
 
 class Desk:
@@ -159,21 +158,6 @@ def test_it_comes_back_at_the_rate_at_which_it_answered(qtbot: QtBot, qapp: QApp
         bench.plug()
         wait_back(qtbot, assembly)
         assert assembly.ports.current.connection.baud_rate == 57600
-
-
-def test_the_notice_opens_the_diagnosis(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
-    with window(qapp, tmp_path, entries=(*EMPTY_PAGE, *DIAGNOSIS)) as assembly:
-        with qtbot.waitSignal(assembly.window.pages_made):
-            pass
-        page: Any = assembly.window.findChild(QWidget, "diagnosis_page")
-        page.go_to("traffic")
-        assembly.ports.connect_to(Target(str(tmp_path / "ttyNONE"), 115200))
-        qtbot.waitUntil(lambda: assembly.window.notice_bar.button("why") is not None)
-        press(qtbot, assembly.window.notice_bar.button("why"))
-        assert assembly.window.stack.currentWidget() is page
-        why: Any = assembly.window.findChild(QWidget, "why_panel")
-        qtbot.waitUntil(why.isVisible)
-        assert str(tmp_path / "ttyNONE") in why.what.text()
 
 
 def test_no_page_misses_data_of_a_port_that_is_chosen_early(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:

@@ -1,10 +1,7 @@
 """Closing takes at most half a second, whatever the driver, the module and the disk do."""
 
-import errno
 import gc
 import json
-import os
-import shutil
 import sys
 import threading
 import weakref
@@ -29,7 +26,7 @@ from tests.support.processes import ran_code
 from tests.support.terminals import CLOSING_S, Terminal
 from tests.support.window.fakes_ui import ListedPorts, connect, simulated, window
 from ui.core.preferences import Preferences
-from ui.main import PAGES, Assembly, WindowOptions, _memory
+from ui.main import PAGES, Assembly
 from ui.services.storage import Storage
 
 CALLS = ("open", "reset_input_buffer", "read", "write", "close")
@@ -236,17 +233,6 @@ def test_no_process_stays_behind(sticks_in: str) -> None:
 
 
 # The parts
-
-
-def test_an_unattended_run_that_ends_early_ends_without_an_error(monkeypatch: pytest.MonkeyPatch) -> None:
-    def rmdir(path: object, **_: object) -> None:
-        raise OSError(errno.ENOTEMPTY, "a thread is still opening the store", str(path))
-
-    with _memory(WindowOptions(offscreen_seconds=1.0)) as folder:
-        assert folder is not None
-        monkeypatch.setattr(os, "rmdir", rmdir)
-    monkeypatch.undo()
-    shutil.rmtree(folder)
 
 
 def test_a_closed_window_is_freed_with_all_its_pages(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:

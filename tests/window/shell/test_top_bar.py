@@ -1,6 +1,11 @@
-"""The top bar: unknown states, the module's name, a stable layout; what screen readers are told, each state once."""
+"""The top bar: unknown states, the module's name, a stable layout; what screen readers are told, each state once.
+
+Sounds: none until they are chosen, by the first player that works, and never waited for.
+"""
 
 import re
+import sys
+import wave
 from collections import Counter
 from collections.abc import Iterator
 from pathlib import Path
@@ -9,7 +14,7 @@ from xml.etree import ElementTree
 
 import pytest
 from PySide6.QtCore import QTimer
-from PySide6.QtWidgets import QApplication, QLabel, QWidget
+from PySide6.QtWidgets import QApplication, QWidget
 from pytestqt.qtbot import QtBot
 
 from app.engine.conversation import StatusSample
@@ -19,28 +24,16 @@ from app.limits.limits import LimitsInUse
 from app.safety.last_known import keep_away
 from protocol.events import Counters, EndReason
 from protocol.messages import Reason
-from tests.support.window.controls import moved, places
-from tests.support.window.cut_off import cut_off
 from tests.support.window.fake_ports import VALUES, FakePorts, fake_window, ports_alone
 from tests.support.window.fakes_ui import connect, simulated, window
 from tests.support.window.screen_reader import NameChanges, announced, name_of
-from tests.support.window.spoken import said_by
-from tests.support.window.steps import let_lay_out
 from ui.core.preferences import Preferences
-from ui.main import PAGES, WindowOptions
-from ui.shell.announcements import Sound, StateAnnouncer
+from ui.main import PAGES
+from ui.shell.announcements import Sound, StateAnnouncer, write_tones
 from ui.shell.status_bar import StatusBar
 from ui.shell.top_bar import TopBar
-from ui.style.theme import Choice, Meaning
+from ui.style.theme import Meaning
 from ui.widgets.notice_bar import NoticeBar
-from ui.widgets.readout import StateChip
-
-
-def test_unknown_states_are_named(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
-    with window(qapp, tmp_path) as assembly:
-        chips = assembly.window.top_bar.findChildren(StateChip)
-        said = [label.text() for chip in chips for label in chip.findChildren(QLabel) if label.text()]
-        assert said == ["Activation", "unknown", "Trigger", "unknown", "not known", "triggers", "Cell", "unknown"]
 
 
 @pytest.mark.parametrize(
@@ -81,29 +74,6 @@ def test_the_top_bar_shows_the_name_of_the_connected_module(qtbot: QtBot, qapp: 
         assert (top.port.title.text(), top.port.word.text()) == ("Simulated module", "Connected")
 
 
-@pytest.mark.parametrize("language", ["en", "zh_CN"])
-def test_nothing_is_cut_off_or_moves_when_the_theme_is_switched(
-    qtbot: QtBot, qapp: QApplication, tmp_path: Path, language: str
-) -> None:
-    options = WindowOptions(language=language)
-    with simulated("switched") as bench, window(qapp, tmp_path, options=options) as assembly:
-        main = assembly.window
-        main.resize(1024, 600)
-        connect(qtbot, assembly, "sim://switched")
-        qtbot.waitUntil(lambda: main.top_bar.cell.word.endswith(" V"))
-        cell = main.top_bar.cell
-        for theme, is_charged in ((Choice.SUNLIGHT, True), (Choice.LIGHT, False)):
-            assembly.appearance.choose(theme)
-            let_lay_out(main)
-            before = places(main.top_bar)
-            bench.set_charger(is_plugged_in=is_charged)
-            qtbot.waitUntil(lambda wanted=is_charged: (", " in cell.accessibleName()) is wanted)  # type: ignore[misc]
-            let_lay_out(main)
-            assert moved(before, places(main.top_bar)) == []
-            for bar in (main.top_bar, main.status_bar, main.navigation):
-                assert cut_off(bar) == [], (language, theme)
-
-
 FIRES = r"(?:fires?|deploys?)\b"
 REASSURES = re.compile(
     rf"\b(?:does not|do not|will not|won't|cannot|never|nothing can|no longer|not going to) {FIRES}|neither arms"
@@ -123,19 +93,6 @@ def test_no_text_of_the_program_says_that_a_module_does_not_fire() -> None:
         if not CONDITIONAL.search(source):  # of what was measured, not of the module
             found += [text for text in (source, chinese) if REASSURES.search(text)]
     assert not found
-
-
-def test_no_page_says_so_of_an_active_module(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
-    with simulated("active_said", active=True), window(qapp, tmp_path, entries=PAGES) as assembly:
-        main = assembly.window
-        qtbot.waitUntil(lambda: main.stack.count() == len(PAGES))
-        connect(qtbot, assembly, "sim://active_said")
-        qtbot.waitUntil(lambda: main.top_bar.activation.word == "ACTIVE")
-        for entry in PAGES:
-            main.go_to(entry.key)
-            said = list(said_by(main))
-            assert not [one for one in said if REASSURES.search(one.text)], entry.key
-            assert not [one for one in said if re.search(r"(?:^|: )LOCKED$", one.text)], entry.key
 
 
 @pytest.mark.promise("h")
@@ -230,10 +187,10 @@ def listener(qtbot: QtBot, monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> I
     ports.stop()
 
 
-def test_a_sound_is_that_of_the_module_that_is_the_cause(qtbot: QtBot, listener: Listener) -> None:
+def test_with_several_ports_a_word_and_a_sound_are_of_the_one(qtbot: QtBot, listener: Listener) -> None:
     _, first = listener.ports.plug_in(USB0)
     _, second = listener.ports.plug_in(USB1, active=True)
-    listener.heard(qtbot, 2)
+    assert listener.heard(qtbot, 2)[-1] == f"{USB1}: ACTIVE"
     first.unplug()  # it was locked, whatever the other one is
     listener.heard(qtbot, 1)
     assert listener.played == [Sound.ACTIVE]
@@ -271,24 +228,6 @@ def test_a_lost_link_is_told_with_what_it_means_and_the_state_again_afterwards(
     connection.connect_to(connection.target)  # type: ignore[arg-type]
     module.say(active=True, triggered=True)
     assert listener.heard(qtbot, 2) == ["TRIGGERED!", "ACTIVE"]
-
-
-def test_with_several_ports_it_says_of_which(qtbot: QtBot, listener: Listener) -> None:
-    listener.ports.plug_in(USB0)
-    assert listener.heard(qtbot, 1) == ["LOCKED"]
-    _, second = listener.ports.plug_in(USB1)
-    second.say(triggered=True)
-    assert listener.heard(qtbot, 2) == [f"{USB1}: TRIGGERED!", f"{USB1}: LOCKED"]
-
-
-def test_a_disconnection_that_was_asked_for_is_no_loss(qtbot: QtBot, listener: Listener) -> None:
-    connection, module = listener.ports.plug_in(USB0)
-    assert listener.heard(qtbot, 1) == ["LOCKED"]
-    connection.disconnect_port()
-    module.hand_over()
-    connection.connect_to(connection.target)  # type: ignore[arg-type]
-    module.say(active=True)
-    assert listener.heard(qtbot, 1) == ["ACTIVE"]
 
 
 def test_of_another_module_behind_the_same_port_all_is_told_again(qtbot: QtBot, listener: Listener) -> None:
@@ -331,4 +270,40 @@ def test_a_doubt_belongs_to_its_adapter(qtbot: QtBot) -> None:
         QApplication.processEvents()
         top.refresh()
         assert top.trigger.word == word, device
+    ports.stop()
+
+
+def player(folder: Path, name: str, *, code: int) -> Path:
+    """A program that notes what it is to play."""
+    played = folder / f"{name}.txt"
+    program = folder / name
+    program.write_text(f'#!/bin/sh\necho "$@" >> {played}\nexit {code}\n', encoding="utf-8")
+    program.chmod(0o755)
+    return played
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="the players are scripts")
+def test_a_chosen_sound_is_played_by_the_first_player_that_works(
+    qtbot: QtBot, qapp: QApplication, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv("PATH", str(tmp_path))
+    beeps: list[bool] = []
+    monkeypatch.setattr(QApplication, "beep", lambda: beeps.append(True))
+    preferences, ports = Preferences(tmp_path / "window.ini"), ports_alone()
+    sounds = StateAnnouncer(ports.ports, preferences)
+    sounds.play(Sound.ACTIVE)
+    preferences.has_sounds = True
+    sounds.play(Sound.ACTIVE)
+    qtbot.waitUntil(lambda: beeps == [True])  # no player; before it was chosen, nothing
+    broken = player(tmp_path, "paplay", code=1)
+    works = player(tmp_path, "aplay", code=0)
+    sounds.play(Sound.TRIGGERED)
+    qtbot.waitUntil(works.exists)
+    assert broken.exists()
+    option, path = works.read_text(encoding="utf-8").split()
+    assert (option, Path(path).name) == ("-q", "triggered.wav")
+    write_tones(tmp_path / "tones.wav", Sound.TRIGGERED.value)
+    with wave.open(str(tmp_path / "tones.wav")) as file:
+        assert 0.5 < file.getnframes() / file.getframerate() < 2
+    assert beeps == [True]
     ports.stop()

@@ -32,16 +32,6 @@ def choose(assembly: Assembly, key: str) -> QPushButton:
     return button
 
 
-def test_without_a_port_everything_is_unknown_and_says_so(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
-    with window(qapp, tmp_path) as assembly:
-        top = assembly.window.top_bar
-        assert (top.activation.word, top.activation.meaning) == ("unknown", Meaning.UNKNOWN)
-        assert (top.trigger.word, top.cell.word) == ("unknown", "unknown")
-        assert top.port.title.text() == "Not connected"
-        assert not top.lock.isEnabled()
-        qtbot.waitUntil(assembly.window.panel.isVisible)  # the ports are at hand
-
-
 def test_closing_an_active_module_asks_and_locks(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
     with simulated("leave", active=True) as bench, window(qapp, tmp_path) as assembly:
         connect(qtbot, assembly, "sim://leave")

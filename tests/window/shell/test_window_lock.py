@@ -11,12 +11,8 @@ from PySide6.QtGui import QKeyEvent
 from PySide6.QtWidgets import QApplication, QDialog, QMenu, QWidget
 from pytestqt.qtbot import QtBot
 
-from app.procedures.lock import Locked
-from app.safety.journal import Outcome
-from app.safety.last_known import Activation
 from app.simulator.bench import SimulatedBench
 from protocol.catalogue import ACTIVATION, Request
-from protocol.events import EndReason
 from tests.support.line.frames import at_each_frame
 from tests.support.line.odd_module import end_faults
 from tests.support.window.fake_ports import fake_window
@@ -131,14 +127,6 @@ def test_a_lock_that_fails_is_said_on_every_page_until_the_module_reports_that_i
     one.until(lambda: one.assembly.ports.current.lock.failed is None)
     one.until(lambda: "treat the module as ACTIVE" not in notice_text(bar))
     assert one.assembly.ports.current.lock.failed is None
-
-
-def test_closing_with_an_unconfirmed_lock_is_confirmed(one: Rig, monkeypatch: pytest.MonkeyPatch) -> None:
-    fail(one, monkeypatch)
-    one.assembly.window.close()
-    assert one.assembly.window.isVisible()
-    notice = given(one.assembly.window.notice_bar.notice)
-    assert [choice.key for choice in notice.choices] == ["lock_and_leave", "leave_active", "stay"]
 
 
 @pytest.mark.promise("l")
@@ -269,20 +257,3 @@ def test_a_module_that_is_not_shown_and_active_is_named_beside_lock(
         qtbot.keySequence(main, LOCK_ALL_KEY)
         assert first.lock.is_repeating
         assert here.wanted(is_urgent=True)
-
-
-def test_a_lock_that_failed_stands_until_the_module_reports_locked(
-    qtbot: QtBot, qapp: QApplication, tmp_path: Path
-) -> None:
-    with fake_window(qapp, tmp_path) as (ports, _assembly):
-        port, module = ports.plug_in("/dev/one", active=True)
-        port.lock.press()
-        (job,) = module.wanted(is_urgent=True)
-        module.finish(job, Locked(outcome=Outcome.UNKNOWN, sent=31))
-        qtbot.waitUntil(lambda: port.lock.failed is not None)
-        module.end(EndReason.SILENT)
-        qapp.processEvents()
-        assert port.module.activation.state is Activation.WAS_ACTIVE
-        assert port.lock.failed is not None
-        module.begin(active=False)
-        qtbot.waitUntil(lambda: port.lock.failed is None)
