@@ -8,7 +8,7 @@ import json
 import logging
 import re
 from collections.abc import Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from datetime import datetime
 from functools import partial
 from pathlib import Path
@@ -120,42 +120,33 @@ class Provisioned(NamedTuple):
     boot_count: int | None
 
 
+@dataclass
 class BatchRun:
     """A batch in the store. `person`: who checks, and what is said of all its modules; `accepted`: the changes whose
-    risk a person was shown and accepted."""
+    risk a person was shown and accepted; `last`: the name given last in this run."""
 
-    def __init__(
-        self,
-        batch: ModuleBatch,
-        store: Store,
-        person: Person,
-        *,
-        is_enabling: bool,
-        are_all_new: bool,
-        accepted: frozenset[SettingChange],
-    ) -> None:
-        self.batch = batch
-        self._store = store
-        self._person = person
-        self._is_enabling = is_enabling
-        self._are_all_new = are_all_new
-        self._accepted = accepted
-        self._last = ""  # the name given last in this run
+    batch: ModuleBatch
+    store: Store
+    person: Person
+    is_enabling: bool
+    are_all_new: bool
+    accepted: frozenset[SettingChange]
+    last: str = ""
 
     def provision(self, evidence: Evidence, context: WriteContext) -> Procedure[Provisioned]:
         """The turn of one module, which fills `evidence`; reads from the store before it begins."""
-        known = self._store.read(self._known)
-        return self._turn(evidence, replace(context, accepted_risks=self._accepted), *known)
+        known = self.store.read(self._known)
+        return self._turn(evidence, replace(context, accepted_risks=self.accepted), *known)
 
     def _known(self, facts: Facts) -> tuple[Sequence[Remembered], int]:
         """The modules that one may be that is plugged in, and how often it may have started since."""
-        if not self._are_all_new:
+        if not self.are_all_new:
             return modules(facts), BOOTS // 2
         # The last one, also of a former run, may still be plugged in.
         turns = reversed(facts.of_kind(ModuleProvisioned))
-        last = self._last or next((turn.content.name for turn in turns if turn.content.why is None), "")
+        last = self.last or next((turn.content.name for turn in turns if turn.content.why is None), "")
         known = remembered(facts, last)
-        return () if known is None else (known,), REPLUGGED_STARTS if self._last else 0
+        return () if known is None else (known,), REPLUGGED_STARTS if self.last else 0
 
     def _turn(
         self, evidence: Evidence, context: WriteContext, known: Sequence[Remembered], most_starts: int
@@ -181,7 +172,7 @@ class BatchRun:
                 raise report.interrupted
             fault = None if report.is_fine else _fault_of(report)
             if fault is None:
-                yield from run_preflight(evidence, is_enabling=self._is_enabling, journal=context.journal)
+                yield from run_preflight(evidence, is_enabling=self.is_enabling, journal=context.journal)
             return Provisioned(fault, boot_count)
         except Interrupted as error:
             evidence.note_error(error)
@@ -196,25 +187,25 @@ class BatchRun:
             judge_check,
             evidence,
             self.batch.profile,
-            folder=self._store.folder,
+            folder=self.store.folder,
             adapter=adapter or evidence.port,
             at=local_now(),
         )
         why: UserMessage | None = (evidence.void or UNFINISHED).message if done is None else done.why
         if why is None:
-            filed = judge(replace(self._person, module=name), Past(module=name))
+            filed = judge(replace(self.person, module=name), Past(module=name))
             if filed.assessment.verdict is not Verdict.READY:
                 why = joined(filed.assessment.titles_against)
             elif remembered(facts, name) is not None:
                 why = message(TAKEN, module=name)
         module = None if why else name
         if evidence.began_at is not None:
-            keep_check(facts, filed if module else judge(replace(self._person, module=None), Past(module=None)))
+            keep_check(facts, filed if module else judge(replace(self.person, module=None), Past(module=None)))
         boot_count = None if done is None else done.boot_count
         settings = evidence.settings(FINGERPRINT_KEYS)
         if module:
             remember(facts, name, boot_count=boot_count, settings=settings)
-            self._last = name
+            self.last = name
         turn = ModuleProvisioned(
             batch=self.batch.key,
             name=name,

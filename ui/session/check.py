@@ -18,7 +18,7 @@ from app.limits.past import Past
 from app.preflight.checks import CheckResult, Person
 from app.preflight.evidence import OVER, UNREAD, Evidence, StateReading, Void, changed, read_state, void_of_end
 from app.preflight.run import STEPS, run_preflight
-from app.preflight.verdict import REREAD_EVERY_S, VALID_FOR_S, Assessment, Verdict, void_of_news, void_reason
+from app.preflight.verdict import REREAD_EVERY_S, Assessment, Verdict, void_of_news, void_reason
 from app.records.filing import Filed, file_check
 from app.records.record import SignedRecord
 from app.settings.profiles import Profile
@@ -124,14 +124,6 @@ class ModuleCheck(QObject):
             return None
         verdict = assessment.verdict if self.void is None else None
         return HeldVerdict(verdict, self.evidence.ended_at, self.void, assessment.titles_against)
-
-    @property
-    def expires_in_s(self) -> float | None:
-        """Until a GO or READY is too old; None for any other standing."""
-        ended_at = self.evidence.ended_at
-        if ended_at is None or self.standing not in PASSED:
-            return None
-        return max(0.0, VALID_FOR_S - (self._module.now_s - ended_at))
 
     # What is done with it
 

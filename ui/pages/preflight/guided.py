@@ -5,7 +5,7 @@ locks the module if the test may have made it active.
 """
 
 from collections.abc import Callable
-from typing import Any, Final
+from typing import Final
 
 from PySide6.QtCore import QEvent, QObject, QSignalBlocker, Qt, QTimer
 from PySide6.QtGui import QShowEvent
@@ -98,29 +98,20 @@ class GuidedPanel(QWidget):
         self.cancel.chosen.connect(self._cancel)
         self.primary.chosen.connect(self.go_on)
         self._guard.broken.connect(self._on_broken)
-        self._follow()
+        # By then it is the test of another module.
+        self.made_safe.toggled.connect(lambda is_safe: self.work.state_safe(is_safe))  # noqa: PLW0108
+        self.activate.begun.connect(lambda: self.work.act_begun())  # noqa: PLW0108
+        self.activate.ended.connect(lambda performed: self.work.act_ended(performed))  # noqa: PLW0108
+        self.work.changed.connect(self._on_work)
         VisibilityTimer(self, self.refresh, every_ms=REFRESH_EVERY_MS, tick=self.tick, hidden=self._cancel)
 
     def show_module(self, module: ShownModule) -> None:
         self.work.cancel()
-        for signal, slot in self._slots():
-            signal.disconnect(slot)
+        self.work.changed.disconnect(self._on_work)
         self.module, self.work = module, module.guided
-        self._follow()
+        self.work.changed.connect(self._on_work)
         self.work.load_last()
         self._on_work()
-
-    def _slots(self) -> tuple[tuple[Any, Callable[..., None]], ...]:
-        return (
-            (self.made_safe.toggled, self.work.state_safe),
-            (self.activate.begun, self.work.act_begun),
-            (self.activate.ended, self.work.act_ended),
-            (self.work.changed, self._on_work),
-        )
-
-    def _follow(self) -> None:
-        for signal, slot in self._slots():
-            signal.connect(slot)
 
     # Display
 

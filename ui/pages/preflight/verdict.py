@@ -14,13 +14,13 @@ from PySide6.QtWidgets import QFrame, QLabel, QProgressBar, QWidget
 from app.diagnosis.link_state import Phase, link_text
 from app.preflight.checks import CheckResult
 from app.preflight.run import TRIGGERS
-from app.preflight.verdict import Assessment, Verdict, meaning_of
+from app.preflight.verdict import VALID_FOR_S, Assessment, Verdict, meaning_of
 from app.records.record import SignedRecord
 from app.safety.last_known import LAST_HEARD_ACTIVE, keep_away
 from app.settings.profiles import ActivatedBy
 from app.text.i18n import tr
 from app.text.messages import capitalised, duration, join_names, join_sentences
-from ui.session.check import LOUD, ModuleCheck, Standing
+from ui.session.check import LOUD, PASSED, ModuleCheck, Standing
 from ui.session.ports import Ports
 from ui.style.icons import themed_svg
 from ui.style.theme import Space, current, font
@@ -96,7 +96,7 @@ def announcement(work: Work, ports: Ports) -> Announcement:
         doing, share = (tr("Link"), 0.0) if report is None else (tr(report.doing), report.done / report.total)
         return Announcement(work.standing, tr("CHECKING"), doing, (tr("Do not touch the aircraft."),), progress=share)
     if last.void is not None:
-        lines = (tr("The results below are void. Check again."), _whose(last))
+        lines = (tr("The results below are void. Check again."), _whose(last, ports.clock()))
         return Announcement(work.standing, tr("VOID"), capitalised(last.void.message.translated()), lines)
     verdict = assessment.verdict
     head = capitalised(meaning_of(verdict, assessment.case.profile.activated_by).translated())
@@ -118,7 +118,7 @@ def announcement(work: Work, ports: Ports) -> Announcement:
             what = join_sentences((what, tr("Skipped: {count}.", count=skipped)))
     caveats = () if last.filed is None else last.filed.record.caveats
     beside = join_sentences(caveat.translated() for caveat in caveats)
-    return Announcement(work.standing, tr(verdict.value), head, (beside, what, _whose(last)))
+    return Announcement(work.standing, tr(verdict.value), head, (beside, what, _whose(last, ports.clock())))
 
 
 def _not_checked(work: Work, ports: Ports) -> Announcement:
@@ -139,14 +139,15 @@ def _not_checked(work: Work, ports: Ports) -> Announcement:
     return Announcement(Standing.NOT_CHECKED, tr("NOT CHECKED"), head, tuple(lines))
 
 
-def _whose(check: ModuleCheck) -> str:
+def _whose(check: ModuleCheck, now: float) -> str:
     """Whose record it is, when it was made, and how long a GO or READY holds."""
     if check.filed is None:
         return ""
-    record, left_s = check.filed.record, check.expires_in_s
+    record, ended_at = check.filed.record, check.evidence.ended_at
     parts = [part for part in (record.module, record.aircraft, record.who) if part]
     parts.append(f"{record.at:%H:%M:%S}")
-    if left_s is not None:
+    if check.standing in PASSED and ended_at is not None:
+        left_s = max(0.0, VALID_FOR_S - (now - ended_at))
         unit_s = 1 if left_s < 120 else 60
         parts.append(tr("holds for {time}", time=duration(left_s // unit_s * unit_s)))  # never longer than it does
     return " · ".join(parts)
