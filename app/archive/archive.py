@@ -14,11 +14,11 @@ off anywhere, repeated, and run beside others.
 
 import logging
 import sqlite3
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Iterator, Mapping
 from contextlib import closing, contextmanager
 from datetime import UTC, datetime
 from pathlib import Path
-from typing import NamedTuple, TypeVar
+from typing import NamedTuple
 
 from msgspec import Struct, field
 
@@ -40,7 +40,6 @@ from app.store.rows import (
 from app.text.messages import clean
 
 _log = logging.getLogger(__name__)
-Result = TypeVar("Result")
 
 OTHERS_FILE = "archive.sqlite"
 # Of 4 kB. An act's intent waits at the disk for as much as is being written there, so that it is little at a time.
@@ -52,7 +51,6 @@ _REFUSED = """
         place TEXT NOT NULL, id TEXT NOT NULL, why TEXT NOT NULL, "on" TEXT NOT NULL, PRIMARY KEY (place, id)
     ) STRICT
 """
-_OF_BOTH = "CREATE TEMP VIEW facts AS SELECT * FROM main.facts UNION ALL SELECT * FROM own.facts"
 PAGE_ROWS = 1000
 PAGE_BYTES = 8_000_000
 NAMED = 20
@@ -76,62 +74,52 @@ class Exchanged(NamedTuple):
     not_shared: int
 
 
-class Archive:
-    """Every method may block, is for no port's and no window's thread, and raises `StoreTrouble`."""
+@contextmanager
+def all_facts(store: Store) -> Iterator[Facts]:
+    """Those of all stations as if they were in one file: the file of the others is `main`, the store is `own`.
 
-    def __init__(self, store: Store) -> None:
-        self.store = store
-        self.path = store.folder / OTHERS_FILE
-
-    @contextmanager
-    def opened(self) -> Iterator[sqlite3.Connection]:
-        """The file of the others as `main`, the store as `own`, and `facts` of both."""
-        self.store.opened.result()
+    It may block, as all here that takes a store: not for a port's or the window's thread. Raises `StoreTrouble`."""
+    store.opened.result()
+    path = store.folder / OTHERS_FILE
+    try:
         try:
-            try:
-                connection = connect(self.path, is_checked=False)
-            except sqlite3.OperationalError:
-                raise
-            except sqlite3.DatabaseError as error:
-                _log.warning("%s is begun again: %s", self.path, error)
-                for end in ("", "-wal", "-shm"):
-                    self.path.with_name(self.path.name + end).unlink(missing_ok=True)
-                connection = connect(self.path, is_checked=False)
-            with closing(connection):
-                connection.execute("PRAGMA synchronous = NORMAL")  # what a lost power takes comes again
-                connection.execute(f"PRAGMA wal_autocheckpoint = {CHECKPOINT_PAGES}")
-                connection.execute(_REFUSED)
-                # Only read: else a transaction of an exchange would hold the store, too, and an intent wait for a page.
-                connection.execute("ATTACH ? AS own", (f"{self.store.path.as_uri()}?mode=ro",))
-                connection.execute(_OF_BOTH)
-                yield connection
-        except sqlite3.Error as error:
-            raise trouble_of(error, self.path) from error
+            connection = connect(path, is_checked=False)
+        except sqlite3.OperationalError:
+            raise
+        except sqlite3.DatabaseError as error:
+            _log.warning("%s is begun again: %s", path, error)
+            for end in ("", "-wal", "-shm"):
+                path.with_name(path.name + end).unlink(missing_ok=True)
+            connection = connect(path, is_checked=False)
+        with closing(connection):
+            connection.execute("PRAGMA synchronous = NORMAL")  # what a lost power takes comes again
+            connection.execute(f"PRAGMA wal_autocheckpoint = {CHECKPOINT_PAGES}")
+            connection.execute(_REFUSED)
+            # Only read: else a transaction of an exchange would hold the store, too, and an intent wait for a page.
+            connection.execute("ATTACH ? AS own", (f"{store.path.as_uri()}?mode=ro",))
+            connection.execute("CREATE TEMP VIEW facts AS SELECT * FROM main.facts UNION ALL SELECT * FROM own.facts")
+            yield Facts(connection, store.station, lambda: datetime.now(UTC))
+    except sqlite3.Error as error:
+        raise trouble_of(error, path) from error
 
-    def read(self, work: Callable[[Facts], Result]) -> Result:
-        """`work` reads the facts of all stations as if they were in one file."""
-        with self.opened() as connection:
-            return work(Facts(connection, self.store.station, lambda: datetime.now(UTC)))
 
-    def status(self) -> ArchiveStatus:
-        def read(facts: Facts) -> ArchiveStatus:
-            query = "SELECT (SELECT count(*) FROM main.facts), (SELECT count(*) FROM own.facts)"
-            others, own = facts.connection.execute(query).fetchone()
-            later = "SELECT DISTINCT station FROM facts WHERE id > ? ORDER BY station"
-            # Only the ids of facts that were made later are greater.
-            ahead = facts.connection.execute(later, (f"{time_in_id(datetime.now(UTC) + AHEAD)}g",))
-            return ArchiveStatus(others + own, own, dict(introductions(facts)), [station for (station,) in ahead])
+def status_of(store: Store) -> ArchiveStatus:
+    with all_facts(store) as facts:
+        query = "SELECT (SELECT count(*) FROM main.facts), (SELECT count(*) FROM own.facts)"
+        others, own = facts.connection.execute(query).fetchone()
+        later = "SELECT DISTINCT station FROM facts WHERE id > ? ORDER BY station"
+        # Only the ids of facts that were made later are greater.
+        ahead = facts.connection.execute(later, (f"{time_in_id(datetime.now(UTC) + AHEAD)}g",))
+        return ArchiveStatus(others + own, own, dict(introductions(facts)), [station for (station,) in ahead])
 
-        return self.read(read)
 
-    def exchanged(self, place: str) -> Exchanged:
-        """Quick; only of this station's store."""
-        noted = self.store.state(f"exchanged:{place}") or {}
-        # One thread writes them, so that rows have ascending numbers in the order in which they were committed.
-        query = "SELECT count(*) FROM facts WHERE rowid > ?"
-        last = noted.get("last", 0)
-        count = self.store.read(lambda facts: facts.connection.execute(query, (last,)).fetchone()[0])
-        return Exchanged(noted.get("at"), count)
+def exchanged(store: Store, place: str) -> Exchanged:
+    """Quick; only of this station's store."""
+    noted = store.state(f"exchanged:{place}") or {}
+    # One thread writes them, so that rows have ascending numbers in the order in which they were committed.
+    query, last = "SELECT count(*) FROM facts WHERE rowid > ?", noted.get("last", 0)
+    count = store.read(lambda facts: facts.connection.execute(query, (last,)).fetchone()[0])
+    return Exchanged(noted.get("at"), count)
 
 
 def introductions(facts: Facts) -> list[tuple[str, str]]:
@@ -146,9 +134,8 @@ def known_names(store: Store | None) -> StationNames:
     if store is None:
         return StationNames()
     try:
-        archive = Archive(store)
-        names = archive.read(introductions) if archive.path.exists() else store.read(introductions)
-        return StationNames(store.station, tuple(dict.fromkeys(names)))
+        with all_facts(store) as facts:
+            return StationNames(store.station, tuple(dict.fromkeys(introductions(facts))))
     except StoreTrouble as error:
         _log.warning("The names of stations cannot be read: %s", error)
         return StationNames()
@@ -172,12 +159,13 @@ class Synced(Struct):
     left_out_count: int = 0
 
 
-def sync(archive: Archive, address: str) -> Synced:
+def sync(store: Store, address: str) -> Synced:
     """`address`: of a server, or a file. Raises `UserError`; what was exchanged before that stays."""
     with (
         closing(PostgresPlace(address) if is_server(address) else FilePlace(Path(address))) as place,
-        archive.opened() as here,
+        all_facts(store) as facts,
     ):
+        here = facts.connection
         last = here.execute("SELECT coalesce(max(rowid), 0) FROM own.facts").fetchone()[0]
         today = f"{version()} {datetime.now(UTC):%Y-%m-%d}"
         # After a day, or with another version of the program, what was left out is looked at again.
@@ -199,7 +187,7 @@ def sync(archive: Archive, address: str) -> Synced:
         count = "SELECT count(*) FROM refused WHERE place = ?"
         done.left_out_count = here.execute(count, (place.name,)).fetchone()[0]
         at = datetime.now(UTC).isoformat(timespec="seconds")
-        archive.store.set_state(f"exchanged:{place.name}", {"at": at, "last": last}).result()
+        store.set_state(f"exchanged:{place.name}", {"at": at, "last": last}).result()
         return done
 
 

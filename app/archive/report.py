@@ -12,7 +12,7 @@ from typing import Any, NamedTuple
 
 from msgspec import Struct, to_builtins
 
-from app.archive.archive import Archive
+from app.archive.archive import all_facts
 from app.guided import results as guided
 from app.guided.guided_store import last_tests, told_test
 from app.modules.service import COUNTS_ANEW, service_due, service_summary
@@ -20,7 +20,7 @@ from app.records.filing import CheckLine, check_line, noted
 from app.safety.journal import TITLES, Act, Outcome
 from app.settings.values import field_of, fitting, kept_value_message, setting_message
 from app.store.acts import all_fired
-from app.store.fact_store import Facts, Kept
+from app.store.fact_store import Facts, Kept, Store
 from app.store.rows import (
     KIND_OF,
     ActEnded,
@@ -75,18 +75,15 @@ class ModuleToday(Struct, kw_only=True):
         return join_sentences(due.translated() for due in self.due)
 
 
-def report(archive: Archive, now: datetime) -> list[ModuleToday]:
+def report(store: Store, now: datetime) -> list[ModuleToday]:
     """By name. Takes up to two seconds. Raises `UserError`."""
-
-    def read(facts: Facts) -> list[ModuleToday]:
-        last_at: dict[str, str] = {}
+    last_at: dict[str, str] = {}
+    with all_facts(store) as facts:
         for file in ("main", "own"):  # each by its index: of both together the whole would be read
             query = f"SELECT module, max(made_at) FROM {file}.facts WHERE module IS NOT NULL GROUP BY module"  # noqa: S608
             for name, at in facts.connection.execute(query):
                 last_at[name] = max(at, last_at.get(name, ""))
         return [_today(facts, name, last_at[name], now) for name in sorted(last_at)]
-
-    return archive.read(read)
 
 
 def _today(facts: Facts, name: str, last_at: str, now: datetime) -> ModuleToday:
@@ -171,15 +168,12 @@ class HistoryEvent(NamedTuple):
     settings: Mapping[str, Value] = {}
 
 
-def module_history(archive: Archive, name: str) -> list[HistoryEvent]:
+def module_history(store: Store, name: str) -> list[HistoryEvent]:
     """The oldest first; empty where no station knows a module of this name. Raises `UserError`."""
-    return archive.read(lambda facts: _history(facts, name))
-
-
-def _history(facts: Facts, name: str) -> list[HistoryEvent]:
-    kept: list[Kept[Any]] = [one for type_ in KIND_OF for one in facts.of_module(type_, name)]
-    fired = all_fired(facts, name)
-    outcomes = {one.content.of: one.content.outcome for one in facts.of_module(ActEnded, name)}
+    with all_facts(store) as facts:
+        kept: list[Kept[Any]] = [one for type_ in KIND_OF for one in facts.of_module(type_, name)]
+        fired = all_fired(facts, name)
+    outcomes = {one.content.of: one.content.outcome for one in kept if isinstance(one.content, ActEnded)}
     # As far as the facts tell it, from the oldest on.
     settings: dict[str, Value] = {}
     boot_count: int | None = None

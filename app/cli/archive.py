@@ -11,11 +11,12 @@ from typing import Any
 import msgspec
 from msgspec import field
 
-from app.archive.archive import Archive, sync
+from app.archive.archive import exchanged, status_of, sync
 from app.archive.places import is_server, server_url
 from app.archive.report import ModuleToday, module_history, report
 from app.modules.service import ServiceKind, service_summary, serviced
 from app.records.filing import local_now
+from app.store.fact_store import Store
 from app.store.station import shown_key
 from app.system.clock import MINUTE, local_time
 from app.terminal import console
@@ -147,21 +148,21 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def run(args: argparse.Namespace) -> int:
     """Raises `UserError` if the records of this computer cannot be read."""
     with opened_store() as (store, _troubles):
-        code: int = args.function(args, Archive(store))
+        code: int = args.function(args, store)
     return code
 
 
-def run_status(args: argparse.Namespace, archive: Archive) -> int:
-    place, status = archive.store.state("server"), archive.status()
-    exchanged = archive.exchanged(place or "")
+def run_status(args: argparse.Namespace, store: Store) -> int:
+    place, status = store.state("server"), status_of(store)
+    last_one = exchanged(store, place or "")
     answer = ArchiveStatusJson(
-        station=shown_key(archive.store.station),
+        station=shown_key(store.station),
         facts=status.facts,
         own=status.own,
         stations=[ArchiveStationJson(shown_key(key), named) for key, named in sorted(status.stations.items())],
         server=place,
-        not_shared=exchanged.not_shared,
-        last_sync_at=exchanged.last_at,
+        not_shared=last_one.not_shared,
+        last_sync_at=last_one.last_at,
         stations_ahead=list(map(shown_key, status.ahead)),
     )
     rows = [
@@ -170,11 +171,11 @@ def run_status(args: argparse.Namespace, archive: Archive) -> int:
         (tr("Server"), place or "–"),
     ]
     own = in_brackets(labelled(tr("Records"), f"{status.own}"))
-    last = local_time(exchanged.last_at or "–")
+    last = local_time(last_one.last_at or "–")
     page = [
         *console.columns(rows, indent=2),
         tr("This station: {fingerprint}", fingerprint=answer.station) + own,
-        tr("Not shared: {count}. Last: {time}.", count=exchanged.not_shared, time=last),
+        tr("Not shared: {count}. Last: {time}.", count=last_one.not_shared, time=last),
     ]
     ahead = marked("{station} wrote with a clock that is ahead: that counts for nothing.")
     page += [tr(ahead, station=station) for station in answer.stations_ahead]
@@ -182,12 +183,12 @@ def run_status(args: argparse.Namespace, archive: Archive) -> int:
     return console.SUCCESS
 
 
-def run_sync(args: argparse.Namespace, archive: Archive) -> int:
+def run_sync(args: argparse.Namespace, store: Store) -> int:
     """Both directions."""
-    address = args.place or archive.store.state("server")
+    address = args.place or store.state("server")
     if address is None:
         raise console.Refused(tr("No server is set: give {example}.", example=SERVER))
-    done = sync(archive, address)
+    done = sync(store, address)
     left_out = [LeftOutJson.of(one) for one in done.left_out]
     shown = server_url(address).shown if is_server(address) else address
     answer = SyncJson(shown, done.sent, done.received, left_out, done.left_out_count)
@@ -199,9 +200,9 @@ def run_sync(args: argparse.Namespace, archive: Archive) -> int:
     return console.PARTIAL
 
 
-def run_report(args: argparse.Namespace, archive: Archive) -> int:
+def run_report(args: argparse.Namespace, store: Store) -> int:
     now = datetime.now(UTC)
-    modules = report(archive, now)
+    modules = report(store, now)
     answer = ArchiveReportJson(now.isoformat(timespec="seconds"), list(map(_module_json, modules)))
     if args.csv:
         rows = [_report_cells(module, state.due_words) for module, state in zip(answer.modules, modules, strict=True)]
@@ -216,9 +217,9 @@ def run_report(args: argparse.Namespace, archive: Archive) -> int:
     return console.SUCCESS
 
 
-def run_module(args: argparse.Namespace, archive: Archive) -> int:
+def run_module(args: argparse.Namespace, store: Store) -> int:
     """The history of one module."""
-    events = module_history(archive, args.module)
+    events = module_history(store, args.module)
     if not events:
         raise _unknown(args.module)
     lines = [(tr("Time"), tr("Station"), "")]
@@ -232,13 +233,13 @@ def run_module(args: argparse.Namespace, archive: Archive) -> int:
     return console.SUCCESS
 
 
-def run_service(args: argparse.Namespace, archive: Archive) -> int:
+def run_service(args: argparse.Namespace, store: Store) -> int:
     """Keep what a person did to a module; print what is due."""
     on = args.on or local_now().date()
     content = serviced(ServiceKind(args.what), on=on, due=args.due, who=args.who, note=args.note)
-    if args.module not in archive.read(lambda facts: facts.modules()):
+    if not module_history(store, args.module):
         raise _unknown(args.module)
-    archive.store.add(content, args.module).result()
+    store.add(content, args.module).result()
     told = service_summary(content)
     console.emit(args, ServicedJson(module=args.module, told=told.in_english()), [told.translated()])
     return console.SUCCESS

@@ -332,11 +332,6 @@ class Facts:
     def by_id(self, type_: type[OneContent], id_: str) -> Kept[OneContent] | None:
         return next(self._each(type_, "id = ?", id_, order="ASC"), None)
 
-    def modules(self) -> list[str]:
-        """The names of all modules that a fact is about."""
-        rows = self.connection.execute("SELECT DISTINCT module FROM facts WHERE module IS NOT NULL ORDER BY module")
-        return [name for (name,) in rows]
-
     def state(self, key: str) -> Any:
         """None where it is not set, or cannot be read."""
         return next((value for rest, value in self.states(key).items() if not rest), None)

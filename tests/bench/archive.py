@@ -10,7 +10,7 @@ from datetime import UTC, datetime, timedelta
 from pathlib import Path
 from typing import Final
 
-from app.archive.archive import Archive, sync
+from app.archive.archive import status_of, sync
 from app.archive.report import report
 from app.store.fact_store import INSERT, Facts, Store
 from app.store.rows import ActIntended, ModuleVisited, SaidNew, content_text, make_row
@@ -73,14 +73,13 @@ def figures(*, facts: int = FACTS) -> Iterator[Figure]:
         closing(Store(Path(folder) / "other")) as other,
     ):
         one.write(lambda facts_: _fill(facts_, facts)).result()
-        archive, taken = Archive(one), Archive(other)
         here, there = _Intents(one), _Intents(other)
         steps: dict[str, tuple[Callable[[], object], float | None]] = {
-            "the first push": (lambda: sync(archive, server.url()), 60.0),
-            "all of it taken over by another station": (lambda: sync(taken, server.url()), None),
-            "a later exchange": (lambda: sync(archive, server.url()), 3.0),
-            "the status": (taken.status, 2.0),
-            "the report": (lambda: report(taken, datetime.now(UTC)), 2.0),
+            "the first push": (lambda: sync(one, server.url()), 60.0),
+            "all of it taken over by another station": (lambda: sync(other, server.url()), None),
+            "a later exchange": (lambda: sync(one, server.url()), 3.0),
+            "the status": (lambda: status_of(other), 2.0),
+            "the report": (lambda: report(other, datetime.now(UTC)), 2.0),
         }
         for name, (work, aim_s) in steps.items():
             took_s = _timed(work)

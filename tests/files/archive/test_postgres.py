@@ -10,7 +10,7 @@ from typing import Any
 
 import pytest
 
-from app.archive.archive import Archive, Synced, sync
+from app.archive.archive import Synced, all_facts, status_of, sync
 from app.archive.places import SQL_FILE, PostgresPlace, server_url
 from app.store.fact_store import Store
 from app.store.rows import SaidNew
@@ -41,28 +41,24 @@ def _say(store: Store, *modules: str) -> None:
         store.add(SaidNew(is_new=True), module).result()
 
 
-def _sync(store: Store, url: str) -> Synced:
-    return sync(Archive(store), url)
-
-
 @pytest.mark.promise("g")
 def test_what_was_altered_on_the_server_is_named_and_not_taken_over(stores: list[Store], server: ArchiveServer) -> None:
     one, other = stores
     _say(one, "M-0", "M-1", "M-2")
-    assert _sync(one, server.url()).sent == 4
-    assert _sync(one, server.url()) == Synced()
+    assert sync(one, server.url()).sent == 4
+    assert sync(one, server.url()) == Synced()
     server.run(
         "UPDATE dps_s_facts SET content = replace(content, 'true', 'false') WHERE module = 'M-1'",
         "INSERT INTO dps_s_facts SELECT repeat('f', 40), kind, module, station, made_at, content FROM dps_s_facts "
         "WHERE module = 'M-2'",
     )
-    first = _sync(other, server.url())
+    first = sync(other, server.url())
     assert (first.received, first.sent, first.left_out_count) == (3, 1, 2)
     assert {one.why for one in first.left_out} == {"altered"}
-    again = _sync(other, server.url())
+    again = sync(other, server.url())
     assert (again.received, again.left_out, again.left_out_count) == (0, [], 2)  # named once a day
     server.run("DELETE FROM dps_s_facts WHERE module = 'M-1'")
-    assert _sync(one, server.url()).sent == 1
+    assert sync(one, server.url()).sent == 1
 
 
 def test_the_program_makes_the_table_that_the_page_says() -> None:
@@ -84,7 +80,7 @@ def test_the_server_itself_refuses_rows_that_are_too_large_or_have_no_id(
 ) -> None:
     import psycopg
 
-    _sync(stores[0], server.url())
+    sync(stores[0], server.url())
     with pytest.raises(psycopg.errors.CheckViolation):
         server.run(f"INSERT INTO dps_s_facts VALUES ({values})")
 
@@ -92,7 +88,7 @@ def test_the_server_itself_refuses_rows_that_are_too_large_or_have_no_id(
 def test_a_database_of_another_encoding_is_refused_in_one_sentence(stores: list[Store], server: ArchiveServer) -> None:
     server.run("CREATE DATABASE latin ENCODING 'LATIN1' TEMPLATE template0")
     with pytest.raises(UserError, match="UTF8"):
-        _sync(stores[0], server.url("latin"))
+        sync(stores[0], server.url("latin"))
 
 
 @pytest.mark.promise("g")
@@ -103,15 +99,15 @@ def test_a_role_that_may_only_add_and_read_is_enough(
 
     one, other = stores
     _say(one, "M-07")
-    assert _sync(one, url_of_stations).sent == 2
-    assert _sync(other, url_of_stations).received == 2
+    assert sync(one, url_of_stations).sent == 2
+    assert sync(other, url_of_stations).received == 2
     with psycopg.connect(url_of_stations, autocommit=True) as connection:
         for statement in (b"DELETE FROM dps_s_facts", b"UPDATE dps_s_facts SET kind = 'x'", b"DROP TABLE dps_s_facts"):
             with pytest.raises(psycopg.errors.InsufficientPrivilege):
                 connection.execute(statement)
     server.run("CREATE DATABASE empty_one")
     with pytest.raises(UserError, match="GRANT SELECT, INSERT ON dps_s_facts TO dps_s_station"):
-        _sync(one, server.url("empty_one", "dps_s_station"))
+        sync(one, server.url("empty_one", "dps_s_station"))
 
 
 @pytest.mark.promise("g")
@@ -135,19 +131,20 @@ def test_four_stations_that_write_and_exchange_at_once_and_are_killed_miss_nothi
     for _ in range(2):
         for name in "ABCD":
             with closing(open_store(tmp_path / name)) as store:
-                _sync(store, server.url())
+                sync(store, server.url())
     kept = {str(id_) for (id_,) in server.run("SELECT id FROM dps_s_facts")}
     assert told - kept == set()
     for name in "ABCD":
         with closing(open_store(tmp_path / name)) as store:
-            rows = Archive(store).read(lambda facts: facts.connection.execute("SELECT id FROM facts").fetchall())
+            with all_facts(store) as facts:
+                rows = facts.connection.execute("SELECT id FROM facts").fetchall()
             assert {id_ for (id_,) in rows} == kept
 
 
 _STATION = """
 import sys, threading
 from pathlib import Path
-from app.archive.archive import Archive, sync
+from app.archive.archive import sync
 from app.store.rows import SaidNew
 from app.text.messages import UserError
 from tests.support.records.stored import open_store
@@ -162,7 +159,7 @@ def write():
 threading.Thread(target=write, daemon=True).start()
 while True:
     try:
-        sync(Archive(store), sys.argv[2])
+        sync(store, sys.argv[2])
     except UserError as error:
         print(error, file=sys.stderr)
 """
@@ -186,9 +183,9 @@ def test_a_connection_that_is_cut_is_one_sentence_and_nothing_is_missed(
         with monkeypatch.context() as patch:
             patch.setattr(PostgresPlace, page, cut)
             with pytest.raises(UserError, match="cannot be used"):
-                _sync(store, server.url())
-        _sync(store, server.url())
-    assert Archive(other).status().facts == 7
+                sync(store, server.url())
+        sync(store, server.url())
+    assert status_of(other).facts == 7
 
 
 # Its address, passwords and certificates
@@ -254,10 +251,10 @@ def test_the_password_comes_from_the_systems_places_and_shows_nowhere(
     caplog.set_level(logging.DEBUG)
     one, plain = stores[0], server.tcp_url(WITH_PASSWORD)
     with pytest.raises(UserError, match="no password supplied") as caught:
-        _sync(one, plain)
+        sync(one, plain)
     assert plain in str(caught.value)
     with pytest.raises(UserError, match="authentication failed") as caught:
-        _sync(one, server.tcp_url(WITH_PASSWORD, "wrong-one"))
+        sync(one, server.tcp_url(WITH_PASSWORD, "wrong-one"))
     assert "wrong-one" not in str(caught.value)
     with closing(PostgresPlace(server.tcp_url(WITH_PASSWORD, PASSWORD))) as there:
         assert there.name == plain
@@ -265,7 +262,7 @@ def test_the_password_comes_from_the_systems_places_and_shows_nowhere(
     passwords.write_text(f"127.0.0.1:{server.port}:archive:guarded:{PASSWORD}\n", encoding="utf-8")
     passwords.chmod(0o600)
     monkeypatch.setenv("PGPASSFILE", str(passwords))
-    _sync(one, plain)
+    sync(one, plain)
     assert PASSWORD not in caplog.text
     assert all(PASSWORD.encode() not in path.read_bytes() for path in one.folder.rglob("*") if path.is_file())
 
@@ -289,7 +286,7 @@ def test_the_command_exchanges_and_says_what_was_altered(
     stores: list[Store], server: ArchiveServer, capsys: pytest.CaptureFixture[str]
 ) -> None:
     _say(stores[0], "M-07")
-    _sync(stores[0], server.url())
+    sync(stores[0], server.url())
     found: list[dict[str, Any]] = []
     with closing(open_store()) as here:
         here.set_state("server", server_url(server.url()).shown).result()

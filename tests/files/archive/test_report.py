@@ -9,7 +9,7 @@ from typing import Any
 
 import pytest
 
-from app.archive.archive import Archive, sync
+from app.archive.archive import sync
 from app.archive.report import HistoryEvent, as_edits, module_history, report, settings_changed
 from app.safety.journal import NOTE, Act, Outcome
 from app.safety.left_active import KnownAs
@@ -58,7 +58,7 @@ def visit(boots: int) -> ModuleVisited:
 
 
 def due(store: Store) -> list[str]:
-    (state,) = report(Archive(store), NOW + timedelta(seconds=1))
+    (state,) = report(store, NOW + timedelta(seconds=1))
     return [one.in_english() for one in state.due]
 
 
@@ -117,7 +117,7 @@ def test_the_clocks_of_two_stations_may_differ_by_minutes(
     add(here, visit(40), 1.0)
     add(other, visit(39), 1.0 - minutes / 24 / 60)
     for store in (other, here):
-        sync(Archive(store), str(tmp_path / "stick"))
+        sync(store, str(tmp_path / "stick"))
     assert asks(here) is is_asked
 
 
@@ -130,7 +130,7 @@ def test_a_trigger_record_that_two_stations_read_is_one_and_judged_by_either(
     for judgement, unjudged in (("bench test", 1), (None, 2)):
         add(other, TriggerRecordJudged(place=0, raw=RAW, judgement=judgement))  # type: ignore[arg-type]
         for store in (other, here):
-            sync(Archive(store), str(tmp_path / "stick"))
+            sync(store, str(tmp_path / "stick"))
         assert due(here) == [NO_CHECK, f"Unjudged trigger records: {unjudged}."]
 
 
@@ -148,7 +148,7 @@ def write(store: Store, outcome: Outcome, *, note: str = "", **detail: Any) -> N
 
 
 def history(store: Store) -> tuple[list[HistoryEvent], list[str]]:
-    events = module_history(Archive(store), "M-07")
+    events = module_history(store, "M-07")
     return events, [event.text.in_english() for event in events]
 
 
@@ -206,7 +206,7 @@ def test_the_commands_tell_of_all_stations(
     seen(other, 3)
     write(other, Outcome.CONFIRMED, freefall_time_s=1.4)
     stick = str(tmp_path / "stick")
-    sync(Archive(other), stick)
+    sync(other, stick)
     done = told(say, "archive_sync", "sync", stick)
     assert (done["place"], done["left_out"]) == (stick, [])
     assert done["received"] > 3

@@ -9,7 +9,7 @@ from typing import Any
 
 import pytest
 
-from app.archive.archive import OTHERS_FILE, Archive, Synced, sync
+from app.archive.archive import OTHERS_FILE, Synced, all_facts, exchanged, status_of, sync
 from app.archive.places import FilePlace
 from app.store.fact_store import Store
 from app.store.rows import COLUMNS, ModuleNamed, PreflightCheck, Row, SaidNew, StationNamed, content_text, make_row
@@ -36,7 +36,7 @@ def stick(tmp_path: Path) -> Path:
 
 @pytest.fixture
 def exchange(stick: Path) -> Callable[[Store], Synced]:
-    return lambda store: sync(Archive(store), str(stick))
+    return lambda store: sync(store, str(stick))
 
 
 def say(store: Store, module: str) -> None:
@@ -45,7 +45,8 @@ def say(store: Store, module: str) -> None:
 
 def ids(store: Store) -> set[str]:
     query = "SELECT id FROM facts"
-    return Archive(store).read(lambda facts: {id_ for (id_,) in facts.connection.execute(query)})
+    with all_facts(store) as facts:
+        return {id_ for (id_,) in facts.connection.execute(query)}
 
 
 def made(kind: str = "said_new", text: str = '{"is_new":true}', module: str | None = "M-66", **values: Any) -> Row:
@@ -91,19 +92,19 @@ def test_an_exchange_that_is_broken_off_goes_on_where_it_was(
         patch.setattr(FilePlace, page, break_off)
         with pytest.raises(KeyboardInterrupt):
             exchange(store)
-    assert Archive(store).exchanged(str(stick)).last_at is None
+    assert exchanged(store, str(stick)).last_at is None
     again = exchange(store)
     assert max(again.sent, again.received) == 8
-    assert Archive(store).exchanged(str(stick)).not_shared == 0
+    assert exchanged(store, str(stick)).not_shared == 0
     say(store, "later")
-    assert Archive(store).exchanged(str(stick)).not_shared == 1
+    assert exchanged(store, str(stick)).not_shared == 1
 
 
 def test_an_act_never_waits_for_a_page_of_an_exchange(stores: list[Store]) -> None:
-    with Archive(stores[0]).opened() as here:
-        here.execute("BEGIN IMMEDIATE")
+    with all_facts(stores[0]) as facts:
+        facts.connection.execute("BEGIN IMMEDIATE")
         say(stores[0], "M-07")
-        here.execute("ROLLBACK")
+        facts.connection.execute("ROLLBACK")
 
 
 def test_the_file_of_the_others_may_be_lost(stores: list[Store], exchange: Callable[[Store], Synced]) -> None:
@@ -158,9 +159,9 @@ def test_a_kind_of_a_newer_version_is_kept_and_passed_on(stores: list[Store], st
     newer = made("new_kind", '{"more":[1,2.5,null]}')
     more = made(text='{"is_new":true,"why":"a newer version says more"}')
     put(stick, newer, more)
-    assert sync(Archive(stores[0]), str(stick)).received == 2
-    sync(Archive(stores[0]), str(tmp_path / "next"))
-    sync(Archive(stores[1]), str(tmp_path / "next"))
+    assert sync(stores[0], str(stick)).received == 2
+    sync(stores[0], str(tmp_path / "next"))
+    sync(stores[1], str(tmp_path / "next"))
     assert {newer.id, more.id} <= ids(stores[1])
 
 
@@ -242,11 +243,11 @@ def test_a_wrong_clock_counts_for_nothing_and_is_named_and_so_is_a_station_only_
     text = content_text(StationNamed(public_key=stores[0].station, name="another"))
     late = made(module="M-99", at=NOW + timedelta(days=3))
     put(stick, late, made("station", text, None, at=NOW + timedelta(hours=1)))
-    archive = Archive(stores[0])
     assert exchange(stores[0]).received == 2
-    assert archive.read(lambda facts: facts.of_module(SaidNew, "M-99")) == []
-    assert archive.status().ahead == [STRANGER]
-    assert "another" not in archive.status().stations.values()
+    with all_facts(stores[0]) as facts:
+        assert facts.of_module(SaidNew, "M-99") == []
+    assert status_of(stores[0]).ahead == [STRANGER]
+    assert "another" not in status_of(stores[0]).stations.values()
 
 
 def test_an_own_row_that_was_altered_in_place_is_sent_to_nobody_who_believes_it(

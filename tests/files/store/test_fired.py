@@ -8,7 +8,6 @@ from typing import Any
 
 import pytest
 
-from app.archive.archive import Archive
 from app.archive.report import module_history, report
 from app.preflight.checks import CheckResult, Person
 from app.preflight.verdict import Verdict
@@ -71,7 +70,7 @@ def claimed(store: Store, name: str, port: str = PORT, adapter: str = ADAPTER) -
 
 
 def due(store: Store) -> str:
-    (state,) = report(Archive(store), datetime.now(UTC))
+    (state,) = report(store, datetime.now(UTC))
     return " ".join(one.in_english() for one in state.due)
 
 
@@ -88,7 +87,7 @@ def test_a_deploy_that_left_or_a_triggered_that_was_seen_ends_the_verdict(store:
     assert "no repack" in due(store)
     (line,) = checks_of(store, "M-07")
     assert not line.holds
-    told = [event.text.in_english() for event in module_history(Archive(store), "M-07")]
+    told = [event.text.in_english() for event in module_history(store, "M-07")]
     assert any("READY (void" in text for text in told)
 
 

@@ -23,7 +23,7 @@ from PySide6.QtWidgets import (
     QWidget,
 )
 
-from app.archive.archive import Archive, sync
+from app.archive.archive import exchanged, sync
 from app.archive.places import server_url
 from app.archive.report import HistoryEvent, ModuleToday, as_edits, module_history, report, settings_changed
 from app.engine.ports import PortInfo
@@ -211,10 +211,10 @@ class ArchivePanel(QWidget):
             return
 
         def work(_running: Running) -> tuple[str, bool]:
-            archive, parts = Archive(store), []
-            done = None if place is None else sync(archive, place)
+            parts = []
+            done = None if place is None else sync(store, place)
             if server is not None:
-                known = archive.exchanged(server)
+                known = exchanged(store, server)
                 time = tr("never") if known.last_at is None else local_time(known.last_at, MINUTE)
                 parts.append(tr("Not shared: {count}. Last: {time}.", count=known.not_shared, time=time))
             if done is not None:
@@ -244,7 +244,7 @@ class ArchivePanel(QWidget):
         self._say(state[0], needs_attention=state[1])
         store = self._services.storage.ready
         if self.isVisible() and store is not None:
-            self._loading.run(lambda _running: report(Archive(store), datetime.now(UTC)), self._show, self._fail)
+            self._loading.run(lambda _running: report(store, datetime.now(UTC)), self._show, self._fail)
 
     def _say(self, text: str, *, needs_attention: bool) -> None:
         self.state.setText(text)
@@ -274,9 +274,7 @@ class ArchivePanel(QWidget):
             self._show_events([])
             return
         name = chosen[0].name
-        self._loading_history.run(
-            lambda _running: module_history(Archive(store), name)[::-1], self._show_events, self._fail
-        )
+        self._loading_history.run(lambda _running: module_history(store, name)[::-1], self._show_events, self._fail)
 
     def _show_events(self, events: list[HistoryEvent]) -> None:
         self.life.show_rows(events)

@@ -7,7 +7,7 @@ import pytest
 from PySide6.QtWidgets import QApplication
 from pytestqt.qtbot import QtBot
 
-from app.archive.archive import Archive, sync
+from app.archive.archive import sync
 from app.store.rows import SaidNew, Serviced, SettingsSeen, TriggerRecordSeen
 from tests.files.records.test_filing import file_one
 from tests.support.patience import PATIENCE_S
@@ -40,7 +40,7 @@ def stick_of_another(tmp_path: Path) -> Path:
     store = open_store(tmp_path / "other")
     file_one(store, "M-07", port="/dev/ttyUSB0")
     store.add(TriggerRecordSeen(place=0, raw="41 75 35 01 01 00 6C 02 3C 05 A0 00 01 0C EB 7E"), "M-07").result()
-    sync(Archive(store), str(stick))
+    sync(store, str(stick))
     store.close()
     return stick
 
