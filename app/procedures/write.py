@@ -162,8 +162,6 @@ class WriteReport:
     changed: Contradiction | None = None
     # Settings that were not written and could not be read afterwards.
     unread: tuple[Command, ...] = ()
-    # When the last reading began, in seconds of the session's clock; None without one.
-    read_at: float | None = None
     # The settings by key as they were read before the first write.
     before: Mapping[str, Value] = field(default_factory=dict)
     # Why it ended early. Nothing is known of the module that answers now.
@@ -216,15 +214,13 @@ class WriteContext:
 def write_all(changes: Sequence[SettingChange], context: WriteContext) -> Procedure[WriteReport]:
     """Write these settings. Raises `ValueRefused` or `LookupError` before anything is sent; an interruption and a
     cancellation are in the report. Not for the baud rate (ValueError): changing that is a job of its own."""
-    writing = _Writing(changes, context)
-    return (yield from writing.run(writing.set_and_read_again()))
+    return (yield from _Writing(changes, context).run(reads=True))
 
 
 def set_each(changes: Sequence[SettingChange], context: WriteContext) -> Procedure[WriteReport]:
     """As `write_all`, within a procedure that reads the settings itself. What was acknowledged of the triggers counts
     once `await_flags_known` has returned. Raises `Interrupted` and `Cancelled`."""
-    writing = _Writing(changes, context)
-    report = yield from writing.run(writing.set_all())
+    report = yield from _Writing(changes, context).run(reads=False)
     if report.interrupted is not None:
         raise report.interrupted
     if report.is_cancelled:
@@ -277,11 +273,25 @@ class _Writing:
             why = message(marked("Not accepted: {what}"), what=risk)
             self.report.refusals = (Refusal(Interlock.RISK_ACCEPTED, why),)
 
-    def run(self, steps: Procedure[None]) -> Procedure[WriteReport]:
-        report = self.report
+    def run(self, *, reads: bool) -> Procedure[WriteReport]:
+        report, results = self.report, self.report.results
         try:
-            if not report.refusals:
-                yield from steps
+            if reads and not report.refusals:
+                yield from self._read_before()
+            for done, written in enumerate(() if report.refusals else results):
+                what = (("what", written.command.title),)
+                self.progress = Report(done, len(results), marked("Writing: {what}"), what)
+                yield self.progress
+                yield from self._set_one(written)
+                if report.refusals:
+                    written.fault = WriteFault.NOT_ALLOWED
+                _log.debug("%s: %s, %s", written.command.name, written.heard.name, written.fault)
+                if self.context.on_written is not None:
+                    self.context.on_written(written)
+                if report.refusals:
+                    break
+            if reads and any(written.is_sent for written in results):
+                yield from self._read_again()
         except Interrupted as error:
             report.interrupted = error
             self._note_broken_off(error.contradiction)
@@ -304,27 +314,27 @@ class _Writing:
                     "fault": None if fault is None else fault.name,
                 }
                 self.context.journal.settle(entry, outcome, logged)
-        for written in report.results:
+        for written in results:
             if report.refusals and not written.is_sent:
                 written.fault = WriteFault.NOT_ALLOWED
         return report
 
-    def set_and_read_again(self) -> Procedure[None]:
-        report, context = self.report, self.context
-        report.before = (yield from read_settings()).values
-        view: EngineView = yield Inspect()
-        if context.keep_as_found is not None:
-            stored = context.keep_as_found(view.conversation.settings(view.now), view.conversation.boot_count)
+    def _read_before(self) -> Procedure[None]:
+        self.report.before = (yield from read_settings()).values
+        if self.context.keep_as_found is not None:
+            view: EngineView = yield Inspect()
+            talk = view.conversation
+            stored = self.context.keep_as_found(talk.settings(view.now), talk.boot_count)
             if stored is not None:
                 yield Await(stored, DURABLE_LIMIT_S)
-        yield from self.set_all()
-        if not any(written.is_sent for written in report.results):
-            return
+
+    def _read_again(self) -> Procedure[None]:
+        """The last reading decides."""
         yield Pause(SETTLE_S)
         yield from await_flags_known(self.progress)
         last = yield from read_settings()
-        view = yield Inspect()
-        for written in report.results:
+        view: EngineView = yield Inspect()
+        for written in self.report.results:
             if written.is_sent and written.command.reads_back:
                 value = last.values.get(written.command.key)
                 if written.is_fine and value != written.read_back:
@@ -332,32 +342,15 @@ class _Writing:
                     written.read_back = value
                 elif value is not None:
                     written.read_back = value
-                continue
             # The acknowledgement of a trigger counts only if no copy of it came (E4).
             is_known = view.conversation.fresh(written.command.key, view.now) == written.target
             if written.is_fine and written.command in TRIGGER_FLAGS and not is_known:
                 written.heard = SetReply.NOTHING
                 written.fault = WriteFault.REPEATED if view.flags.has_repeated else WriteFault.NO_LAST_READING
         # Whatever else reads otherwise now has ended the conversation.
-        sent = [written.command for written in report.results if written.is_sent]
-        report.unread = tuple(
-            one for one in READABLE_SETTINGS if one.key in last.errors and one not in sent and one.key in report.before
-        )
-        report.read_at = last.began_at
-
-    def set_all(self) -> Procedure[None]:
-        results = self.report.results
-        for done, written in enumerate(results):
-            self.progress = Report(done, len(results), marked("Writing: {what}"), (("what", written.command.title),))
-            yield self.progress
-            yield from self._set_one(written)
-            if self.report.refusals:
-                written.fault = WriteFault.NOT_ALLOWED
-            _log.debug("%s: %s, %s", written.command.name, written.heard.name, written.fault)
-            if self.context.on_written is not None:
-                self.context.on_written(written)
-            if self.report.refusals:
-                return
+        sent = [written.command for written in self.report.results if written.is_sent]
+        unread = [one for one in READABLE_SETTINGS if one.key in last.errors and one not in sent]
+        self.report.unread = tuple(one for one in unread if one.key in self.report.before)
 
     def _set_one(self, written: Written) -> Procedure[None]:
         command, context, report = written.command, self.context, self.report
