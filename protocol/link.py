@@ -146,7 +146,7 @@ class Link:
         self.is_begun = False
         self.round_trips = RoundTrips(self._shortest_silence_s)  # of this conversation
         self._begin_at = now  # when the link asks for the next one
-        self._counted_then = self.counters.copy()
+        self.counted_before = self.counters.copy()
         self._boots_are_due = False  # an unasked heartbeat came
         self._unasked_at = -inf  # when the last one came that may be a late answer
         # Since the last answer that its owner was told; see `Answered`.
@@ -170,11 +170,6 @@ class Link:
     def lag_s(self) -> float | None:
         """How long answers take in this conversation; None until one is measured."""
         return self.round_trips.usual_s
-
-    @property
-    def came(self) -> Counters:
-        """What was counted since the last conversation ended, or since the rate was changed."""
-        return self.counters - self._counted_then
 
     @property
     def allows_commands(self) -> bool:

@@ -119,12 +119,17 @@ class Report(NamedTuple):
 
 class LinkView(NamedTuple):
     """`counters`: since the port was opened. Round trips are of the last conversation; None until one is measured.
-    `noise`: the last rejected bytes. `came`: what was counted since a conversation ended, or the rate was changed."""
+    `noise`: the last rejected bytes. `counted_before`: until a conversation ended, or the rate was changed."""
 
     counters: Counters
     round_trip_median_s: float | None
     noise: bytes = b""
-    came: Counters = Counters()
+    counted_before: Counters = Counters()
+
+    @property
+    def came(self) -> Counters:
+        """What was counted while no module answered."""
+        return self.counters - self.counted_before
 
 
 class EngineView(NamedTuple):

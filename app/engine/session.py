@@ -135,7 +135,7 @@ class Session:
 
     def link_view(self) -> LinkView:
         link = self._link
-        return LinkView(link.counters.copy(), link.lag_s, self._noise, link.came)
+        return LinkView(link.counters.copy(), link.lag_s, self._noise, link.counted_before)
 
     def take_events(self) -> list[Event]:
         """What happened since the last call, in order."""

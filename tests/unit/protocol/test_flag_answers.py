@@ -34,36 +34,12 @@ def are_known(bench: Bench) -> bool:
     return bench.link.flags.are_known(bench.now)
 
 
-@pytest.mark.parametrize("request_", [ATTITUDE, FREEFALL])
-def test_after_opening_a_port_a_set_waits(request_: Request) -> None:
-    """An earlier program may have set them."""
-    bench = Bench().begun()
-    assert not is_sent(bench, request_)
-    bench.wait(LATE_S)
-    assert is_sent(bench, request_)
-
-
 def test_16_follows_directly_where_17_was_answered_under_17(bench: Bench) -> None:
     assert is_sent(bench, FREEFALL)
     bench.hear(encode_reply(0x17, 0))
     assert is_sent(bench, ATTITUDE)
     bench.hear(encode_reply(0x16, 0))
     assert len(bench.taken(Answered)) == 2
-
-
-@pytest.mark.parametrize(
-    ("first", "code", "second"),
-    [(FREEFALL, 0x16, ATTITUDE), (ATTITUDE, 0x16, FREEFALL), (FREEFALL, 0x17, FREEFALL), (ATTITUDE, 0x16, ATTITUDE)],
-)
-def test_else_the_next_one_waits_until_no_copy_can_come(
-    bench: Bench, first: Request, code: int, second: Request
-) -> None:
-    assert is_sent(bench, first)
-    bench.hear(encode_reply(code, 0))
-    bench.wait(LATE_S - 0.1)
-    assert not is_sent(bench, second)
-    bench.wait(0.1)
-    assert is_sent(bench, second)
 
 
 @pytest.mark.promise("f")
