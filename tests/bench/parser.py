@@ -9,7 +9,7 @@ from protocol.messages import Frame, Status
 from protocol.stream import StreamParser
 from tests.bench.kit import LINE_HZ, Figure, best_s
 
-AIM_TIMES: Final = 1000
+AIM_TIMES: Final = 100
 
 
 def stream(frames: int) -> bytes:
