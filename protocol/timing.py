@@ -47,69 +47,36 @@ class RoundTrips:
     def __init__(self, shortest_silence_s: float = SHORTEST_SILENCE_S) -> None:
         self._shortest_silence_s = shortest_silence_s
         self._samples: deque[float] = deque(maxlen=MAX_SAMPLES)
-        self._ordered: list[float] | None = None
-        self._guess_s = FIRST_GUESS_S
+        # The median, which a line that loses frames hardly changes; None until one is measured.
+        self.usual_s: float | None = None
+        # Without a valid frame for so long, although something was asked, another module may have taken its place.
+        self.silence_s = LONGEST_SILENCE_S
+        # Without one for so long the link asks for one: early enough for an answer within the silence.
+        self.asks_after_s = SOONEST_REPEAT_S
+        # From a question to its first repetition, and between those that follow.
+        self.first_repeat_s = self.repeat_s = FIRST_GUESS_S
+        # Between the questions for the boot count behind one that is not answered on a slow line.
+        self.probe_s = (1.0 - ASKS_AFTER) * LONGEST_SILENCE_S / (FRAMES_IN_A_SILENCE - 1)
+
+    def note_repeated(self) -> None:
+        """A question was answered that had been sent several times."""
+        if self.usual_s is None:
+            self.first_repeat_s = self.repeat_s = min(2 * self.repeat_s, ANSWER_S)
 
     def add(self, round_trip_s: float) -> None:
         self._samples.append(round_trip_s)
-        self._ordered = None
-
-    def note_repeated(self) -> None:
-        self._guess_s = min(2 * self._guess_s, ANSWER_S)
-
-    def quantile_s(self, share: float) -> float | None:
-        """The quantile `share` (0 ≤ share < 1) of the samples; None without samples."""
-        if not self._samples:
-            return None
-        if self._ordered is None:
-            self._ordered = sorted(self._samples)
-        return self._ordered[int(share * len(self._ordered))]
-
-    @property
-    def usual_s(self) -> float | None:
-        """The median, which a line that loses frames hardly changes; None without samples."""
-        return self.quantile_s(0.5)
-
-    @property
-    def silence_s(self) -> float:
-        """Without a valid frame for so long, although something was asked, another module may have taken its place."""
-        usual_s = self.usual_s
-        if usual_s is None:
-            return LONGEST_SILENCE_S
-        return min(LONGEST_SILENCE_S, max(self._shortest_silence_s, SILENCE_ROUND_TRIPS * usual_s))
-
-    @property
-    def asks_after_s(self) -> float:
-        """Without a valid frame for so long the link asks for one: early enough for an answer within the silence."""
-        usual_s = self.usual_s
-        if usual_s is None:
-            return SOONEST_REPEAT_S
-        return max(0.0, min(ASKS_AFTER * self.silence_s, self.silence_s - SOONEST_REPEAT_S - 1.1 * usual_s))
-
-    @property
-    def first_repeat_s(self) -> float:
-        """From a question to its first repetition."""
-        usual_s = self.usual_s
-        if usual_s is None:
-            return self._guess_s
+        usual_s = self.usual_s = sorted(self._samples)[len(self._samples) // 2]
+        silence_s = max(self._shortest_silence_s, SILENCE_ROUND_TRIPS * usual_s)
+        silence_s = self.silence_s = min(LONGEST_SILENCE_S, silence_s)
+        asked_at = ASKS_AFTER * silence_s
+        self.asks_after_s = max(0.0, min(asked_at, silence_s - SOONEST_REPEAT_S - 1.1 * usual_s))
         # Early enough for an answer within the silence, but not before an answer can come.
-        latest_s = max(ASKS_AFTER * self.silence_s, 1.5 * usual_s)
-        return max(SOONEST_REPEAT_S, min(REPEAT_ROUND_TRIPS * usual_s, latest_s))
-
-    @property
-    def repeat_s(self) -> float:
-        """Between the repetitions that follow."""
-        usual_s = self.usual_s
-        if usual_s is None:
-            return self._guess_s
-        left_s = self.silence_s - usual_s - self.first_repeat_s
-        return max(SOONEST_REPEAT_S, min(REPEAT_ROUND_TRIPS * usual_s, left_s / (FRAMES_IN_A_SILENCE - 1)))
-
-    @property
-    def probe_s(self) -> float:
-        """Between the questions for the boot count behind one that is not answered on a slow line."""
-        left_s = (1.0 - ASKS_AFTER) * self.silence_s - (self.usual_s or 0.0)
-        return max(SOONEST_REPEAT_S, left_s / (FRAMES_IN_A_SILENCE - 1))
+        first_s = min(REPEAT_ROUND_TRIPS * usual_s, max(asked_at, 1.5 * usual_s))
+        self.first_repeat_s = max(SOONEST_REPEAT_S, first_s)
+        repeat_s = (silence_s - usual_s - self.first_repeat_s) / (FRAMES_IN_A_SILENCE - 1)
+        self.repeat_s = max(SOONEST_REPEAT_S, min(REPEAT_ROUND_TRIPS * usual_s, repeat_s))
+        probe_s = (silence_s - asked_at - usual_s) / (FRAMES_IN_A_SILENCE - 1)
+        self.probe_s = max(SOONEST_REPEAT_S, probe_s)
 
 
 class Gap:
