@@ -433,7 +433,8 @@ class Link:
         if role not in (Role.STREAMED, Role.ECHO):
             self.gap.on_spoken(now)
         is_late_record = role is Role.LATE and isinstance(message, TriggerRecord | EmptySlot)
-        self._strays += role in (Role.DUPLICATE, Role.UNSOLICITED) or is_late_record
+        if is_late_record or role in (Role.DUPLICATE, Role.UNSOLICITED):
+            self._strays += 1
         self._events.append(Received(frame, message, role, now))
 
     def _on_answer(self, flight: _Flight, frame: Frame, now: float) -> None:
@@ -460,13 +461,10 @@ class Link:
         if not is_copy:
             self._stale.on_answered(request, flight.first_at, now)
             self.gap.answered()
-        owed = flight.attempts - 1
-        if is_copy and request.command is STATUS:
-            owed += 1  # if a copy was taken for it, the status that still follows is the answer and not streamed
-        if owed:
+        # If a copy was taken for a status, the one that still follows is the answer and not streamed.
+        owed = flight.attempts if is_copy and request.command is STATUS else flight.attempts - 1
+        if owed or is_copy or flight.is_once:
             self._stale.expect_late(request, flight.sent_at, count=owed)
-        elif is_copy or flight.is_once:
-            self._stale.remember(request, flight.sent_at)
         self._land(flight, (message,), round_trip_s, now)
 
     def _land(self, flight: _Flight, messages: tuple[Message, ...], round_trip_s: float | None, now: float) -> None:
@@ -493,7 +491,7 @@ class Link:
             self._advance(now)
 
     def _finish_records(self, flight: _Flight, now: float) -> None:
-        self._stale.remember(flight.request, flight.sent_at)
+        self._stale.expect_late(flight.request, flight.sent_at, count=0)
         self._land(flight, tuple(flight.records), None, now)
 
     def _on_other(self, frame: Frame, now: float) -> None:
@@ -623,6 +621,7 @@ class Link:
             _log.debug("ended: %s", reason.value)
             self._await_module(now)
             self.told.forget()
-            self.counters.restarts += reason is EndReason.RESTARTED
+            if reason is EndReason.RESTARTED:
+                self.counters.restarts += 1
             self._events.append(Ended(reason, now, contradiction))
         self._events += outcome

@@ -70,11 +70,8 @@ class StaleReplies:
         self._copied: deque[Copied] = deque(maxlen=_MAX_COPIED)
 
     def expect_late(self, request: Request, sent_at: float, *, count: int) -> None:
-        """Note that `count` replies to it may still come."""
+        """Note that `count` replies to it may still come, and some time perhaps a further one."""
         self._owed.extend([Owed(request, sent_at)] * count)
-        self.remember(request, sent_at)
-
-    def remember(self, request: Request, sent_at: float) -> None:
         self._not_past[request] = sent_at
 
     def expect_copy(self, raw: bytes, request: Request | None, now: float, *, is_late: bool = False) -> None:
@@ -90,21 +87,17 @@ class StaleReplies:
 
     def copied(self, raw: bytes, now: float) -> Copied | None:
         """The frame of which this is a copy."""
-        for copy in self._copied:
-            if copy.raw == raw and now <= copy.until:
-                return copy
-        return None
+        return next((copy for copy in self._copied if copy.raw == raw and now <= copy.until), None)
 
     def is_owed(self, raw: bytes) -> bool:
         """Whether an earlier question may still be answered by this frame."""
         return any(answers(raw, owed.request) for owed in self._owed)
 
     def pop_late(self, raw: bytes) -> Owed | None:
-        for owed in self._owed:
-            if answers(raw, owed.request):
-                self._owed.remove(owed)
-                return owed
-        return None
+        late = next((owed for owed in self._owed if answers(raw, owed.request)), None)
+        if late is not None:
+            self._owed.remove(late)
+        return late
 
     def owes(self, request: Request) -> bool:
         """Whether the same question is still to be answered. Its answer would be taken for the next one's, and so on
@@ -128,10 +121,8 @@ class StaleReplies:
     def fence(self, now: float) -> Request:
         """A question whose answer no earlier reply can be mistaken for."""
         earlier = [*self._earlier(now), *self._copied_requests(now)]
-        for fence in FENCES:
-            if not any(_overlap(request, fence) for request in earlier):
-                return fence
-        return FENCES[0]
+        free = (fence for fence in FENCES if not any(_overlap(request, fence) for request in earlier))
+        return next(free, FENCES[0])
 
     def opens(self, fence: Request, raw: bytes, now: float) -> bool:
         """Whether this is the fence's own answer, and not a late or doubled one to an earlier question."""
@@ -143,11 +134,10 @@ class StaleReplies:
             return  # it may have been streamed, or be a restart's
         if self.could_be_late(answered, now):
             # If it was the late reply to the same question asked before, the one to this question is still to come.
-            for owed in self._owed:
-                if owed.request == answered:
-                    self._owed.remove(owed)
-                    self._owed.append(Owed(answered, now))
-                    break
+            same = next((owed for owed in self._owed if owed.request == answered), None)
+            if same is not None:
+                self._owed.remove(same)
+                self._owed.append(Owed(answered, now))
             return
         self._not_past = {request: at for request, at in self._not_past.items() if at >= asked_at}
         self._owed = deque((owed for owed in self._owed if owed.at >= asked_at), maxlen=_MAX_EXPECTED)

@@ -95,7 +95,8 @@ class StreamParser:
         while position < len(data):
             header = _HEADER.search(data, position)
             if header is None:
-                position = len(data) - (not is_final and data[-1] in _HEADER_STARTS)
+                keeps_last = not is_final and data[-1] in _HEADER_STARTS
+                position = len(data) - 1 if keeps_last else len(data)
                 break
             position = header.start()
             outcome = self._candidate(data, position, is_final=is_final)
