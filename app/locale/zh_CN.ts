@@ -4890,10 +4890,6 @@
         <translation>{threshold:.1f} V：距关闭 {closed:.1f} V，距打开 {open:.1f} V。</translation>
     </message>
     <message>
-        <source>{tilt:.0f}°, {low:.1f}–{high:.1f} g, moved {change:.0f}° in 2 s</source>
-        <translation>{tilt:.0f}°，{low:.1f}–{high:.1f} g，2 秒内变化 {change:.0f}°</translation>
-    </message>
-    <message>
         <source>{time} ago</source>
         <translation>{time}前</translation>
     </message>

@@ -91,8 +91,7 @@ class ActRow(QFrame):
         self._effect.setText(tr(EFFECTS[act]))
         self.live = named(ElidedLabel(), f"{name}_live", "small")
         # On Pre-flight the verdict stands above.
-        self._shows_verdict = act is Act.ACTIVATE and place == "act"
-        self.live.setVisible(act is Act.ZERO or self._shows_verdict)
+        self.live.setVisible(act is Act.ACTIVATE and place == "act")
         self.conditions = text_label(f"{name}_conditions", "attention")
         self.confirm = Confirm(name, ask=f"{TITLES[act]}…", go=TITLES[act])
         self.notice_bar = named(NoticeBar(), f"{name}_said")
@@ -137,10 +136,7 @@ class ActRow(QFrame):
         # One condition at a time: a second line would move the rows below.
         shown.sort(key=lambda refusal: refusal.condition not in _FIRST)
         self.conditions.setText(shown[0].sentence if shown else "")
-        if self.act is Act.ZERO:
-            self.live.setText("" if shown else _motion_text(module))  # the condition gives the figures
-        elif self._shows_verdict:
-            self.live.setText(_verdict_text(module))
+        self.live.setText(_verdict_text(module))
         self.confirm.set_possible(not is_blocked(open_ones) and not self._job.is_running)
         notice = self._job.notice(ASKING, can_cancel=False)
         self.notice_bar.show_notice(notice)
@@ -183,17 +179,3 @@ def _verdict_text(module: ShownModule) -> str:
         age = tr("{time} ago", time=duration(module.now_s - held.at))
         text = join_names((tr(held.verdict.value), age))
     return labelled(tr("Verdict"), text)
-
-
-def _motion_text(module: ShownModule) -> str:
-    """The current input of zeroing; empty if unknown."""
-    motion, tilt = module.view.motion, module.view.fresh("tilt_deg", module.now_s)
-    if motion is None or tilt is None:
-        return ""
-    return tr(
-        "{tilt:.0f}°, {low:.1f}–{high:.1f} g, moved {change:.0f}° in 2 s",
-        tilt=tilt,
-        low=motion.acceleration_low_g,
-        high=motion.acceleration_high_g,
-        change=motion.tilt_change_deg,
-    )

@@ -19,7 +19,7 @@ from app.engine.conversation import ConversationView
 from app.engine.procedure import Job, Procedure, Report, Result
 from app.engine.target import Target
 from app.engine.worker import Batch
-from app.modules.names import Remembered, known_by, remember, remembered, store_as_found, what_speaks_against
+from app.modules.names import Remembered, remember, remembered, store_as_found, what_speaks_against
 from app.procedures.light import LightDirection
 from app.safety.journal import Journal
 from app.safety.last_known import SeenActivation, seen_activation
@@ -130,10 +130,6 @@ class ShownModule(QObject):
     @property
     def known_as(self) -> KnownAs:
         return KnownAs(self.name, self.run_id)
-
-    @property
-    def known_by(self) -> UserMessage:
-        return known_by(self.name)
 
     @property
     def journal(self) -> Journal:

@@ -33,15 +33,13 @@ from ui.widgets.notice_bar import Choice, Notice
 
 
 class TriggerRow(NamedTuple):
-    """One trigger. `is_stored`: it is in the store and can be judged. `is_being_stored`: it is being stored.
-    `is_seen_once`: it came in one reading only, so it is uncertain."""
+    """One trigger. `is_stored`: it can be judged. `is_seen_once`: it came in one reading only, so it is uncertain."""
 
     seen: SeenRecord
     record: TriggerRecord
     is_on_module: bool
     is_stored: bool
     is_seen_once: bool = False
-    is_being_stored: bool = False
 
 
 class TriggerReading(QObject):
@@ -223,13 +221,10 @@ class TriggerReading(QObject):
             for raw in (Counter(record.raw for record in seen_once) & slots).elements():
                 rows.append(_unstored_row(len(rows), raw, is_seen_once=True))
         elif self.reading is not None:
-            for records, is_seen_once in (
-                (self.reading.history.records, False),
-                (self.reading.history.seen_once, True),
-            ):
+            for is_seen_once in (False, True):
+                records = self.reading.history.seen_once if is_seen_once else self.reading.history.records
                 for raw in in_order([record.raw for record in records], self.reading.boot_count):
-                    row = _unstored_row(len(rows), raw, is_seen_once=is_seen_once)
-                    rows.append(row._replace(is_being_stored=self._filing.is_running))
+                    rows.append(_unstored_row(len(rows), raw, is_seen_once=is_seen_once))
         self.rows = tuple(rows)
         self.changed.emit()
 

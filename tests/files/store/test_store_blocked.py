@@ -18,8 +18,7 @@ from tests.support.records.stored import audit, records_of
 from tests.support.window.fakes_ui import simulated, window
 from tests.support.window.fakes_ui import store_of as window_store
 from tests.support.window.preflight_window import OnBench, on_bench
-from tests.window.pages.triggers.test_triggers_page import fire, name_kept, said, texts
-from ui.pages.triggers.page import Column
+from tests.window.pages.triggers.test_triggers_page import JUDGED, fire, name_kept, said, texts
 
 WAITS_S = 20.0
 """Of SQLite: so long a write waits for the program that holds the store."""
@@ -47,7 +46,7 @@ def test_a_judgement_that_could_not_be_kept_is_said_and_tried_again(
             page.detail.note.setText("tipped on the table")
             bench.click(page.detail.buttons[Judgement.BENCH_TEST])
             bench.until(lambda: "Not kept." in said(bench))
-            assert texts(bench, 0)[Column.JUDGED] == "—"
+            assert texts(bench, 0)[JUDGED] == "—"
             other.execute("ROLLBACK")
         bench.click(page.strip.button("judge_again"))
         bench.until(lambda: not page.work._judging)

@@ -121,7 +121,7 @@ class Walk(Rig):
         profile.write_text("format = 1\nname = 3\n[settings]\nx = 1\n", encoding="utf-8")
         page.open_file(profile)
         yield self._stop("settings, no profile")
-        page.files.dismiss()
+        page.work.job.dismiss()
         page.measure.click()
         yield self._stop("settings, measuring")
         page.work.close_panels()

@@ -3,7 +3,6 @@
 The state itself, its age and LOCK stand in the top bar.
 """
 
-from collections.abc import Mapping
 from typing import Final
 
 from PySide6.QtWidgets import QFrame, QWidget
@@ -11,7 +10,6 @@ from PySide6.QtWidgets import QFrame, QWidget
 from app.safety.journal import Act
 from app.safety.last_known import Activation
 from app.text.i18n import tr
-from protocol.translatable import marked
 from ui.acts.act_row import ActRow
 from ui.acts.ritual_widget import RitualWidget
 from ui.services.context import Services
@@ -21,38 +19,27 @@ from ui.widgets.controls import in_column, named, scroll_area, set_role, text_la
 from ui.widgets.visibility_timer import VisibilityTimer
 
 REFRESH_EVERY_MS: Final = 200
-GROUPS: Final = (
-    ("commands_operation", marked("Operation"), (Act.ACTIVATE,)),
-    ("commands_maintenance", marked("Maintenance"), (Act.ZERO, Act.SHUTDOWN, Act.FORBID_DEPLOY)),
-)
-STATE_WORDS: Final[Mapping[Activation, str]] = {
-    Activation.ACTIVE: marked("Ready to fire: lock it before you touch it."),
-    Activation.WAS_ACTIVE: marked("Treat it as ready to fire until it reports LOCKED."),
-    Activation.LOCKED: marked("The module is LOCKED."),
-    Activation.WAS_LOCKED: marked("Treat it as ready to fire until it reports LOCKED."),
-    Activation.UNKNOWN: marked("Treat it as ready to fire until it reports LOCKED."),
-}
-"""What the reported state means for the person beside the module."""
-FIRED_WORDS: Final[Mapping[bool, str]] = {
-    True: marked("Fired. Find out why (Triggers), repack, restart."),
-    False: marked("Fired. Treat it as ready to fire until it reports LOCKED."),
-}
-"""Where it last reported that it is triggered, by whether it reports LOCKED."""
 
 
 class CommandsPage(Page):
     def __init__(self, services: Services) -> None:
         super().__init__("commands")
         self.meaning = text_label("commands_state_meaning", "strong")
-        self.acts = {act: ActRow(services, act) for _name, _title, acts in GROUPS for act in acts}
+        self.acts: dict[Act, ActRow] = {}
         self.ritual = RitualWidget(services)
         column = in_column(self.meaning, spacing=Space.XS, margins=(Space.M, 0, Space.M, Space.S))
-        for name, title, acts in GROUPS:
+        groups = (
+            ("commands_operation", tr("Operation"), (Act.ACTIVATE,)),
+            ("commands_maintenance", tr("Maintenance"), (Act.ZERO, Act.SHUTDOWN, Act.FORBID_DEPLOY)),
+        )
+        for name, title, acts in groups:
             caption = text_label(f"{name}_caption", "caption")
-            caption.setText(tr(title))
+            caption.setText(title)
             card = named(QFrame(), name, "card")
-            in_column(*(self.acts[act] for act in acts), of=card, spacing=0, margins=2)
-            set_role(self.acts[acts[-1]], "")  # no line below the last
+            rows = [ActRow(services, act) for act in acts]
+            self.acts |= zip(acts, rows, strict=True)
+            in_column(*rows, of=card, spacing=0, margins=2)
+            set_role(rows[-1], "")  # no line below the last
             column.addSpacing(Space.XS)
             column.addWidget(caption)
             column.addWidget(card)
@@ -67,12 +54,19 @@ class CommandsPage(Page):
         VisibilityTimer(self, self.refresh, every_ms=REFRESH_EVERY_MS)
 
     def refresh(self) -> None:
+        """What the reported state means for the person beside the module."""
         module = self.module
-        activation = module.activation
-        fired = module.view.known("triggered", module.now_s)
-        has_fired = fired is not None and fired.value is True
-        is_locked = activation.state is Activation.LOCKED
-        self.meaning.setText(tr(FIRED_WORDS[is_locked] if has_fired else STATE_WORDS[activation.state]))
+        state, fired = module.activation.state, module.view.known("triggered", module.now_s)
+        is_locked = state is Activation.LOCKED
+        if fired is not None and fired.value is True:
+            text = tr("Fired. Treat it as ready to fire until it reports LOCKED.")
+            text = tr("Fired. Find out why (Triggers), repack, restart.") if is_locked else text
+        elif state is Activation.ACTIVE:
+            text = tr("Ready to fire: lock it before you touch it.")
+        else:
+            text = tr("Treat it as ready to fire until it reports LOCKED.")
+            text = tr("The module is LOCKED.") if is_locked else text
+        self.meaning.setText(text)
         for row in self.acts.values():
             row.refresh()
         self.ritual.refresh()

@@ -38,32 +38,21 @@ _LINES: Final = 3
 _LEAST_ROWS: Final = 3
 # Characters of a column but the last: texts wrap, and a name that is longer is whole in the tooltip.
 _WIDEST: Final = 26
-NEED_MEANINGS: Final[Mapping[Need, Meaning]] = {
-    Need.TRIGGERED: Meaning.DANGER,
-    Need.NOT_LOCKED: Meaning.DANGER,
-    Need.WAS_ACTIVE: Meaning.ATTENTION,
-    Need.MAY_HAVE_FIRED: Meaning.DANGER,
-    Need.LINK: Meaning.ATTENTION,
-    Need.NO_GO: Meaning.DANGER,
-    Need.OUTSIDE: Meaning.ATTENTION,
-    Need.ACTIVE: Meaning.ATTENTION,
-    Need.VOID: Meaning.ATTENTION,
-    Need.ACTIVE_READY: Meaning.ATTENTION,
-    Need.NAME: Meaning.INFORMATION,
-    Need.CHECK: Meaning.INFORMATION,
-    Need.ACTIVATE: Meaning.INFORMATION,
-    Need.WAIT: Meaning.UNKNOWN,
-    Need.NOTHING: Meaning.GOOD,
+_NEEDS: Final[Mapping[Meaning, tuple[Need, ...]]] = {
+    Meaning.DANGER: (Need.TRIGGERED, Need.NOT_LOCKED, Need.MAY_HAVE_FIRED, Need.NO_GO),
+    Meaning.ATTENTION: (Need.WAS_ACTIVE, Need.LINK, Need.OUTSIDE, Need.ACTIVE, Need.VOID, Need.ACTIVE_READY),
+    Meaning.INFORMATION: (Need.NAME, Need.CHECK, Need.ACTIVATE),
+    Meaning.UNKNOWN: (Need.WAIT,),
+    Meaning.GOOD: (Need.NOTHING,),
 }
-_APPLIED_MEANINGS: Final = {
-    Applied.WRITING: Meaning.INFORMATION,
-    Applied.NOTHING_TO_DO: Meaning.GOOD,
-    Applied.VERIFIED: Meaning.GOOD,
-    Applied.ACKNOWLEDGED: Meaning.INFORMATION,
-    Applied.REFUSED: Meaning.ATTENTION,
-    Applied.FAILED: Meaning.DANGER,
-    Applied.UNREACHABLE: Meaning.ATTENTION,
+NEED_MEANINGS: Final = {need: meaning for meaning, needs in _NEEDS.items() for need in needs}
+_APPLIED: Final[Mapping[Meaning, tuple[Applied, ...]]] = {
+    Meaning.DANGER: (Applied.FAILED,),
+    Meaning.ATTENTION: (Applied.REFUSED, Applied.UNREACHABLE),
+    Meaning.INFORMATION: (Applied.WRITING, Applied.ACKNOWLEDGED),
+    Meaning.GOOD: (Applied.NOTHING_TO_DO, Applied.VERIFIED),
 }
+_APPLIED_MEANINGS: Final = {state: meaning for meaning, states in _APPLIED.items() for state in states}
 
 
 class _Cell(NamedTuple):

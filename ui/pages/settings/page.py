@@ -37,7 +37,6 @@ from ui.files.file_dialogs import AskOpen, AskPath, ask_path, ask_profile
 from ui.pages.settings.rows import SettingsTable
 from ui.services.context import Services
 from ui.services.page import Page, WaysBack
-from ui.services.page_job import PageJob
 from ui.session.settings_draft import SettingsDraft, Side
 from ui.session.shown_module import ShownModule
 from ui.style.icons import Icon
@@ -62,8 +61,6 @@ class SettingsPage(Page):
         self._services, self._preferences = services, services.preferences
         self.ask_open: AskOpen = ask_profile
         self.ask_save: AskPath = ask_path
-        self.files = PageJob(self, is_of_module=False)
-        self.files.changed.connect(self._refresh_if_seen)
         self.table = SettingsTable(lambda: self.work, services)
         self.rows, self.baud = self.table.rows, self.table.baud
         self.compare = ComparePanel(lambda: self.work)
@@ -167,10 +164,7 @@ class SettingsPage(Page):
         # To be read out over the radio; a dash while any covered setting is unknown.
         self.code.setText(labelled(tr("Settings code"), fingerprint(self.module.view.settings(now)) or "—"))
         self.code.setToolTip(tr("Same settings, same code"))
-        notice = work.notice()
-        if notice is not None and not self.files.is_busy and self.files.result_notice() is not None:
-            self.files.dismiss()  # it is older, and would stand again when the other one is over
-        self.strip.show_notice(notice or self.files.result_notice())
+        self.strip.show_notice(work.notice())
         shown: QWidget = self._form
         if work.bands is not None:
             self.calibration.refresh()
@@ -209,8 +203,7 @@ class SettingsPage(Page):
     def open_file(self, path: Path) -> None:
         """Compare this profile with the module."""
         self.work.job.dismiss()
-        self.files.dismiss()
-        profile = self.files.read_profile(path)
+        profile = self.work.job.read_profile(path)
         if profile is not None:
             self._preferences.add_profile(path)
             self.work.compare_with(profile, path)
@@ -221,13 +214,13 @@ class SettingsPage(Page):
         self.work.job.dismiss()
         settings = self.module.view.settings(self.module.now_s)
         if not settings:
-            self.files.notify(Meaning.ATTENTION, tr("No settings known: read them first."))
+            self.work.job.notify(Meaning.ATTENTION, tr("No settings known: read them first."))
             return
         missing = [tr(one.title) for one in SETTINGS if one.key not in settings and one is not SERIAL_OUTPUT]
 
         def save(path: Path) -> None:
             profile = Profile(name=path.stem or tr("Profile"), settings=settings)
-            self.files.write_file(path, partial(save_profile, path, profile), partial(saved, path))
+            self.work.job.write_file(path, partial(save_profile, path, profile), partial(saved, path))
 
         def saved(path: Path, _none: None) -> str:
             self._preferences.add_profile(path)
@@ -244,7 +237,6 @@ class SettingsPage(Page):
         return (
             (work.comparison is not None or work.bands is not None, work.close_panels),
             (not work.job.is_running and work.job.result_notice(), work.job.dismiss),
-            (self.files.result_notice(), self.files.dismiss),
         )
 
     def end_notices(self, *, is_page_left: bool = False) -> None:

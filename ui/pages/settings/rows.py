@@ -3,6 +3,7 @@ means or why it is in its state; last the baud rate, which is no setting like th
 link."""
 
 from collections.abc import Callable, Mapping
+from functools import partial
 from typing import Final
 
 from PySide6.QtCore import QObject, QSignalBlocker, Qt
@@ -142,7 +143,7 @@ class SettingRow(QObject):
 
     def __init__(self, table: SettingsTable, command: Command, find_work: Callable[[], SettingsDraft]) -> None:
         super().__init__(table)
-        self.command, self._find_work = command, find_work
+        self.command = command
         name, key, title = command.name, command.key, tr(command.title)
         self.name = text_label(f"{name}_name")
         self.name.setText(title)
@@ -154,7 +155,7 @@ class SettingRow(QObject):
             control(line, f"{name}_wanted", says=title, tip=tr(command.explanation))
             low, high = command.write.text(0), command.write.text(255)
             line.setAccessibleDescription(tr("{low} to {high}", low=low, high=high))
-            line.edited.connect(self._on_typed)
+            line.edited.connect(partial(_take_typed, line, command.key, command.write, find_work))
             self.editor: NumberLine | QComboBox = line
         else:
             box = self.editor = _choice_box(command, {tr("Enabled"): True, tr("Disabled"): False})
@@ -185,18 +186,6 @@ class SettingRow(QObject):
             table.grid.addLayout(state, place, 3)
             table.grid.addWidget(self.reason, place, 4, Qt.AlignmentFlag.AlignVCenter)
             table.grid.addLayout(self.buttons, place, 5)
-
-    def _on_typed(self) -> None:
-        """Also what is typed so far is an edit."""
-        line, field, key = self.editor, self.command.write, self.command.key
-        if not isinstance(line, NumberLine) or not isinstance(field, Quantity):
-            return
-        if line.number is not None:
-            self._find_work().choose(key, field.decode(round(line.number * field.per_unit)))
-        elif line.is_wrong:
-            self._find_work().mistype(key, line.text())
-        else:
-            self._find_work().revert(key)
 
     def show_row(self, row: FormRow, now: float, *, is_editable: bool) -> None:
         self.held.show_known(row.module_value, now)
@@ -237,6 +226,16 @@ class SettingRow(QObject):
         tip = (reason, meaning, tr(self.command.explanation), capitalised(advice_text(self.command)))
         for cell in (self.name, self.held, self.state, self.reason):
             cell.setToolTip("\n".join(line for line in tip if line))
+
+
+def _take_typed(line: NumberLine, key: str, field: Quantity, find_work: Callable[[], SettingsDraft]) -> None:
+    """Also what is typed so far is an edit."""
+    if line.number is not None:
+        find_work().choose(key, field.decode(round(line.number * field.per_unit)))
+    elif line.is_wrong:
+        find_work().mistype(key, line.text())
+    else:
+        find_work().revert(key)
 
 
 class BaudRow(QObject):

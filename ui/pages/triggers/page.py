@@ -7,7 +7,6 @@
 """
 
 from collections.abc import Callable, Sequence
-from enum import IntEnum
 from functools import partial
 from pathlib import Path
 from typing import Final
@@ -37,23 +36,12 @@ from ui.session.name_question import ModuleField
 from ui.session.trigger_reading import TriggerReading, TriggerRow
 from ui.style.icons import Icon, icon
 from ui.style.theme import Meaning, RowHeight, Size, Space, fixed_font, is_text_large
-from ui.widgets.controls import ElidedLabel, control, in_column, in_row, named, text_label
+from ui.widgets.controls import control, in_column, in_row, named, text_label
 from ui.widgets.notice_bar import Choice, Notice, NoticeBar
 from ui.widgets.visibility_timer import VisibilityTimer
 
 # Retry interval until the module is online and idle.
 _READ_EVERY_MS: Final = 500
-
-
-class Column(IntEnum):
-    WHEN = 0
-    WHY = 1
-    SETTINGS = 2
-    LINK = 3
-    CHARGE = 4
-    LIGHT = 5
-    CELL = 6
-    JUDGED = 7
 
 
 def record_text(row: TriggerRow) -> str:
@@ -157,14 +145,13 @@ class TriggersPage(Page):
             lambda row: row.seen.id,
             record_text,
             row_px=RowHeight.TALL,
-            sorted_by=Column.WHEN,
+            sorted_by=0,
         )
         self.detail = TriggersDetail(lambda: self.work)
         self.strip = named(NoticeBar(), "triggers_notice")
         self.name_field = ModuleField("triggers_module", services.ports)
         self.name_field.setMinimumContentsLength(14)
         self.count = named(QLabel(), "triggers_count", "strong")
-        self.known_by = named(ElidedLabel(), "triggers_known_by", "small")
         self.list = SearchedRows("triggers", self.table, Icon.HISTORY)
         self.read = control(QPushButton(tr("Read")), "triggers_read", keys="F5", picture=Icon.HISTORY, role="primary")
         self.read.clicked.connect(lambda _is_checked: self.work.read())
@@ -173,7 +160,7 @@ class TriggersPage(Page):
         )
         self.saving = self.exporting = self.export
         head = self.make_header(tr("Triggers"), self.list.search, self.read)
-        says = in_row(self.count, (self.known_by, 1), self.name_field, spacing=Space.M)
+        says = in_row((self.count, 1), self.name_field, spacing=Space.M)
         foot = in_row(1, self.export, spacing=Space.S)
         parts = (head, says, (self.list, 1), self.detail, self.strip, foot)
         in_column(*parts, of=self, spacing=Space.S, margins=(Space.M, 0, Space.M, Space.S))
@@ -204,7 +191,6 @@ class TriggersPage(Page):
         empty.text.setText("" if notice is not None and notice.text.startswith(why) else why)
         # Without a number while the list is empty: its place says why.
         self.count.setText(labelled(tr("Trigger records"), len(work.rows)) if has_rows else tr("Trigger records"))
-        self.known_by.setText(self.module.known_by.translated() if has_rows else "")
         self.read.setEnabled(work.can_read)
         for widget in (self.export, self.list.search):
             widget.setEnabled(has_rows)
@@ -328,7 +314,7 @@ class TriggersDetail(QFrame):
         if row.is_seen_once:
             seen = tr("Seen in one reading only. Read again.")
         elif not row.is_stored:
-            seen = tr("Saving…") if row.is_being_stored else tr("Not kept.")
+            seen = tr("Saving…") if self._find_work().is_busy else tr("Not kept.")
         else:
             where = tr("On the module") if row.is_on_module else tr("No longer on the module")
             seen = f"{tr('First seen {time}', time=local_time(row.seen.first_seen_at))} · {where}"

@@ -13,10 +13,11 @@ from app.trigger_records.history import Judgement
 from tests.support.line.odd_module import EmptySlots
 from tests.support.window.preflight_window import OnBench, confirm_name, name_module, on_bench
 from tests.support.window.steps import choosing, given, notice_text
-from ui.pages.triggers.page import Column
+from ui.pages.triggers.page import COLUMNS
 from ui.session.check import Standing
 from ui.style.theme import Meaning
 
+CELL, JUDGED = 6, 7
 EXAMPLE = bytes.fromhex("01 00 6C 02 3C 05 A0 00 01 03 EB".replace(" ", ""))
 """D4 to D14 of the vendor's worked example."""
 
@@ -31,7 +32,7 @@ def wait_kept(bench: OnBench) -> None:
 
 
 def texts(bench: OnBench, row: int) -> list[str]:
-    return [str(bench.triggers.table.filter.index(row, column).data()) for column in Column]
+    return [str(bench.triggers.table.filter.index(row, column).data()) for column in range(len(COLUMNS))]
 
 
 def told(bench: OnBench, row: int) -> str:
@@ -161,7 +162,7 @@ def test_the_worked_example_as_a_row_and_a_sentence(rig: OnBench) -> None:
     assert told(rig, 0) == (
         "tipped past 60° 1 min 48 s after power-on of boot 1, serial link connected, 4.70 V (implausible)"
     )
-    cell_voltage = page.table.filter.index(0, Column.CELL)
+    cell_voltage = page.table.filter.index(0, CELL)
     assert cell_voltage.data(Qt.ItemDataRole.DecorationRole) is not None, "marked, as it is implausible"
     page.table.selectRow(0)
     assert page.detail.cause.text().startswith("Tipped past 60° 1 min 48")
@@ -177,7 +178,6 @@ def test_the_tenth_trigger_is_added_to_the_stored_nine(qtbot: QtBot, qapp: QAppl
         page = bench.triggers
         name_kept(bench, "M-07")
         bench.read_triggers()
-        assert page.known_by.text() == "M-07, named by a person in this conversation"
         bench.bench.module.activate(is_active=True)
         bench.bench.set_world(tilt_deg=80)
         bench.until(lambda: bench.bench.module.is_triggered)
@@ -207,7 +207,7 @@ def test_a_judgement_and_a_note_are_kept(qtbot: QtBot, qapp: QApplication, tmp_p
         page = bench.triggers
         page.table.selectRow(0)
         bench.click(page.detail.buttons[Judgement.BENCH_TEST])
-        assert texts(bench, 0)[Column.JUDGED] == "bench test"
+        assert texts(bench, 0)[JUDGED] == "bench test"
         page.detail.note.setFocus()
         qtbot.keyClicks(page.detail.note, "tipped on the table")
         qtbot.keyClick(page.detail.note, Qt.Key.Key_Return)
@@ -217,12 +217,12 @@ def test_a_judgement_and_a_note_are_kept(qtbot: QtBot, qapp: QApplication, tmp_p
     with on_bench(qtbot, qapp, tmp_path, "judge", "triggers") as bench:
         page = bench.triggers
         name_kept(bench, "M-07")  # known before it is read
-        assert texts(bench, 0)[Column.JUDGED] == "bench test"
+        assert texts(bench, 0)[JUDGED] == "bench test"
         page.table.selectRow(0)
         assert page.detail.note.text() == "tipped on the table twice"
         assert "No longer" in page.detail.seen.text()
         bench.click(page.detail.buttons[None])
-        assert texts(bench, 0)[Column.JUDGED] == "—"
+        assert texts(bench, 0)[JUDGED] == "—"
 
 
 def test_several_records_are_judged_at_once_and_keep_their_notes(
@@ -239,7 +239,7 @@ def test_several_records_are_judged_at_once_and_keep_their_notes(
         assert page.detail.cause.text() == "3 selected"
         assert not page.detail.note.isVisible()
         bench.click(page.detail.buttons[Judgement.REAL])
-        assert [texts(bench, row)[Column.JUDGED] for row in range(3)] == ["real"] * 3
+        assert [texts(bench, row)[JUDGED] for row in range(3)] == ["real"] * 3
         assert ["in the wind" in told(bench, row) for row in range(3)] == [True, False, False]
         page.table.selectRow(1)
         bench.click(page.detail.buttons[None])
@@ -301,7 +301,7 @@ def test_search_and_sort(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> No
         qtbot.keyClicks(search, "implausible 4.70")
         assert page.table.filter.rowCount() == 1
         search.clear()
-        page.table.sortByColumn(Column.CELL, Qt.SortOrder.AscendingOrder)
+        page.table.sortByColumn(CELL, Qt.SortOrder.AscendingOrder)
         volts = [row.record.cell_voltage_v for row in page.table.filter.shown()]
         assert volts == sorted(volts)
 
