@@ -17,19 +17,23 @@ from mcap.writer import MCAP0_MAGIC
 
 from app.captures.traffic import Way
 from app.engine.conversation import ConversationView, StatusSample
+from app.recordings import session_file
 from app.recordings.excerpt import ACTIVE, TRIGGERED
 from app.recordings.markers import Marker, MarkerKind
+from app.recordings.recorder import MAX_SESSION_S
 from app.recordings.recording import RecordedTraffic
-from app.recordings.session_file import EVENTS, OPENING, RX, STATUS, TX, Opening, State, metadata_record, read_head
+from app.recordings.session_file import EVENTS, OPENING, RX, STATUS, TX, Opening, metadata_record, read_head
 from app.text.messages import UserError
 from protocol.events import Began, Ended, EndReason, Rejected
 from protocol.messages import Noise, Reason
 from tests.support.records.recordings_made import (
     HEADING,
+    LINE_HZ,
     LOST,
     NAME,
     NOON,
     PORT,
+    WAIT_S,
     asked,
     batch,
     directions,
@@ -194,6 +198,77 @@ def test_bytes_of_equal_times_stay_in_order(tmp_path: Path) -> None:
     assert all(before.at_s < after.at_s for before, after in pairwise(traffic))
 
 
+# Beginning and end
+
+
+def test_a_session_that_is_too_large_goes_on_in_the_next_recording(tmp_path: Path) -> None:
+    with recorder_in(tmp_path) as bench:
+        bench.library.max_bytes = 300_000
+        bench.recorder.begin(*HEADING)
+        batches = list(stream(1000.0, 60.0, rate_hz=100))
+        for first in range(0, len(batches), 60):
+            bench.feed(*batches[first : first + 60])
+        bench.finish()
+        entries = bench.library.entries()[::-1]
+        assert len(entries) > 2
+        assert not any(entry.was_cut_off for entry in entries)
+        times, polled, sent = list[float](), list[float](), 0
+        for entry in entries:
+            recording = opened(entry.path)
+            times += recording.tilt.window(0, 1e9).time_s.tolist()
+            polled += recording.cell.window(0, 1e9).time_s.tolist()
+            sent += sum(len(piece.raw) for piece in RecordedTraffic(entry.path))
+            assert recording.fires.between(0, 1e9)[0].value == 60.0, "each says what is in force"
+        assert times == [sample.at for one in batches for sample in one.samples]
+        assert sent == 8 * len(times)
+        assert polled == np.arange(1000.0, 1060.0).tolist()
+
+
+@pytest.mark.promise("f")
+def test_no_recording_is_longer_than_what_is_read_of_one(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """At full line rate that is eight hours, long before the file is as large as the library allows."""
+    monkeypatch.setattr(session_file, "MAX_UNPACKED_BYTES", 1_000_000)
+    with recorder_in(tmp_path) as bench:
+        bench.recorder.begin(*HEADING)
+        for second in range(20):
+            bench.feed(*stream(1000.0 + second, 1.0))
+        bench.finish()
+        recordings = [opened(entry.path) for entry in bench.library.entries()]
+    assert sum(len(recording.tilt) for recording in recordings) == 20 * LINE_HZ
+    assert [recording.damage for recording in recordings] == [None] * len(recordings)
+
+
+@pytest.mark.parametrize(("number", "module"), [(1, "Bench 9"), (2, "")])
+def test_after_a_day_the_next_recording_begins_with_the_name_of_its_conversation(
+    tmp_path: Path, number: int, module: str
+) -> None:
+    with recorder_in(tmp_path) as bench:
+        bench.record(batch(1000.0, report(1000.0)))
+        bench.name("Bench 9")
+        bench.feed(batch(1001.0 + MAX_SESSION_S, report(1001.0 + MAX_SESSION_S)))
+        later_s = 1002.0 + MAX_SESSION_S
+        bench.feed(batch(later_s, report(later_s), view=talk(later_s, number=number)))
+        found = [(entry.is_running, entry.sample_count, entry.module) for entry in bench.library.entries()]
+        assert found == [(True, 1, module), (False, 2, "Bench 9")]
+
+
+def test_without_a_session_nothing_is_recorded(tmp_path: Path) -> None:
+    with recorder_in(tmp_path) as bench:
+        bench.feed(batch(1000.0, report(1000.0)))
+        bench.recorder.begin(*HEADING)
+        assert bench.recorder.is_recording
+        bench.feed(batch(1001.0))
+        assert bench.recorder.path is None, "nothing went over the line yet"
+        bench.recorder.end()
+        bench.feed(batch(1002.0, report(1002.0)))
+        bench.finish()
+        assert bench.library.entries() == ()
+        assert bench.recorder.stop(WAIT_S)
+        bench.recorder.begin(*HEADING)
+        assert not bench.recorder.is_recording
+        assert bench.recorder.stop(WAIT_S)
+
+
 @pytest.mark.skipif(sys.platform == "win32", reason="permissions are not bits on Windows")
 def test_only_this_user_can_read_a_recording(tmp_path: Path) -> None:
     before = os.umask(0)
@@ -234,13 +309,6 @@ def test_other_heads_are_refused_with_a_reason(tmp_path: Path, change: dict[str,
     path.write_bytes(head_of(opening, **change))
     with pytest.raises(UserError, match=why):
         read_head(path)
-
-
-def test_the_state_always_has_the_same_length() -> None:
-    """It is written again in its place."""
-    few = metadata_record(OPENING, State(end_s=1.0, modules=("一",)))
-    many = metadata_record(OPENING, State(end_s=1.0, modules=tuple(f"机 {number}" * 40 for number in range(30))))
-    assert len(few) == len(many)
 
 
 @pytest.mark.parametrize("raw", [b"", b"\x00" * 300, b"[1]", b"\x89MCAP0\r\n", b"\x89MCAP0\r\n" + b"\x06" * 99])

@@ -77,7 +77,7 @@ def failing_after(monkeypatch: pytest.MonkeyPatch, count: int, error: OSError) -
     monkeypatch.setattr(session_file, "open", lambda path, *_, **__: SmallDisk(path, count, error), raising=False)
 
 
-@pytest.mark.parametrize("count", [*range(0, 5000, 401), 6000])
+@pytest.mark.parametrize("count", [*range(0, 5000, 802), 6000])
 def test_a_disk_that_is_full_at_any_byte(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, count: int) -> None:
     batches = list(stream(1000.0, 2.0, rate_hz=50))
     with recorder_in(tmp_path) as bench:
@@ -101,20 +101,16 @@ def test_a_disk_that_is_full_at_any_byte(tmp_path: Path, monkeypatch: pytest.Mon
         assert bench.library.entries()[0].sample_count == 1
 
 
-def test_the_last_disk_space_is_left_free(tmp_path: Path) -> None:
-    with recorder_in(tmp_path, free_bytes=1 << 20) as bench:
-        bench.record(batch(1000.0, report(1000.0)))
-        assert bench.recorder.trouble is not None
-        assert bench.library.entries() == ()
-
-
-def test_a_folder_that_cannot_be_made(tmp_path: Path) -> None:
+def test_the_last_disk_space_is_left_free_and_a_folder_that_cannot_be_made_is_named(tmp_path: Path) -> None:
     (tmp_path / "file").write_text("in the way", encoding="utf-8")
-    with recorder_in(tmp_path / "file" / "shelf") as bench:
-        bench.record(batch(1000.0, report(1000.0)))
-        assert bench.recorder.trouble is not None
-        assert str(bench.library.folder) in bench.recorder.trouble.in_english()
-        assert not bench.recorder.is_recording
+    for folder, free_bytes in ((tmp_path, 1 << 20), (tmp_path / "file" / "shelf", 1 << 40)):
+        with recorder_in(folder, free_bytes=free_bytes) as bench:
+            bench.record(batch(1000.0, report(1000.0)))
+            assert bench.recorder.trouble is not None
+            assert not bench.recorder.is_recording
+            assert bench.library.entries() == ()
+            if folder != tmp_path:
+                assert str(folder) in bench.recorder.trouble.in_english()
 
 
 def test_an_unexpected_error_ends_the_recording_but_not_the_thread(
