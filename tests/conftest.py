@@ -26,7 +26,6 @@ from pytestqt.qtbot import QtBot
 from app.text import i18n
 from tests.support.line import odd_module
 from tests.support.patience import PATIENCE_S
-from tests.support.setup_files import PACKAGING, SetupFiles
 
 if TYPE_CHECKING:
     from PySide6.QtWidgets import QApplication
@@ -206,11 +205,3 @@ def qapp(qapp: "QApplication") -> "QApplication":
 @pytest.fixture(scope="session")
 def qapp_args() -> list[str]:
     return [sys.argv[0]]
-
-
-@pytest.fixture(scope="module")
-def setup() -> Iterator[SetupFiles]:
-    """The modules of packaging/."""
-    with pytest.MonkeyPatch.context() as patch:
-        patch.syspath_prepend(str(PACKAGING))
-        yield SetupFiles()

@@ -22,7 +22,7 @@ from app.text.i18n import read_translations
 from app.text.messages import UserError
 from tests.cli.test_schemas import faults
 from tests.support.cli_line import Printed, Program, is_one_sentence
-from tests.support.setup_files import generator
+from tests.support.setup_files import tool
 
 pytest_plugins = ["tests.support.cli_fixtures"]
 pytestmark = pytest.mark.usefixtures("speaks_english")
@@ -147,6 +147,6 @@ def half_width(text: str) -> list[str]:
 
 
 def test_no_translation_has_one() -> None:
-    texts = read_translations(generator("translations").TS)
+    texts = read_translations(tool("docs/generate", "translations").TS)
     places = {chinese: re.sub(r" \(\*[^)]*\)|\(&[A-Z]\)|主机:端口", "", chinese) for chinese in texts.values()}
     assert {chinese: half_width(text) for chinese, text in places.items() if half_width(text)} == {}

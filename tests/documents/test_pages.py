@@ -15,7 +15,7 @@ from protocol.catalogue import COMMANDS
 from protocol.messages import Frame
 from protocol.stream import StreamParser
 from tests.support.processes import ROOT
-from tests.support.setup_files import generator
+from tests.support.setup_files import tool
 
 PAGES: Final = tuple(
     sorted(
@@ -135,7 +135,7 @@ def test_the_profile_page_names_every_key_with_its_bounds(page: str) -> None:
 # The protocol page
 
 
-protocol_page = generator("protocol_page")
+protocol_page = tool("docs/generate", "protocol_page")
 FRAME = re.compile(r"`((?:41 75|42 61)(?: [0-9A-F]{2})+)`")
 
 

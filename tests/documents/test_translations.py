@@ -6,9 +6,9 @@ from pathlib import Path
 import pytest
 
 from app.text.i18n import read_messages
-from tests.support.setup_files import generator
+from tests.support.setup_files import tool
 
-translations = generator("translations")
+translations = tool("docs/generate", "translations")
 
 
 def test_every_text_is_in_chinese() -> None:

@@ -1,4 +1,4 @@
-"""Imports the modules of packaging/ and docs/generate/ for tests, which are not packages."""
+"""The scripts of packaging/ and docs/generate/, which are no packages."""
 
 import re
 from importlib import import_module
@@ -11,17 +11,9 @@ ROOT = Path(__file__).parents[2]
 PACKAGING = ROOT / "packaging"
 
 
-class SetupFiles:
-    """The modules of packaging/, each imported when it is asked for. They stay imported: others hold their classes."""
-
-    def __getattr__(self, name: str) -> ModuleType:
-        return import_module(name)
-
-
-def generator(name: str) -> ModuleType:
-    """The tool of this name in docs/generate/."""
+def tool(folder: str, name: str) -> ModuleType:
     with pytest.MonkeyPatch.context() as patch:
-        patch.syspath_prepend(str(ROOT / "docs" / "generate"))
+        patch.syspath_prepend(str(ROOT / folder))
         return import_module(name)
 
 
