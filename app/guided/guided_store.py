@@ -7,7 +7,7 @@ from collections.abc import Mapping
 
 from msgspec import convert, to_builtins
 
-from app.guided.results import GuidedKind, GuidedResult, MeasuredValue, StoredTest, stored_test
+from app.guided.results import GuidedKind, GuidedResult, StoredTest, stored_test
 from app.store.fact_store import Facts, Kept
 from app.store.rows import GuidedTestDone, TestValue
 from app.text.messages import clean
@@ -17,6 +17,11 @@ def keep_test(
     facts: Facts, result: GuidedResult, *, module: str | None, adapter: str, who: str, is_simulated: bool, program: str
 ) -> None:
     """Within `Store.write`."""
+    measured = []
+    for value in result.measured:
+        texts = {"name": value.name, "shown": value.shown, "tolerance": value.tolerance}
+        plain = {key: text.to_json() for key, text in texts.items()} | {"verdict": value.verdict.value}
+        measured.append(convert(plain, TestValue))
     test = GuidedTestDone(
         test=result.kind.value,
         verdict=result.verdict.value,
@@ -24,14 +29,9 @@ def keep_test(
         adapter=clean(adapter),
         is_simulated=is_simulated,
         program=program,
-        measured=[_kept(value) for value in result.measured],
+        measured=measured,
     )
     facts.add(test, module)
-
-
-def _kept(value: MeasuredValue) -> TestValue:
-    texts = {"name": value.name, "shown": value.shown, "tolerance": value.tolerance}
-    return convert({key: text.to_json() for key, text in texts.items()} | {"verdict": value.verdict.value}, TestValue)
 
 
 def last_tests(facts: Facts, module: str, *, counts_simulated: bool) -> Mapping[GuidedKind, StoredTest]:

@@ -28,24 +28,16 @@ class LastAnswer:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Past:
-    """What was known of the module before the check; empty without a store or a name."""
+    """Empty without a store or a name."""
 
     module: str | None = None
     remembered: "Remembered | None" = None
-    """What was last kept under its name."""
-    reviewed: Counter[bytes] = field(default_factory=Counter)
-    """Raw trigger records with a person's judgement."""
-    has_check: bool = False
-    """There was a GO before."""
-    do_records_follow: bool = True
-    """False if its trigger records do not continue those of the last visit."""
-    last_answer: LastAnswer | None = None
-    """None if it was always silent when it was asked for its records."""
-    is_said_new: bool = False
-    """A person said that it is new and has no records; it has not reported a trigger since."""
-    fingerprint: str | None = None
-    """Of its last GO."""
+    reviewed: Counter[bytes] = field(default_factory=Counter)  # raw trigger records with a person's judgement
+    has_check: bool = False  # there was a GO before
+    do_records_follow: bool = True  # False: its trigger records do not continue those of the last visit
+    last_answer: LastAnswer | None = None  # None if it was always silent when it was asked for its records
+    is_said_new: bool = False  # a person said that it has no records yet; it has not reported a trigger since
+    fingerprint: str | None = None  # of its last GO
+    # Those of simulated modules only count for a simulated one.
     tests: Mapping["GuidedKind", LastTested] = field(default_factory=dict)
-    """The last result of each guided test; those of simulated modules only count for a simulated one."""
-    due: Sequence["DueService"] = ()
-    """What a person has to do to the module."""
+    due: Sequence["DueService"] = ()  # what a person has to do to the module

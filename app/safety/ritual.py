@@ -47,7 +47,7 @@ class Input(Enum):
     HELD = auto()  # held for two seconds
     HOLD_BROKEN = auto()  # it is uncertain whether it was held all the time
     RAN_OUT = auto()  # ten seconds have passed since arming
-    # What disarms: anything from here on
+    # What disarms
     CANCEL = auto()
     FOCUS_LOST = auto()
     WINDOW_LEFT = auto()
@@ -57,7 +57,15 @@ class Input(Enum):
     FAILED = auto()  # an exception anywhere in the window
 
 
-DISARMING = tuple(one for one in Input if one.value >= Input.CANCEL.value)
+DISARMING = (
+    Input.CANCEL,
+    Input.FOCUS_LOST,
+    Input.WINDOW_LEFT,
+    Input.INTERRUPTED,
+    Input.OUT_OF_SIGHT,
+    Input.CONDITION_OPENED,
+    Input.FAILED,
+)
 
 # An input without an entry changes nothing.
 TRANSITIONS: dict[tuple[Stage, Input], Stage] = {

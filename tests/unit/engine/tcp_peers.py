@@ -5,8 +5,6 @@ import socket
 import threading
 from collections.abc import Callable, Iterator
 from contextlib import ExitStack, contextmanager, suppress
-from functools import partial
-from http.server import BaseHTTPRequestHandler, HTTPServer
 
 import serial
 import serial.rfc2217
@@ -44,26 +42,6 @@ def serving(handler: Handler) -> Iterator[str]:
 def closing(client: socket.socket, _ended: threading.Event) -> None:
     """Close the connection at the first bytes."""
     client.recv(CHUNK)
-
-
-@contextmanager
-def web_server() -> Iterator[str]:
-    """A real one, which answers what it cannot read with an error page."""
-
-    class Quiet(BaseHTTPRequestHandler):
-        timeout = _SLICE_S
-
-        def log_message(self, *_: object) -> None:
-            """Say nothing."""
-
-    with HTTPServer(("127.0.0.1", 0), Quiet) as server:
-        thread = threading.Thread(target=partial(server.serve_forever, _SLICE_S), name="web server")
-        thread.start()
-        try:
-            yield f"127.0.0.1:{server.server_port}"
-        finally:
-            server.shutdown()
-            thread.join(PATIENCE_S)
 
 
 @contextmanager

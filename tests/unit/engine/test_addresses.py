@@ -4,7 +4,6 @@ import json
 import sys
 from collections.abc import Callable
 from contextlib import AbstractContextManager
-from functools import partial
 
 import pytest
 
@@ -57,16 +56,9 @@ def test_behind_a_plain_socket_the_rate_is_neither_found_nor_changed() -> None:
     assert module.log.sets(0x24) == []
 
 
-PEERS: dict[str, Callable[[], AbstractContextManager[str]]] = {
-    "closing": partial(tcp_peers.serving, tcp_peers.closing),
-    "web server": tcp_peers.web_server,
-}
-
-
 @pytest.mark.parametrize("scheme", ["socket", "rfc2217"])
-@pytest.mark.parametrize("peer", PEERS)
-def test_what_is_no_serial_server_is_said_of_the_address(scheme: str, peer: str) -> None:
-    with PEERS[peer]() as address:
+def test_what_is_no_serial_server_is_said_of_the_address(scheme: str) -> None:
+    with tcp_peers.serving(tcp_peers.closing) as address:
         port = f"{scheme}://{address}"
         ended = dps_s("read", "--port", port)
     assert ended.returncode == 3, ended.stderr

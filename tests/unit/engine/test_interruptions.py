@@ -82,7 +82,6 @@ ENDS: list[tuple[Callable[[Rig], None], EndReason]] = [
     (closed, EndReason.CLOSED),
     (at_another_rate, EndReason.RATE_CHANGED),
 ]
-every_end = pytest.mark.parametrize(("end", "reason"), ENDS)
 on_the_port = pytest.mark.parametrize(("end", "reason"), [one for one in ENDS if one[0] not in (lost, closed)])
 whatever_ends_it = pytest.mark.parametrize("end", [end for end, _ in ENDS if end not in (lost, closed)])
 
@@ -104,20 +103,6 @@ def stubborn() -> Procedure[None]:
 
 def sent_since(rig: Rig, count: int) -> list[Request]:
     return [request for request in rig.line.requests[count:] if request not in (BOOTS, HEARTBEAT.query())]
-
-
-@every_end
-@pytest.mark.promise("f")
-def test_it_ends_every_job_with_the_reason(end: Callable[[Rig], None], reason: EndReason) -> None:
-    rig = settled_rig()
-    running, queued = rig.job(rest()), rig.job(rest())
-    rig.step_for(0.2)
-    end(rig)
-    for job in (running, queued):
-        assert isinstance(job.error, Interrupted)
-        assert job.error.reason is reason
-    (ended,) = [event for event in rig.session.take_events() if isinstance(event, Ended)]
-    assert ended.reason is reason
 
 
 @whatever_ends_it
