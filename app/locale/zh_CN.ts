@@ -600,10 +600,6 @@
         <translation>内容</translation>
     </message>
     <message>
-        <source>Continue</source>
-        <translation>继续</translation>
-    </message>
-    <message>
         <source>Contradictory answers. Two modules on this line?</source>
         <translation>应答互相矛盾。此线路上有两个模块吗？</translation>
     </message>

@@ -238,16 +238,12 @@ class TrafficView(QWidget):
         self.search.setClearButtonEnabled(True)
         for button in self.search.findChildren(QToolButton):  # made by Qt, without a name
             named(button, "traffic_search_clear").setAccessibleName(tr("Clear"))
-        self.pause = control(
-            QToolButton(), "traffic_pause", text=tr("Pause"), keys="Ctrl+P", picture=Icon.PAUSE, is_checkable=True
-        )
         self.copy = control(
             QToolButton(), "traffic_copy", says=tr("Copy"), keys="Ctrl+C", picture=Icon.COPY, slot=self.copy_rows
         )
         self.filter.currentIndexChanged.connect(self._use_filter)
         self.search.textChanged.connect(self._use_filter)
-        self.pause.toggled.connect(self._pause)
-        bar = in_row(self.filter, (self.search, 1), self.pause, self.copy, spacing=Space.S)
+        bar = in_row(self.filter, (self.search, 1), self.copy, spacing=Space.S)
         foot = in_row((self.detail, 1), (self.count, Qt.AlignmentFlag.AlignTop), spacing=Space.M)
         in_column(bar, (self.table, 1), foot, of=self, spacing=Space.S, margins=(Space.M, Space.S))
         VisibilityTimer(self, self.draw, every_ms=DRAW_EVERY_MS)
@@ -279,25 +275,19 @@ class TrafficView(QWidget):
     def begin_again(self) -> None:
         """Another connection."""
         self.model.clear()
-        self.pause.setChecked(False)
         self.search.clear()
 
     def draw(self) -> None:
-        """Shows the new rows, unless it is held."""
-        if not self._is_held:
+        """Shows the new rows, unless it is scrolled to earlier ones, which stay where they are."""
+        if self._follows:
             self.model.show_new()
         rows = self.shown.rowCount()
-        if self._is_held:
+        if not self._follows:
             self.count.setText(tr("{count} new", count=f"{len(self.model.new):,}"))
         elif self.search.text() and not rows:
             self.count.setText(tr("No matches"))
         else:
             self.count.setText(tr("rows: {rows}", rows=f"{rows:,}"))
-
-    @property
-    def _is_held(self) -> bool:
-        """Paused, or scrolled to earlier rows, which stay where they are."""
-        return self.pause.isChecked() or not self._follows
 
     def _note_scrolling(self, position: int) -> None:
         self._follows = position >= self.table.verticalScrollBar().maximum()
@@ -325,11 +315,6 @@ class TrafficView(QWidget):
         self.shown.use(self.filter.currentData(), self.search.text())
         self.table.scrollToBottom()
         self._show_detail()
-        self.draw()
-
-    def _pause(self, is_paused: bool) -> None:
-        self.pause.setIcon(icon(Icon.PLAY if is_paused else Icon.PAUSE))
-        self.pause.setText(tr("Continue") if is_paused else tr("Pause"))
         self.draw()
 
     def _show_detail(self, _new: QItemSelection | None = None, _old: QItemSelection | None = None) -> None:

@@ -94,8 +94,6 @@ class LogsPage(Page):
         # What a person opened last is one file, which is shown once it is read.
         self._is_single = False
         self._polls = 0
-        # Recordings whose deletion was asked for.
-        self._to_delete: tuple[RecordingEntry, ...] = ()
         self._make_actions()
         self._lay_out()
         work = self.work
@@ -108,7 +106,7 @@ class LogsPage(Page):
             lambda tilt, time_s: work.choose(work.limits._replace(attitude_threshold_deg=tilt, freefall_time_s=time_s))
         )
         self.table.opened.connect(self._open_chosen)
-        self.table.selectionModel().selectionChanged.connect(self._on_selection_changed)
+        self.table.selectionModel().selectionChanged.connect(self._refresh_actions)
         self.view.closed.connect(self._show_list)
         self.view.columns_chosen.connect(self._read_with)
         self.result.changed.connect(self._refresh_notice)
@@ -121,36 +119,32 @@ class LogsPage(Page):
         """For the chosen logs, in a bar above the list and in its menu."""
         self.bar = named(QToolBar(), "logs_actions")
         self.bar.setIconSize(self.table.iconSize())
-        self.opening = self._action("open", tr("Open"), Icon.LIVE, "Return", self._open_chosen)
-        self.moving = []
-        for group, side in SIDES.items():
-            move = partial(self._move, group)
-            action = self._action(f"to_{group.name.lower()}", tr(side.word), side.picture, side.key, move)
-            action.setToolTip(tr(side.tip) + in_brackets(side.key))
-            self._button_of(action).setToolButtonStyle(Qt.ToolButtonStyle.ToolButtonTextOnly)
-            self.moving.append(action)
-        self.exporting_action = self._action("export", tr("Export…"), Icon.SAVE, "Ctrl+E", self._export)
-        self.exporting = self._button_of(self.exporting_action)
-        self.removing = self._action("remove", tr("Remove"), Icon.ERASE, "Del", self._remove)
-
-    def _action(self, name: str, text: str, picture: Icon, key: str, slot: Callable[[], None]) -> QAction:
-        action = named(QAction(icon(picture), text, self), f"logs_{name}")
-        action.setShortcut(key)
-        action.setAutoRepeat(False)
-        action.setToolTip(text + in_brackets(key))
-        action.setShortcutContext(Qt.ShortcutContext.WidgetShortcut)
-        action.triggered.connect(slot)
-        self.table.addAction(action)
-        self.bar.addAction(action)
-        shown = named(self._button_of(action), f"logs_{name}_chosen")
-        shown.setFocusPolicy(Qt.FocusPolicy.TabFocus)  # in a bar Qt gives it none
-        return action
-
-    def _button_of(self, action: QAction) -> QToolButton:
-        shown = self.bar.widgetForAction(action)
-        if not isinstance(shown, QToolButton):
-            raise TypeError(f"{action.objectName()} has no button")
-        return shown
+        actions: list[tuple[str, str, Icon, str, Callable[[], None], str]] = [
+            ("open", tr("Open"), Icon.LIVE, "Return", self._open_chosen, tr("Open")),
+            *(
+                (f"to_{group.name.lower()}", tr(word), picture, key, partial(self._move, group), tr(tip))
+                for group, (word, tip, key, picture) in SIDES.items()
+            ),
+            ("export", tr("Export…"), Icon.SAVE, "Ctrl+E", self._export, tr("Export…")),
+            ("remove", tr("Remove"), Icon.ERASE, "Del", self._remove, tr("Remove")),
+        ]
+        made: list[QAction] = []
+        for name, text, picture, key, slot, tip in actions:
+            action = named(QAction(icon(picture), text, self), f"logs_{name}")
+            action.setShortcut(key)
+            action.setShortcutContext(Qt.ShortcutContext.WidgetShortcut)
+            action.setAutoRepeat(False)
+            action.setToolTip(tip + in_brackets(key))
+            action.triggered.connect(slot)
+            self.table.addAction(action)
+            self.bar.addAction(action)
+            shown = named(self.bar.widgetForAction(action), f"logs_{name}_chosen")
+            shown.setFocusPolicy(Qt.FocusPolicy.TabFocus)  # in a bar Qt gives it none
+            if isinstance(shown, QToolButton) and name.startswith("to_"):
+                shown.setToolButtonStyle(Qt.ToolButtonStyle.ToolButtonTextOnly)
+            made.append(action)
+        self.opening, *self.moving, self.exporting_action, self.removing = made
+        self.exporting = self.bar.findChild(QToolButton, "logs_export_chosen")
 
     def _lay_out(self) -> None:
         opening = button("logs_open", tr("Open…"), Icon.FOLDER, self.choose_files, "primary")
@@ -265,17 +259,6 @@ class LogsPage(Page):
                 text = tr("{what} ({done} of {total})", what=text, done=loading.read, total=loading.total)
             cancel = Choice("cancel_logs", tr("Cancel"), self.work.cancel)
             self.strip.show_notice(Notice(Meaning.INFORMATION, text, (cancel,)))
-        elif self._to_delete and not self.result.is_busy:
-            entries = self._to_delete
-            what = entry_text(entries[0])
-            if len(entries) > 1:
-                size = size_text(sum(entry.size_bytes for entry in entries))
-                what = join_names((labelled(tr("Recordings"), len(entries)), size))
-            choices = (
-                Choice("delete_recordings", tr("Delete for good"), self._delete, is_step=True),
-                Choice("keep_recordings", tr("Cancel"), self._cancel_deletion, is_main=True),
-            )
-            self.strip.show_notice(Notice(Meaning.ATTENTION, tr("Delete for good? {what}", what=what), choices))
         else:
             self.strip.show_notice(self.result.result_notice())
 
@@ -332,13 +315,6 @@ class LogsPage(Page):
         self.removing.setEnabled(is_idle and bool(rows) and not any(entry.is_running for entry in entries))
         self.removing.setText(tr("Delete…") if entries else tr("Remove"))
 
-    def _on_selection_changed(self) -> None:
-        """Cancels the question when other recordings are selected."""
-        if self._to_delete and self.table.chosen() and self._entries() != self._to_delete:
-            self._to_delete = ()
-        self._refresh_notice()
-        self._refresh_actions()
-
     def _move(self, group: FlightGroup) -> None:
         self.work.move([row.name for row in self.table.chosen()], group)
 
@@ -370,15 +346,23 @@ class LogsPage(Page):
     def _remove(self) -> None:
         """Logs leave the list, and recordings are deleted, once that is confirmed."""
         self.work.remove([row.name for row in self.table.chosen() if row.entry is None])
-        self._to_delete = self._entries()
-        self._refresh_notice()
+        entries = self._entries()
+        if not entries:
+            return
+        what = entry_text(entries[0])
+        if len(entries) > 1:
+            size = size_text(sum(entry.size_bytes for entry in entries))
+            what = join_names((labelled(tr("Recordings"), len(entries)), size))
+        choices = (
+            Choice("delete_recordings", tr("Delete for good"), partial(self._delete, entries), is_step=True),
+            Choice("keep_recordings", tr("Cancel"), self.result.dismiss, is_main=True),
+        )
+        self.result.set_notice(Notice(Meaning.ATTENTION, tr("Delete for good? {what}", what=what), choices))
         safe = self.strip.button("keep_recordings")
         if safe is not None:
             safe.setFocus()
 
-    def _delete(self) -> None:
-        entries, self._to_delete = self._to_delete, ()
-
+    def _delete(self, entries: tuple[RecordingEntry, ...]) -> None:
         def work(running: Running) -> int:
             for count, entry in enumerate(entries):
                 if running.is_cancelled():
@@ -398,18 +382,12 @@ class LogsPage(Page):
         self.work.remove([str(entry.path) for entry in entries])
         self.table.setFocus()
 
-    def _cancel_deletion(self) -> None:
-        self._to_delete = ()
-        self._refresh_notice()
-        self.table.setFocus()
-
     # Qt
 
     def ways_back(self) -> WaysBack:
         return (
             (self._stack.currentWidget() is self.view, self.view.close_log),
             (self.work.is_loading, self.work.cancel),
-            (self._to_delete, self._cancel_deletion),
             (self.result.is_busy, self.result.cancel_files),
             (self.result.result_notice(), self.result.dismiss),
         )

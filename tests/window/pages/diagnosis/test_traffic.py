@@ -1,4 +1,4 @@
-"""The traffic table: rows, filter and search, pause, scrolling, copying."""
+"""The traffic table: rows, filter and search, scrolling, copying."""
 
 from collections.abc import Iterator
 from pathlib import Path
@@ -130,7 +130,7 @@ def test_filter_and_search(traffic: TrafficView) -> None:
     assert traffic.shown.rowCount() == 14
 
 
-def test_frames_of_a_real_exchange_appear_and_another_module_ends_a_pause_and_a_search(
+def test_frames_of_a_real_exchange_appear_and_another_module_ends_a_search(
     qtbot: QtBot, qapp: QApplication, tmp_path: Path
 ) -> None:
     with simulated("frames"), window(qapp, tmp_path, entries=page_entries("diagnosis")) as assembly:
@@ -146,21 +146,9 @@ def test_frames_of_a_real_exchange_appear_and_another_module_ends_a_pause_and_a_
         qtbot.waitUntil(lambda: "heartbeat" in column(Column.MEANING))
         qtbot.keyClick(assembly.window, Qt.Key.Key_F, Qt.KeyboardModifier.ControlModifier)
         assert traffic.search.hasFocus()
-        traffic.pause.click()
         traffic.search.setText("nowhere")
         assembly.ports.choose(assembly.ports.add())
-        assert (traffic.count.text(), traffic.pause.isChecked()) == ("rows: 0", False)
-        assert traffic.search.text() == ""
-
-
-def test_pause_stops_the_list_and_loses_nothing(qtbot: QtBot, traffic: TrafficView) -> None:
-    feed(traffic, *streamed(5))
-    qtbot.keyClick(traffic.table, Qt.Key.Key_P, Qt.KeyboardModifier.ControlModifier)
-    assert traffic.pause.isChecked()
-    feed(traffic, *streamed(1234))
-    assert (traffic.shown.rowCount(), traffic.count.text()) == (5, "1,234 new")
-    qtbot.mouseClick(traffic.pause, Qt.MouseButton.LeftButton)
-    qtbot.waitUntil(lambda: traffic.shown.rowCount() == 1239)
+        assert (traffic.count.text(), traffic.search.text()) == ("rows: 0", "")
 
 
 def test_the_list_scrolls_only_from_its_end(qtbot: QtBot, traffic: TrafficView) -> None:
@@ -174,9 +162,11 @@ def test_the_list_scrolls_only_from_its_end(qtbot: QtBot, traffic: TrafficView) 
     feed(traffic, *streamed(50))
     qtbot.waitUntil(lambda: bar.value() == bar.maximum() > before)
     bar.setValue(100)
-    feed(traffic, *streamed(50))
+    feed(traffic, *streamed(1234))
     QApplication.processEvents()
-    assert bar.value() == 100
+    assert (bar.value(), traffic.count.text()) == (100, "1,234 new")
+    bar.setValue(bar.maximum())
+    qtbot.waitUntil(lambda: traffic.shown.rowCount() == 1484)
 
 
 def test_the_visible_rows_stay_in_place_when_old_rows_are_dropped(qtbot: QtBot, traffic: TrafficView) -> None:
