@@ -167,8 +167,6 @@ class PostgresPlace:
         except (psycopg.Error, UnicodeError) as error:
             # The reason is at the end of the first line. Behind it is advice, such as to do without TLS, or a row.
             why = str(error).partition("\n")[0].rpartition(" failed: ")[2]
-            if self._url.password:
-                why = why.replace(self._url.password, "…")
             text = marked("The archive server {server} cannot be used: {why}")
             raise ServerTrouble(text, server=self.name, why=clean(why, longest=300)) from None
 

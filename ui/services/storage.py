@@ -1,7 +1,6 @@
 """Shared storage of the window: store, journal, recordings."""
 
 import logging
-import threading
 from concurrent.futures import wait
 from functools import cached_property
 from pathlib import Path
@@ -14,7 +13,6 @@ from app.safety.journal import Journal, NoJournal
 from app.safety.left_active import KnownAs, LeftActive
 from app.store.acts import UNNAMED, StoreJournal, StreamMemory, Where
 from app.store.fact_store import Store, StoreFault, StoreTrouble
-from app.system.files import data_folder
 
 if TYPE_CHECKING:  # it loads zstandard, which the window's first paint does not wait for
     from app.recordings.library import RecordingLibrary
@@ -38,9 +36,7 @@ class Storage(QObject):
         self.left_active: tuple[LeftActive, ...] = ()
         # One of each port; ended by `close`.
         self.recorded: list[Any] = []
-        self._folder = folder
-        self._opening: Store | None = None
-        self._lock = threading.Lock()
+        self._store = Store(folder, starts_late=True)
         self._is_closed = False
 
     @cached_property
@@ -48,20 +44,20 @@ class Storage(QObject):
         """Of recordings."""
         from app.recordings.library import RecordingLibrary
 
-        return RecordingLibrary(None if self._folder is None else self._folder / "recordings")
+        return RecordingLibrary(self.folder / "recordings")
 
     @property
     def folder(self) -> Path:
         """Of the store and of what belongs to it."""
-        return self._folder or data_folder()
+        return self._store.folder
 
     @property
     def begun(self) -> Store | None:
-        """None once it is closed. Any thread may call."""
-        with self._lock:
-            if self._opening is None and not self._is_closed:
-                self._opening = Store(self._folder)
-            return None if self._is_closed else self._opening
+        """The store, which opens; None once it is closed. Any thread may call."""
+        if self._is_closed:
+            return None
+        self._store.start()
+        return self._store
 
     @property
     def store(self) -> Store | StoreTrouble:
@@ -119,7 +115,5 @@ class Storage(QObject):
         stopped = [recording.stop(RECORDER_LIMIT_S) for recording in self.recorded]
         if not all(stopped):
             _log.warning("The recording was not closed within %s s; what was written is there", RECORDER_LIMIT_S)
-        with self._lock:
-            self._is_closed = True
-        if self._opening is not None:
-            self._opening.close()
+        self._is_closed = True
+        self._store.close()

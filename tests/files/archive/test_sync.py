@@ -12,7 +12,17 @@ import pytest
 from app.archive.archive import OTHERS_FILE, Synced, all_facts, exchanged, status_of, sync
 from app.archive.places import FilePlace
 from app.store.fact_store import Store
-from app.store.rows import COLUMNS, ModuleNamed, PreflightCheck, Row, SaidNew, StationNamed, content_text, make_row
+from app.store.rows import (
+    COLUMNS,
+    ModuleNamed,
+    PreflightCheck,
+    Row,
+    SaidNew,
+    StationNamed,
+    content_text,
+    fact_id,
+    make_row,
+)
 from app.text.messages import UserError
 from app.trigger_records.history import KeptTriggers
 from tests.files.records.test_filing import file_one
@@ -52,6 +62,12 @@ def ids(store: Store) -> set[str]:
 def made(kind: str = "said_new", text: str = '{"is_new":true}', module: str | None = "M-66", **values: Any) -> Row:
     """A fact of a stranger."""
     return make_row(kind, text, module=module, **{"station": STRANGER, "at": NOW, **values})
+
+
+def honest(**changed: Any) -> Row:
+    """Wrong, with the id of what it says."""
+    row = made()._replace(**changed)
+    return row._replace(id=fact_id(*row[1:]))
 
 
 def put(stick: Path, *rows: tuple[object, ...]) -> None:
@@ -128,7 +144,12 @@ def test_the_file_of_the_others_may_be_lost(stores: list[Store], exchange: Calla
         made()._replace(module="M-07"),
         made()._replace(made_at="2026-01-01T00:00:00.000000+00:00"),
         made()._replace(id="f" * 40),
-        made()._replace(module="M\u202e07"),
+        honest(module="M\u202e07"),
+        honest(module=" "),
+        honest(made_at="3000-01-01T00:00:00.000000+00:00"),
+        honest(made_at="2026-01-01 00:00+00:00"),
+        honest(station="x" * 64),
+        honest(kind="Said new"),
         made()._replace(content="[" * 100_000),
         made(text='{"is_new": 1}'),
         made(text="{"),
@@ -140,7 +161,7 @@ def test_the_file_of_the_others_may_be_lost(stores: list[Store], exchange: Calla
         made("preflight_check", '{"verdict":"GO","is_void":false,"is_simulated":false,"document":"{}"}'),
         made()._replace(content='{"is_new":true,"x":"' + "x" * 1_000_000 + '"}'),  # not even fetched
     ],
-    ids=range(15),
+    ids=range(20),
 )
 @pytest.mark.promise("g")
 def test_a_row_that_is_no_fact_is_left_out_and_named_once(

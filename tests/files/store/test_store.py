@@ -162,9 +162,10 @@ def damage(path: Path) -> None:
 @pytest.mark.parametrize("what", ["damaged", "no database", "empty", "gone", "gone but its log"])
 @pytest.mark.promise("f")
 def test_the_newest_whole_copy_takes_the_place_of_a_file_that_cannot_be_used(what: str, folder: Path) -> None:
-    with opened(folder, NOON - timedelta(days=1), "M-07"):
-        pass
-    copied(folder)
+    for day, module in ((-1, "older"), (0, "M-07")):
+        with opened(folder, NOON + timedelta(days=day - 1), module):
+            pass
+        copied(folder, NOON + timedelta(days=day))
     path = folder / FILE_NAME
     log = path.with_name(f"{FILE_NAME}-wal")
     # Held open, so that its log stays.
@@ -183,7 +184,7 @@ def test_the_newest_whole_copy_takes_the_place_of_a_file_that_cannot_be_used(wha
         path.write_bytes(b"" if what == "empty" else b"something else" * 1000)
     with opened(folder) as store:
         assert "Records restored from the copy of 20260102; later ones are missing." in notice(store)
-        assert said(store) == ["M-07"]
+        assert said(store) == ["older", "M-07"]
         assert store.read(lambda facts: facts.connection.execute("PRAGMA integrity_check").fetchall()) == [("ok",)]
     assert len(list(folder.glob("dps-s.aside-*.sqlite"))) == (not what.startswith("gone"))
     with opened(folder) as store:
