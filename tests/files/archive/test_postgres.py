@@ -2,6 +2,7 @@
 
 import json
 import logging
+import re
 import sys
 from collections.abc import Iterator
 from contextlib import ExitStack, closing
@@ -16,7 +17,6 @@ from app.store.fact_store import Store
 from app.store.rows import SaidNew
 from app.text.messages import UserError
 from tests.cli.test_schemas import faults
-from tests.files.archive.conftest import PAGE
 from tests.support.cli_line import run_here
 from tests.support.processes import ran_code, running
 from tests.support.records.archive_server import (
@@ -24,9 +24,18 @@ from tests.support.records.archive_server import (
     ROOT_CERTIFICATE,
     WITH_PASSWORD,
     ArchiveServer,
+    archive_server,
     write_certificate,
 )
 from tests.support.records.stored import open_store
+
+PAGE = Path(__file__).parents[3] / "docs" / "archive.md"
+
+
+@pytest.fixture(scope="module")
+def server() -> Iterator[ArchiveServer]:
+    with archive_server() as one:
+        yield one
 
 
 @pytest.fixture
@@ -92,16 +101,22 @@ def test_a_database_of_another_encoding_is_refused_in_one_sentence(stores: list[
 
 
 @pytest.mark.promise("g")
-def test_a_role_that_may_only_add_and_read_is_enough(
-    stores: list[Store], server: ArchiveServer, url_of_stations: str
-) -> None:
+def test_a_role_that_may_only_add_and_read_is_enough(stores: list[Store], server: ArchiveServer) -> None:
+    """In a database that is set up as docs/archive.md says."""
     import psycopg
 
+    block = re.search(r"```sql\n(.+?)```", PAGE.read_text(encoding="utf-8"), re.DOTALL)
+    assert block is not None
+    first, *rest = [line for line in block[1].split(";\n") if line.strip()]
+    server.run(first)
+    rest = [line.replace("a long password", PASSWORD) for line in rest if "\\connect" not in line]
+    server.run(*rest, database="dps_s")
+    url = server.url("dps_s", "dps_s_station")
     one, other = stores
     _say(one, "M-07")
-    assert sync(one, url_of_stations).sent == 2
-    assert sync(other, url_of_stations).received == 2
-    with psycopg.connect(url_of_stations, autocommit=True) as connection:
+    assert sync(one, url).sent == 2
+    assert sync(other, url).received == 2
+    with psycopg.connect(url, autocommit=True) as connection:
         for statement in (b"DELETE FROM dps_s_facts", b"UPDATE dps_s_facts SET kind = 'x'", b"DROP TABLE dps_s_facts"):
             with pytest.raises(psycopg.errors.InsufficientPrivilege):
                 connection.execute(statement)
@@ -217,7 +232,7 @@ def test_the_password_is_taken_out(typed: str, shown: str, password: str) -> Non
         "postgresql://li:a@secret@db/x",
         "postgresql://li:se/cret@db/x",
         "postgresql://" + "secret" * 1000,
-        "postgresql://li@db/x?PassWord=secret",
+        "postgresql://li@db/x?sslPassWord=secret",
         "postgresql://li@db/x?%70assword=secret",
         "postgresql://li@db/x?scram_client_key=secret",
     ],

@@ -95,7 +95,7 @@ def test_what_is_due_of_the_last_check(here: Store, checks: list[tuple[Preflight
     [
         ([(40, 3), (41, 2)], False),
         ([(40, 3), (39, 2)], True),
-        ([(250, 3), (4, 2)], False),
+        ([(250, 3), (100, 2)], False),
         ([(4, 3), (250, 2)], True),
         ([(40, 200), (39, 190)], False),
     ],

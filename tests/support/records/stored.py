@@ -7,7 +7,7 @@ from datetime import UTC, datetime, timedelta
 from functools import cache
 from pathlib import Path
 from types import MappingProxyType
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 from cryptography.hazmat.primitives.asymmetric.ed25519 import Ed25519PrivateKey
 
@@ -74,34 +74,18 @@ def journal_in(store: Store, *, port: str, adapter: str = "", known_as: KnownAs 
     return acts.StoreJournal(store, lambda: acts.Where(port, "window", adapter, known_as))
 
 
-def begin(
-    store: Store,
-    act: Act,
-    frame: bytes,
-    detail: Mapping[str, object],
-    *,
-    port: str,
-    origin: str = "window",
-    adapter: str = "",
-    known_as: KnownAs = acts.UNNAMED,
-) -> str:
-    where = acts.Where(port, origin, adapter, known_as)
-    return store.write(lambda facts: acts.begin(facts, act, frame, detail, where)).result(PATIENCE_S)
+def begin(store: Store, act: Act, frame: bytes, detail: Mapping[str, object], *, port: str, **where: Any) -> str:
+    """`where`: other fields of `acts.Where`."""
+    here = acts.Where(port, **({"origin": "window"} | where))
+    return store.write(lambda facts: acts.begin(facts, act, frame, detail, here)).result(PATIENCE_S)
 
 
 def settle(
-    store: Store,
-    intent: str,
-    act: Act,
-    outcome: Outcome,
-    result: Mapping[str, object] = MappingProxyType({}),
-    *,
-    port: str,
-    adapter: str = "",
-    known_as: KnownAs = acts.UNNAMED,
-) -> None:
-    where = acts.Where(port, "window", adapter, known_as)
-    store.write(lambda facts: acts.settle(facts, intent, act, where, outcome, result)).result(PATIENCE_S)
+    store: Store, intent: str, act: Act, outcome: Outcome, result: Mapping[str, object] = MappingProxyType({}),
+    *, port: str, **where: Any,
+) -> None:  # fmt: skip
+    here = acts.Where(port, **({"origin": "window"} | where))
+    store.write(lambda facts: acts.settle(facts, intent, act, here, outcome, result)).result(PATIENCE_S)
 
 
 def left_in(store: Store) -> tuple[LeftActive, ...]:
