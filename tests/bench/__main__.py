@@ -9,8 +9,11 @@ from typing import Final
 
 from tests.bench.kit import Figure
 
-NAMES: Final = ("parser", "link", "reading", "lock", "startup", "plots", "cpu", "logs", "archive")
-"""Each a module of this folder with its `figures`."""
+# By name: the module of this folder that has it as a function.
+NAMES: Final = {
+    "parser": "protocol", "link": "protocol", "reading": "reading", "lock": "window", "startup": "window",
+    "plots": "window", "cpu": "window", "logs": "logs", "archive": "archive",
+}  # fmt: skip
 
 
 def main(words: Sequence[str] | None = None) -> int:
@@ -22,13 +25,13 @@ def main(words: Sequence[str] | None = None) -> int:
     parser.add_argument("names", nargs="*", metavar="NAME", help=f"of {', '.join(NAMES)}; all of them by default")
     parser.add_argument("--strict", action="store_true", help="exit code 1 where an aim was missed")
     args = parser.parse_args(words)
-    if unknown := set(args.names) - set(NAMES):
+    if unknown := set(args.names) - NAMES.keys():
         parser.error(f"no such benchmark: {', '.join(sorted(unknown))}")
     print(f"Python {platform.python_version()}, {platform.platform()}")
     figures: list[Figure] = []
     for name in (one for one in NAMES if one in args.names or not args.names):
-        module = import_module(f"tests.bench.{name}")
-        about, found = " ".join((module.__doc__ or "").split()), list[Figure](module.figures())
+        measure = getattr(import_module(f"tests.bench.{NAMES[name]}"), name)
+        about, found = " ".join((measure.__doc__ or "").split()), list[Figure](measure())
         rows = ["| what | measured | aim | |", "| --- | --- | --- | --- |", *(figure.row for figure in found)]
         print(f"\n## {name}\n\n{about}\n", *rows, sep="\n", flush=True)
         figures += found

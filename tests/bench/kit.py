@@ -47,13 +47,17 @@ class Figure(NamedTuple):
         return f"| {self.name} | {self.measured} | {self.aim} | {verdict} |"
 
 
-def apart(program: str, *words: object) -> dict[str, Any]:
+def at_most(name: str, value: float, aim: float, form: str) -> Figure:
+    """`form`: how a value is written."""
+    return Figure(name, form.format(value), f"<= {form.format(aim)}", value <= aim)
+
+
+def apart(program: str, *words: object) -> Any:
     """Return what `python -m tests.bench.PROGRAM words…` prints as JSON: no measurement influences the next."""
     done = ran(sys.executable, "-m", f"tests.bench.{program}", *words, QT_QPA_PLATFORM="offscreen")
     if done.returncode or not done.stdout:
         raise RuntimeError(f"{program} failed:\n{done.stderr[-2000:]}")
-    found: dict[str, Any] = json.loads(done.stdout.splitlines()[-1])
-    return found
+    return json.loads(done.stdout.splitlines()[-1])
 
 
 def best_s(act: Callable[[], object], rounds: int) -> float:

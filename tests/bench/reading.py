@@ -67,7 +67,7 @@ def _process_s(*words: str) -> float:
     return time.perf_counter() - began
 
 
-def figures(rounds: int = 8, turns: int = 4, processes: int = 12) -> list[Figure]:
+def reading(rounds: int = 8, turns: int = 4, processes: int = 12) -> list[Figure]:
     """By turns, so that other load affects both alike."""
     took: dict[str, list[float]] = {"ours": [], "bare": [], "script": [], "program": []}
     with run_module() as module:

@@ -5,16 +5,16 @@ from collections.abc import Callable, Iterable
 
 import pytest
 
-from tests.bench import link, logs, parser, reading
+from tests.bench import logs, protocol, reading
 from tests.bench.__main__ import NAMES
 from tests.bench.kit import Figure
 from tests.support.processes import ROOT
 
 QUICK: dict[str, Callable[[], Iterable[Figure]]] = {
-    "parser": lambda: parser.figures(frames=80, rounds=1),
-    "link": lambda: link.figures(exchanges=10, rounds=1),
-    "reading": lambda: reading.figures(rounds=1, turns=1, processes=1),
-    "logs": lambda: logs.figures(logs=2, seconds=20.0),
+    "parser": lambda: protocol.parser(frames=80, rounds=1),
+    "link": lambda: protocol.link(exchanges=10, rounds=1),
+    "reading": lambda: reading.reading(rounds=1, turns=1, processes=1),
+    "logs": lambda: logs.logs(logs=2, seconds=20.0),
 }
 
 

@@ -1,0 +1,184 @@
+"""The window with everything behind it: LOCK, the first paint, the plots, CPU time.
+
+Each is measured in a process of its own, `python -m tests.bench.window NAME …`, which prints JSON.
+"""
+
+import json
+import statistics
+import sys
+import tempfile
+import threading
+import time
+from collections.abc import Iterator
+from concurrent.futures import wait
+from pathlib import Path
+from typing import Any, Final
+
+import numpy as np
+from PySide6.QtCore import Qt
+from PySide6.QtTest import QTest
+from PySide6.QtWidgets import QApplication
+
+from app.limits.limits import LimitsInUse
+from app.recordings.markers import ModuleLimits
+from app.store.fact_store import Store
+from tests.bench.kit import LIMIT_S, WARM_UP_S, Figure, LoopWatch, apart, at_most, turn_for, turn_until, window_apart
+from tests.support.module_apart import module_apart
+from tests.support.processes import ran_code, run_module
+from ui.main import WindowOptions, start
+from ui.pages.live.data import LiveData
+from ui.plots.lanes import measured_lanes
+from ui.plots.time_plot import TimePlot
+
+BLOCKED_S: Final = 3.0
+PRESSES: Final = 200
+BETWEEN_S: Final = 0.06
+CPU_S: Final = 6.0
+# By reports a second: runs, and the aim as a share of one core.
+RATES: Final = {50: (1, 0.09), 1440: (3, 0.15)}
+# Seconds in sight, reports a second, redraws.
+REDRAWS: Final = ((60, 50, 60), (60, 1440, 60), (600, 1440, 36))
+_UP_TO_THE_FIRST_PAINT: Final = """if True:
+    import os, time
+    from PySide6.QtCore import QTimer
+    from app.__main__ import main
+    from ui.shell.main_window import MainWindow
+
+    paint = MainWindow.paintEvent
+
+    def end():
+        print(time.time(), flush=True)
+        os._exit(0)  # the program would not end while pages are loading
+
+    def noted(window, event):
+        paint(window, event)
+        QTimer.singleShot(0, end)  # the children are painted in the same event
+
+    MainWindow.paintEvent = noted
+    main(["gui", "--demo", "--offscreen-seconds", "20"])
+"""
+
+
+def lock() -> Iterator[Figure]:
+    """From the press of LOCK in the window to its frame at the module, a process of its own, while the module streams:
+    with a store that takes everything at once, and with one that is blocked for 3 s, over and over. A press whose frame
+    had not arrived after 60 ms counts as 15 s."""
+    for store, took_s in apart("window", "lock").items():
+        took_ms = sorted(1000 * one for one in took_s)
+        p99 = took_ms[int(0.99 * PRESSES)]
+        text = f"median {statistics.median(took_ms):.1f} ms, 99 % {p99:.1f} ms, longest {took_ms[-1]:.1f} ms"
+        name = f"press of LOCK to its frame at the module, the store {store} ({PRESSES} presses)"
+        yield Figure(name, text, "99 % <= 50 ms", p99 <= 50)
+
+
+def measure_lock() -> dict[str, list[float]]:
+    """Return the seconds of each press, for the free and the blocked store."""
+    found: dict[str, list[float]] = {"free": [], "blocked": []}
+
+    def block(store: Store, is_over: threading.Event) -> None:
+        """Hold the writing connection, like a disk that takes 3 s per commit."""
+        while not is_over.is_set():
+            wait([store.write(lambda _facts: is_over.wait(BLOCKED_S))])
+
+    with tempfile.TemporaryDirectory() as folder, module_apart(Path(folder) / "module", "stream_hz=100") as module:
+        options = WindowOptions(port=module.port, language="en")
+        with window_apart(options) as assembly:
+            start(assembly, options)
+            button = assembly.window.top_bar.lock
+            opened = turn_until(lambda: button.isEnabled() and assembly.ports.current.is_open, LIMIT_S)
+            assert opened, "the port did not open"
+            store = assembly.storage.open_store()
+            assert isinstance(store, Store)
+            turn_for(WARM_UP_S)
+            for name, took_s in found.items():
+                is_over = threading.Event()
+                if name == "blocked":
+                    threading.Thread(target=block, args=(store, is_over), daemon=True).start()
+                for _ in range(PRESSES):
+                    pressed_at = time.monotonic()
+                    QTest.mouseClick(button, Qt.MouseButton.LeftButton)
+                    turn_for(BETWEEN_S)
+                    arrived_at = float(module.tell("last 10"))  # all processes share Linux' monotonic clock
+                    took_s.append(arrived_at - pressed_at if arrived_at >= pressed_at else LIMIT_S)
+                is_over.set()
+    return found
+
+
+def startup(runs: int = 5) -> Iterator[Figure]:
+    """From the start of the process to the first paint of the window, on the simulated module: the median, after one
+    run that fills the file system's cache."""
+    took = []
+    for _ in range(runs + 1):
+        began = time.time()
+        took.append(float(ran_code(_UP_TO_THE_FIRST_PAINT, QT_QPA_PLATFORM="offscreen").stdout) - began)
+    yield at_most(f"process start to first paint, median of {runs}", statistics.median(took[1:]), 0.5, "{:.2f} s")
+
+
+def plots() -> Iterator[Figure]:
+    """A redraw of the four plots of the Live page (CPU time, median, 1000 x 500)."""
+    for length_s, rate_hz, draws in REDRAWS:
+        took_ms = statistics.median(apart("window", "plots", length_s, rate_hz, draws)) * 1000
+        yield at_most(f"{length_s} s in sight at {rate_hz:,} Hz", took_ms, 4.0, "{:.1f} ms")
+
+
+def measure_plots(length_s: int, rate_hz: int, draws: int) -> list[float]:
+    """CPU seconds of each redraw, each a pixel after the one before."""
+    app, data = QApplication(sys.argv[:1]), LiveData()
+    times = np.arange(length_s * rate_hz) / rate_hz
+    noise = 30 * ((np.arange(len(times)) * 7919) % 101) / 101
+    slow = np.arange(length_s)
+    data.tilt.append(times, 40 + noise)
+    data.acceleration.append(times, 1 + noise / 60)
+    data.light.append(slow, np.full(len(slow), 0.3))
+    data.cell.append(slow, np.full(len(slow), 3.9))
+    data.acting.put(0.0, ModuleLimits(60.0, 50.0, 0.5, light_v=1.8))
+    plot = TimePlot(measured_lanes(data, LimitsInUse(), data.acting, data.unproven), wall_offset_s=0.0)
+    plot.resize(1000, 500)
+    plot.show()
+    plot.time_range.choose_length(length_s)
+    app.processEvents()
+    took, now_s = [], float(times[-1])
+    for _ in range(draws):
+        now_s += plot.time_range.pixel_s
+        data.tilt.append([now_s], [40.0])
+        data.acceleration.append([now_s], [1.0])
+        began = time.process_time()
+        plot.draw(now_s)
+        app.processEvents()
+        took.append(time.process_time() - began)
+    return took[1:]
+
+
+def cpu() -> Iterator[Figure]:
+    """CPU time of the whole program, window and worker, and stalls of its event loop, while a module in another process
+    streams to its Live page."""
+    for rate_hz, (count, aim) in RATES.items():
+        runs = []
+        for _ in range(count):
+            with run_module("--rate", str(rate_hz), "--lifelike") as module:
+                runs.append(apart("window", "cpu", module.port))
+        share, stall_s = (statistics.median(run[at] for run in runs) for at in (0, 1))
+        yield at_most(f"CPU of window and worker at {rate_hz} Hz, of one core", share, aim, "{:.1%}")
+        yield at_most(f"longest stall of the event loop at {rate_hz} Hz", stall_s * 1000, 50, "{:.1f} ms")
+
+
+def measure_cpu(port: str) -> tuple[float, float]:
+    options = WindowOptions(port=port, language="en", offscreen_seconds=CPU_S)
+    with window_apart(options) as assembly:
+        start(assembly, options)
+        assert turn_until(lambda: assembly.ports.current.module.view.is_streaming, LIMIT_S), "the module did not stream"
+        turn_for(WARM_UP_S)
+        began, used = time.perf_counter(), time.process_time()
+        turn_for(CPU_S)
+        share = (time.process_time() - used) / (time.perf_counter() - began)
+        watch = LoopWatch()
+        watch.start()  # only now, since it takes a tenth of all CPU time
+        turn_for(CPU_S)
+        watch.stop()
+    return share, watch.longest_s
+
+
+if __name__ == "__main__":
+    what, *words = sys.argv[1:]
+    measures: dict[str, Any] = {"lock": measure_lock, "plots": lambda *case: measure_plots(*map(int, case))}
+    print(json.dumps((measures | {"cpu": measure_cpu})[what](*words)))
