@@ -99,17 +99,17 @@ class ArchivePanel(QWidget):
     the window never waits for it. `settings_wanted`: the page of the settings, which has earlier ones as edits."""
 
     settings_wanted = Signal()
+    # The server that is set, without its password.
+    _server: str | None = None
 
     def __init__(self, services: Services) -> None:
         super().__init__()
         self.setObjectName("archive_panel")
         self._services = services
-        # The server that is set, without its password.
-        self._server: str | None = None
         self.ask_file = ask_path
         self._exchanging: BackgroundTask[tuple[str, bool]] = BackgroundTask("dps-s archive", self)
         timer = QTimer(self, interval=EXCHANGE_EVERY_MS)
-        timer.timeout.connect(self._exchange_with_server)
+        timer.timeout.connect(lambda: self._exchange(self._server) if self._server else None)
         timer.start()
         self._loading: BackgroundTask[list[ModuleToday]] = BackgroundTask("dps-s archive list", self)
         self._loading_history: BackgroundTask[list[HistoryEvent]] = BackgroundTask("dps-s archive history", self)
@@ -133,17 +133,11 @@ class ArchivePanel(QWidget):
             tr("Modules"),
             _MODULE_COLUMNS,
             lambda row: row.name,
-            lambda row: f"{clean(row.name)}: " + (row.due_words or tr("nothing due")),
             row_px=RowHeight.LIST,
             is_single=True,
         )
         self.life = RowsTable(
-            "archive_life",
-            tr("Records"),
-            _HISTORY_COLUMNS,
-            lambda event: event.row.id,
-            lambda event: event.text.translated(),
-            row_px=RowHeight.LIST,
+            "archive_life", tr("Records"), _HISTORY_COLUMNS, lambda event: event.row.id, row_px=RowHeight.LIST
         )
         for table in (self.modules, self.life):
             table.setWordWrap(True)
@@ -177,10 +171,7 @@ class ArchivePanel(QWidget):
         store = self._services.storage.ready
         self._server = None if store is None else store.state("server")
         self.server.setText(self._server or "")
-        self._exchange_with_server()
-
-    def _exchange_with_server(self) -> None:
-        if self._server is not None:
+        if self._server is not None or self.isVisible():
             self._exchange(self._server)
 
     def _sync(self) -> None:
