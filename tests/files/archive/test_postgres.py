@@ -1,6 +1,5 @@
 """An archive on a PostgreSQL server: what was altered on it, who may do what, passwords, connections that break."""
 
-import json
 import logging
 import re
 import sys
@@ -16,8 +15,6 @@ from app.archive.places import SQL_FILE, PostgresPlace, server_url
 from app.store.fact_store import Store
 from app.store.rows import SaidNew
 from app.text.messages import UserError
-from tests.cli.test_schemas import faults
-from tests.support.cli_line import run_here
 from tests.support.processes import ran_code, running
 from tests.support.records.archive_server import (
     PASSWORD,
@@ -295,23 +292,3 @@ def test_the_systems_roots_are_found(server: ArchiveServer, tmp_path: Path, monk
     monkeypatch.setenv("SSL_CERT_FILE", str(tmp_path / "other.crt"))  # a person's own choice counts
     with pytest.raises(UserError, match="certificate verify failed"):
         PostgresPlace(address)
-
-
-def test_the_command_exchanges_and_says_what_was_altered(
-    stores: list[Store], server: ArchiveServer, capsys: pytest.CaptureFixture[str]
-) -> None:
-    _say(stores[0], "M-07")
-    sync(stores[0], server.url())
-    found: list[dict[str, Any]] = []
-    with closing(open_store()) as here:
-        here.set_state("server", server_url(server.url()).shown).result()
-    for words, code in (([server.url()], 0), ([], 0), ([], 4)):
-        if len(found) == 2:
-            server.run("UPDATE dps_s_facts SET id = '1' || substr(id, 2) WHERE module = 'M-07'")
-        found.append(json.loads(run_here(capsys, ["archive", "sync", *words, "--json"], code).out))
-    assert [fault for report in found for fault in faults("archive_sync", report)] == []
-    assert [(report["received"], report["left_out_count"]) for report in found] == [(2, 0), (0, 0), (0, 1)]
-    assert [one["why"] for one in found[2]["left_out"]] == ["altered"]
-    status = json.loads(run_here(capsys, ["archive", "status", "--json"]).out)
-    assert faults("archive_status", status) == []
-    assert (status["server"], status["not_shared"]) == (server_url(server.url()).shown, 0)

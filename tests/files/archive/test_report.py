@@ -1,6 +1,7 @@
 """Every module today, over all stations; and what happened to one."""
 
 import json
+import sqlite3
 from collections.abc import Callable, Iterator
 from contextlib import closing
 from datetime import UTC, datetime, timedelta
@@ -226,3 +227,11 @@ def test_the_commands_tell_of_all_stations(
     assert say("service", "M-99", "--what", "repack", "--who", "Li", code=1).err
     assert say("sync", "postgresql://nobody:secret@127.0.0.1:1/x", code=3).err.count("secret") == 0
     assert say("sync", code=2).err
+    here.set_state("server", "postgresql://127.0.0.1:1/x").result()
+    assert "127.0.0.1" in say("sync", code=3).err
+    with closing(sqlite3.connect(stick)) as altered:
+        altered.execute(
+            "INSERT INTO facts SELECT ?, kind, module, station, made_at, content FROM facts LIMIT 1", ("f" * 40,)
+        )
+        altered.commit()
+    assert say("sync", stick, code=4).err.count("altered") == 2
