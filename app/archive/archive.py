@@ -3,13 +3,7 @@ are exchanged with a server or a file.
 
 The second file has the same table. It is neither copied nor checked for an act, and may be thrown away, as everything
 in it comes again. Whatever came from outside is there, also what claims to be of this station: nothing that decides
-here reads it.
-
-This station and a place get the same rows, in both directions. Both sides tell, for each three days, how many facts
-they have and a digest of their ids. Where these differ the ids are compared, and the missing rows are copied in pages,
-each its own commit. Nothing is remembered from one exchange to the next that could be wrong after a crash, a restored
-copy or a moved server: whatever is committed late, by whomever, is in the next comparison. So an exchange may be broken
-off anywhere, repeated, and run beside others.
+here reads it. `docs/archive.md` says how two sets of facts become one.
 """
 
 import logging

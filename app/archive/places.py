@@ -95,8 +95,8 @@ class PostgresPlace:
 
     def __init__(self, address: str) -> None:
         """Makes the table where it is missing and the role may."""
-        self._url = server_url(address)
-        self.name = self._url.shown
+        url = server_url(address)
+        self.name = url.shown
         try:
             import psycopg
         except ImportError as error:
@@ -106,9 +106,9 @@ class PostgresPlace:
         roots = [str(file) for file in ROOT_FILES if file.is_file()]
         if roots:
             os.environ.setdefault("SSL_CERT_FILE", roots[0])
-        options: dict[str, Any] = _PATIENCE | self._url.options
-        if self._url.password:
-            options["password"] = self._url.password
+        options: dict[str, Any] = _PATIENCE | url.options
+        if url.password:
+            options["password"] = url.password
         with self._troubles():
             self._connection = psycopg.connect(self.name, autocommit=True, client_encoding="UTF8", **options)
             try:

@@ -4158,10 +4158,6 @@
         <translation>未写入（试运行）</translation>
     </message>
     <message>
-        <source>nothing due</source>
-        <translation>没有到期事项</translation>
-    </message>
-    <message>
         <source>nothing overdue</source>
         <translation>无逾期</translation>
     </message>

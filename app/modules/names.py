@@ -1,9 +1,8 @@
 """The names of this station's modules, and what was last read under each.
 
-A module has no serial number of its own: a person says its name again in each conversation, after everything was read.
-What was last read under that name stands beside the question. What can be concluded from it is little: the boot count
-only grows, so one that went back is another module's, unless a part was changed since that starts counting from 0. The
-settings tell nothing, as the vendor's own tool sets them, too: they are shown, and speak neither way.
+A module has no serial number of its own: a person says its name again in each conversation, after everything was read,
+beside what was last read under it. The boot count only grows, so one that went back is another module's, unless a part
+was changed since that starts counting from 0. The settings tell nothing, as the vendor's own tool sets them, too.
 """
 
 from collections.abc import Mapping

@@ -36,8 +36,7 @@ from protocol.translatable import marked
 
 _log = logging.getLogger(__name__)
 
-# Number of checks that are looked through for an aircraft.
-RECENT = 100
+# Number of checks of a module that are looked through.
 LISTED = 200
 # A rise by this between two checks is a charge; by less than the other it is none.
 CHARGED_V = 0.1
@@ -270,7 +269,7 @@ def document_of(facts: Facts, id_: str) -> str:
 
 def aircraft_of(facts: Facts, module: str) -> str:
     """In the last check of this module that names one; else empty."""
-    checks = islice(facts.back_from_newest(PreflightCheck, module), RECENT)
+    checks = islice(facts.back_from_newest(PreflightCheck, module), LISTED)
     return next((check.content.aircraft for check in checks if check.content.aircraft), "")
 
 

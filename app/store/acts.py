@@ -2,10 +2,9 @@
 
 An intent whose end nobody saw reads as unknown. What an act leaves behind is in `state`: see `app.safety.left_active`.
 
-After a deploy that left, and after a TRIGGERED that was seen, no earlier verdict of the module holds. Whether it fired
-is for nobody here to say: a deploy may be unconfirmed, and a module whose voltage breaks down while it fires restarts
-and reports nothing of it. So what left the computer counts, and what was seen once stays seen. Where the module has no
-name, either is remembered with the port, and becomes a fact of the next name that is said there.
+After a deploy that left, and after a TRIGGERED that was seen, no earlier verdict of the module holds: a deploy may be
+unconfirmed, and a module whose voltage breaks down while it fires restarts and reports nothing of it. Where the module
+has no name, either is remembered with the port, and becomes a fact of the next name that is said there.
 """
 
 import logging
@@ -201,11 +200,9 @@ def claim_fired(facts: Facts, module: str, *, port: str, adapter: str = "") -> N
 class StreamMemory:
     """Of one port, by adapter, or by port where there is none: whether the program left a module's serial output on.
 
-    The intent is on the disk before the module is told, and stands until the module has confirmed "off". A stream that
-    was left on is not "as found": the next conversation switches it off. An adapter does not tell which module is
-    behind it. So only a module on the same start, by its boot count, is the one that was switched on; of any other one
-    that streams it is "as found". Where the boot count was not known, the adapter has to do. Without a store it forgets
-    with the program."""
+    The intent is on the disk before the module is told, and stands until the module has confirmed "off": one that was
+    left on is not "as found", and the next conversation switches it off. An adapter does not tell which module is
+    behind it, so that its boot count has to be the same. Without a store it forgets with the program."""
 
     def __init__(self, store: Store | None = None, adapter: str = "") -> None:
         self._store, self._key = store, f"stream:{adapter}"
