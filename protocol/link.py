@@ -134,6 +134,7 @@ class Link:
         """The port runs at another rate now: what was received at the old one is no part of a frame."""
         self.told = ToldValues()
         self._parser = StreamParser()
+        self._outgoing.clear()  # what was to leave at the old one
         self._last_byte_at = -inf
         self._turned_at = now  # when its owner called `tick` last
         self._valid_at = now  # when the last valid frame came, or the conversation began

@@ -147,18 +147,19 @@ def test_each_reader_gets_its_own_answers_and_all_get_the_stream(shared: Shared)
 
 
 def test_the_end_of_a_conversation_reaches_every_reader(shared: Shared) -> None:
-    """What answers after 0.6 s may be another module: a reader hears nothing for longer than its link waits."""
+    """What answers after a silence may be another module: a reader hears nothing for longer than its link waits. The
+    silence is longer than the longest that a slow machine makes of the link's round trips."""
     with shared.reader() as client:
         ask(client, STATUS_QUERY, 8)
         before = time.monotonic()
-        shared.module.be_silent(now(), 0.6)
+        shared.module.be_silent(now(), 1.1)
         client.settimeout(0.05)
         while True:
             with contextlib.suppress(TimeoutError):
                 ask(client, STATUS_QUERY, 8)
                 if time.monotonic() - before > 0.3:  # one may have been on its way
                     break
-        assert time.monotonic() - before > 1.0
+        assert time.monotonic() - before > 1.5
     assert "The module was silent for a moment." in shared.end()[2]
 
 
