@@ -33,8 +33,6 @@ def open_bench(url: str) -> SimulatedBench:
 class Serial(SerialBase):
     """A port of pyserial's shape, without modem lines; no write waits."""
 
-    BAUDRATES = tuple(rate for rate in SerialBase.BAUDRATES if rate >= 1200)
-
     _bench: SimulatedBench | None = None
     _plug_number = 0
     _received = bytearray()
@@ -42,12 +40,8 @@ class Serial(SerialBase):
 
     def open(self) -> None:
         """Raises `SerialException` where it is unplugged or in use, or the URL is wrong."""
-        if self.is_open:
-            raise SerialException("Port is already open.")
-        if not self.portstr:
-            raise SerialException("Port must be configured before it can be used.")
         try:
-            bench = open_bench(self.portstr)
+            bench = open_bench(str(self.portstr))
         except UserError as error:
             raise SerialException(errno.EINVAL, f"could not open port {self.portstr}: {error}") from error
         with bench.changed:
@@ -116,18 +110,12 @@ class Serial(SerialBase):
             bench.wire.read(bench.clock())
             self._received.clear()
 
-    def reset_output_buffer(self) -> None:
-        """Nothing waits there."""
-
     def cancel_read(self) -> None:
         bench = self._bench
         if bench is not None:
             with bench.changed:
                 self._is_cancelled = True
                 bench.changed.notify_all()
-
-    def cancel_write(self) -> None:
-        """No write waits."""
 
     def _source(self) -> SimulatedBench:
         bench = self._bench
