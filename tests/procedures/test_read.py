@@ -1,20 +1,40 @@
-"""What is read, how many frames each procedure costs, and who is there directly before a frame."""
+"""What is read, how many frames each procedure costs, and who is there directly before a frame.
 
+Trigger records are never thrown away, never invented, and never "none" where nothing was answered.
+
+A light threshold by measurement, whichever way light moves the reading.
+"""
+
+from collections import Counter
 from collections.abc import Callable
+from itertools import product
 from typing import Any
 
 import pytest
 
+from app.engine.conversation import Interrupted
 from app.engine.procedure import Ask, Procedure
 from app.procedures.act import perform
+from app.procedures.history import read_history
+from app.procedures.light import (
+    ENOUGH_SAMPLES,
+    Band,
+    CalibrationFault,
+    LightDirection,
+    Proposal,
+    measure_light,
+    propose,
+)
 from app.procedures.read import READABLE, read_everything, read_settings, who_is_there
 from app.procedures.write import SettingChange, WriteContext, write_all
 from app.safety.journal import REQUESTS, Act
+from app.simulator.module import record_frame
 from protocol.catalogue import BY_NAME
 from tests.module.options import Options
 from tests.support.journals import FakeJournal
 from tests.support.line.module_line import ModuleRig
 from tests.support.line.sim_line import Rig, settled_rig
+from tests.support.thorough import some
 
 ALL = {"light_threshold_v": 1.8, "attitude_threshold_deg": 60, "freefall_acceleration_g": 0.5, "freefall_time_s": 1.6}
 FOUR = {"freefall_time": 1.4, "attitude_threshold": 65, "light_threshold": 2.0, "freefall_acceleration": 0.4}
@@ -138,3 +158,110 @@ def test_directly_before_a_frame_who_is_there_is_asked_the_boot_count_last(act: 
 @pytest.mark.promise("a")
 def test_who_is_there_begins_behind_a_fence() -> None:
     assert next(who_is_there()) == Ask(BY_NAME["active"].query(), is_fenced=True)
+
+
+RECORD_LIES: tuple[dict[str, Any], ...] = (
+    {"drop_records": "1/2,1/3,1/4,1/5"},
+    {"drop_records": "2/1"},
+    {"drop_records": "1/2,2/3,3/4"},
+    {"drop_records": "1/1,2/1,3/1,4/1,5/1,6/1,7/1,8/1,9/1"},
+    {"mute_codes": "35"},
+    {"mute_codes": "35/2"},
+    {"double_codes": "35"},
+    {"double_codes": "35", "double_ms": "30"},
+    {"double_codes": "01,35", "double_ms": "5"},
+    {"drop": "0.1"},
+    {"drop": "0.3"},
+    {"corrupt": "0.004"},
+    {"corrupt": "0.02"},
+    {"lose": "0.01"},
+    {"double": "0.5"},
+    {"lag_ms": "700"},
+)
+RECORD_DIALECTS: tuple[dict[str, Any], ...] = tuple(
+    {"records": records, "empty_slots": empty} for records in ("together", "spaced", "pieces")
+    for empty in ("none", "zeros", "ones")
+)  # fmt: skip
+
+
+def record_faults(options: dict[str, Any]) -> list[str]:
+    """What one reading of the history claims of the records that the module holds, and is not so."""
+    rig = Rig({"uptime": 60, "noise": 0} | options)
+    rig.step_for(1.0)
+    if not rig.conversation.is_going:
+        return []
+    held = Counter(record_frame(data) for data in rig.bench.module.memory.records)
+    try:
+        history = rig.run(read_history())
+    except Interrupted:
+        return []  # nothing is claimed
+    shown = Counter(one.raw for one in history.all)
+    found = []
+    if Counter(one.raw for one in history.records) - held:
+        found.append("certain, and the module never had it")
+    if history.is_confirmed and shown != held:
+        found.append("complete, and it is not")
+    if history.is_confirmed and not history.is_answered:
+        found.append("complete without an answer")
+    if not history.is_answered and shown:
+        found.append("records without an answer")
+    return found
+
+
+@pytest.mark.parametrize("lie", RECORD_LIES, ids=str)
+@pytest.mark.promise("f")
+def test_no_lie_loses_or_invents_a_record(lie: dict[str, Any]) -> None:
+    for number, (quirks, count) in some(enumerate(product(RECORD_DIALECTS, (0, 1, 9))), one_in=4):
+        assert record_faults({**quirks, **lie, "history": count, "seed": number}) == [], (lie, quirks, count)
+
+
+def test_a_record_that_came_once_and_was_lost_later_is_still_listed() -> None:
+    rig = settled_rig(history=1, **{"drop-records": "1/2,1/3,1/4,1/5", "empty-slots": "zeros"})
+    history = rig.run(read_history())
+    assert [one.raw for one in history.seen_once] == [one.raw for one in history.all]
+    assert len(history.all) == 1
+    assert not history.is_confirmed
+
+
+@pytest.mark.promise("f")
+def test_a_query_that_is_never_answered_is_unknown_and_never_none() -> None:
+    history = settled_rig(history=3, **{"mute-codes": "35"}).run(read_history())
+    assert (history.is_answered, history.is_confirmed, history.all) == (False, False, ())
+
+
+def band(low: int, high: int, count: int = ENOUGH_SAMPLES) -> Band:
+    return Band(tuple(low if number % 2 else high for number in range(count)))
+
+
+@pytest.mark.parametrize(("inverted", "direction"), [(False, LightDirection.RISES), (True, LightDirection.FALLS)])
+def test_the_direction_is_found_and_the_threshold_lies_between(inverted: bool, direction: LightDirection) -> None:
+    rig = settled_rig(light_inverted=inverted, noise=1.0)
+    closed = rig.run(measure_light())
+    rig.bench.set_world(bay_is_open=True)
+    opened = rig.run(measure_light())
+    proposal = propose(closed, opened)
+    assert isinstance(proposal, Proposal)
+    assert proposal.direction is direction
+    assert len(closed.raws) == len(opened.raws) == 20
+    low, high = sorted((closed, opened), key=lambda one: one.low_v)
+    assert low.high_v < proposal.threshold_v < high.low_v
+    assert proposal.margin_closed_v == pytest.approx(proposal.margin_open_v, abs=0.11)
+    assert proposal.is_steady
+    assert proposal.vendors_v == pytest.approx(0.3 if inverted else 2.5, abs=0.1)
+
+
+@pytest.mark.parametrize(
+    ("closed", "opened", "found"),
+    [
+        (band(3, 5), band(5, 9), CalibrationFault.TOO_CLOSE),
+        (band(5, 9), band(3, 5), CalibrationFault.TOO_CLOSE),
+        (band(3, 9), band(5, 6), CalibrationFault.TOO_CLOSE),
+        (band(3, 5), band(6, 9), CalibrationFault.TOO_CLOSE),
+        (band(6, 9), band(3, 5), CalibrationFault.TOO_CLOSE),
+        (band(3, 5, 9), band(20, 21), CalibrationFault.TOO_FEW),
+        (band(3, 5), band(20, 21, 9), CalibrationFault.TOO_FEW),
+        (Band(()), Band(()), CalibrationFault.TOO_FEW),
+    ],
+)
+def test_no_threshold_where_there_is_no_gap(closed: Band, opened: Band, found: CalibrationFault) -> None:
+    assert propose(closed, opened) is found

@@ -1,18 +1,27 @@
 """What the background keeps fresh in each conversation, and that the stream is left as it was found."""
 
+import time
+from collections.abc import Iterator
+from concurrent.futures import Future
+from contextlib import closing
 from itertools import pairwise
+from pathlib import Path
 
 import pytest
 
 from app.engine.procedure import Cancelled
 from app.procedures.stream import LISTEN_S, StreamSwitch, watch
 from app.store.acts import StreamMemory
+from app.store.fact_store import Store
 from protocol.catalogue import SERIAL_OUTPUT, Request
 from protocol.events import Sent
 from tests.support.line.sim_line import Rig
+from tests.support.patience import PATIENCE_S
+from tests.support.records.stored import open_store
 
 ON, OFF = SERIAL_OUTPUT.set(True), SERIAL_OUTPUT.set(False)
 BRIEF_S = 0.2
+ADAPTER = "10c4:ea60:0001"
 
 
 def watched(
@@ -87,3 +96,77 @@ def test_on_a_slow_line_the_status_does_not_starve_the_others() -> None:
     rig.step_for(30.0)
     asked = {request.command.name for request in rig.line.requests[before:]}
     assert {"status", "cell_voltage", "light", "charging", "attitude_threshold"} <= asked
+
+
+# A stream that an earlier conversation, or a killed program, left on
+
+
+@pytest.fixture
+def store(tmp_path: Path) -> Iterator[Store]:
+    with closing(open_store(tmp_path / "data")) as made:
+        yield made
+
+
+def remembered(store: Store) -> StreamMemory:
+    """Once it was read: the store's thread does one thing after the other, and the fake clock does not wait for it."""
+    memory = StreamMemory(store, ADAPTER)
+    store.write(lambda facts: None).result(PATIENCE_S)
+    return memory
+
+
+def wait_stored(store: Store, is_on: bool) -> None:
+    deadline = time.monotonic() + PATIENCE_S
+    while (store.state(f"stream:{ADAPTER}") is not None) is not is_on:
+        assert time.monotonic() < deadline
+        time.sleep(0.005)
+
+
+class Slow(StreamMemory):
+    """A slow disk."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.done: Future[None] = Future()
+
+    def note_on(self, boot_count: int | None) -> Future[None]:
+        return self.done
+
+
+@pytest.mark.promise("c")
+def test_the_intent_is_on_disk_before_the_stream_is_switched_on() -> None:
+    memory = Slow()
+    rig = watched(memory=memory)
+    rig.step_for(LISTEN_S + 5)
+    assert sets(rig) == []
+    memory.done.set_result(None)
+    rig.step_for(1)
+    assert sets(rig) == [ON]
+
+
+@pytest.mark.parametrize(("boots", "is_wanted"), [(37, True), (None, False)])
+@pytest.mark.promise("c")
+def test_a_stream_left_on_is_switched_off(store: Store, boots: int | None, is_wanted: bool) -> None:
+    store.set_state(f"stream:{ADAPTER}", {"boot_count": boots}).result(PATIENCE_S)
+    memory = remembered(store)
+    rig = watched(StreamSwitch(is_wanted=is_wanted), memory, stream_at_boot="yes")
+    rig.step_for(LISTEN_S + 3)
+    assert memory.is_taken_over
+    assert sets(rig) == ([] if is_wanted else [OFF])
+    end(rig)
+    assert sets(rig) == [OFF]
+    assert not rig.bench.module.is_streaming
+    wait_stored(store, is_on=False)
+    assert memory.left_on is None
+
+
+@pytest.mark.promise("c")
+def test_another_module_on_the_same_adapter_is_left_as_it_was_found(store: Store) -> None:
+    store.set_state(f"stream:{ADAPTER}", {"boot_count": 37}).result(PATIENCE_S)
+    memory = remembered(store)
+    rig = watched(StreamSwitch(is_wanted=False), memory, boots=38, stream_at_boot="yes")
+    rig.step_for(LISTEN_S + 30)
+    end(rig)
+    assert not memory.is_taken_over
+    assert sets(rig) == []
+    assert rig.bench.module.is_streaming
+    wait_stored(store, is_on=False)

@@ -1,8 +1,11 @@
-"""What must not be taken for an answer, and the pauses before a request."""
+"""What must not be taken for an answer, and the pauses before a request.
+
+E4: when 16 and 17 may be set, and when what was acknowledged counts.
+"""
 
 import pytest
 
-from protocol.catalogue import ACTIVATION, TRIGGER_RECORDS
+from protocol.catalogue import ACTIVATION, TRIGGER_RECORDS, Request
 from protocol.events import Answered, Ended, EndReason, Received, Role, Sent, Unanswered
 from protocol.messages import Reading, encode_reply
 from protocol.stale_replies import FENCES
@@ -204,3 +207,66 @@ def test_the_pause_begins_where_quick_questions_are_lost_one_after_the_other() -
     ask(gap, attempts=1)
     gap.on_spoken(1.0)
     assert gap.due(QUESTION, 1.0) == 1.0 + QUESTION_S, "it stays"
+
+
+ATTITUDE, FREEFALL = named("attitude_trigger").set(True), named("freefall_trigger").set(True)
+LATE_S = 3.0
+
+
+@pytest.fixture
+def waited() -> Bench:
+    waited = Bench().begun()
+    waited.wait(LATE_S)
+    waited.events.clear()
+    return waited
+
+
+def is_sent(waited: Bench, request: Request) -> bool:
+    """Whether the link sends it now; else it says that it never left."""
+    before = waited.sent(request)
+    waited.ask(request)
+    waited.wait(0.02)  # behind a fence
+    is_out = waited.sent(request) > before
+    if not is_out:
+        assert waited.taken(Unanswered)[-1]._replace(at=0) == Unanswered(request, 0, 0.0, 0)
+    return is_out
+
+
+def are_known(waited: Bench) -> bool:
+    return waited.link.flags.are_known(waited.now)
+
+
+def test_16_follows_directly_where_17_was_answered_under_17(waited: Bench) -> None:
+    assert is_sent(waited, FREEFALL)
+    waited.hear(encode_reply(0x17, 0))
+    assert is_sent(waited, ATTITUDE)
+    waited.hear(encode_reply(0x16, 0))
+    assert len(waited.taken(Answered)) == 2
+
+
+@pytest.mark.promise("f")
+def test_the_wait_outlives_the_conversation(waited: Bench) -> None:
+    assert is_sent(waited, FREEFALL)
+    waited.hear(encode_reply(0x16, 0))
+    waited.events += waited.link.end(EndReason.ANOTHER, waited.now)
+    waited.wait(1.0)
+    assert waited.begins == 1
+    assert not is_sent(waited, ATTITUDE)
+
+
+@pytest.mark.parametrize("after_s", [0.001, 0.05, 0.5, 2.9, 4.0])
+def test_where_an_acknowledgement_comes_twice_nothing_counts_in_this_conversation(
+    waited: Bench, after_s: float
+) -> None:
+    assert is_sent(waited, FREEFALL)
+    waited.hear(encode_reply(0x17, 0))
+    waited.hear(encode_reply(0x17, 0), after_s=after_s)
+    waited.wait(60.0)
+    assert not are_known(waited)
+    assert is_sent(waited, ATTITUDE)
+    waited.hear(encode_reply(0x16, 0))
+    waited.wait(60.0)
+    assert not are_known(waited)
+    waited.events += waited.link.end(EndReason.ANOTHER, waited.now)
+    waited.wait(LATE_S)
+    assert are_known(waited)
