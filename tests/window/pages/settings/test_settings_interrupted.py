@@ -13,7 +13,7 @@ from app.settings.form import RowState
 from protocol.catalogue import BY_NAME
 from protocol.events import EndReason
 from tests.support.line.odd_module import end_faults
-from tests.support.window.fake_ports import fake_services, fake_window, show_alone
+from tests.support.window.fake_ports import fake_window
 from tests.support.window.settings_bench import (
     Desk,
     choose,
@@ -27,9 +27,9 @@ from tests.support.window.settings_bench import (
     written,
 )
 from tests.support.window.steps import given, notice_text
-from ui.pages.settings.page import SettingsPage
 
 TILT, TIME = "attitude_threshold_deg", "freefall_time_s"
+UNSENT = "Settings not written: 1"
 
 
 def restart(one: Desk) -> None:
@@ -56,6 +56,7 @@ def take_over(one: Desk) -> QPushButton:
 def test_edits_of_an_ended_conversation_are_offered_beside_what_the_module_holds_now(one: Desk) -> None:
     say_name(one, "M-07")
     type_into(one, "freefall_time", "1.2")
+    type_into(one, "light_threshold", "1.8")  # which it has already
     one.bench.module.memory.freefall_time = 150
     restart(one)
     assert one.settings.work.form.edited == {}, "the next conversation begins without edits"
@@ -72,28 +73,15 @@ def test_edits_of_an_ended_conversation_are_offered_beside_what_the_module_holds
     assert len(one.changes()) == 1
 
 
-def test_who_types_when_the_conversation_ends_presses_nothing(one: Desk) -> None:
-    field = one.find(QLineEdit, "freefall_time_wanted")
-    field.setFocus()
-    QTest.keyClicks(field, "1.")
-    one.bench.power_off()
-    one.until(lambda: not field.isEnabled())
-    QApplication.processEvents()
-    assert not isinstance(QApplication.focusWidget(), QAbstractButton)
-    assert QApplication.focusWidget() is not one.settings.note
-
-
 def test_edits_of_a_named_module_are_taken_over_by_none_that_is_not_said_to_be_it(one: Desk) -> None:
     say_name(one, "M-07")
     type_into(one, "freefall_time", "1.2")
     restart(one)
     choose(one, "name_other", one.assembly.window.notice_bar)
     assert "First say that it is M-07." in foot(one)
-    assert not take_over(one).isEnabled()
-    say_name(one, "M-08")
-    assert not take_over(one).isEnabled()
-    say_name(one, "M-07")
-    assert take_over(one).isEnabled()
+    for name in ("", "M-08", "M-07"):
+        say_name(one, name)
+        assert take_over(one).isEnabled() is (name == "M-07")
 
 
 def test_what_was_mistyped_stays_as_a_draft_too(one: Desk) -> None:
@@ -120,32 +108,37 @@ def test_a_risk_that_was_accepted_does_not_come_over(one: Desk) -> None:
     assert len(one.changes()) == before
 
 
-def test_what_the_module_has_already_is_no_edit_that_is_offered(one: Desk) -> None:
-    type_into(one, "freefall_time", "1.60")
-    type_into(one, "attitude_threshold", "70")
-    restart(one)
-    (remainder,) = one.assembly.ports.current.interruptions.remainders
-    assert remainder.drafts == {TILT: 70}
-
-
-def test_nothing_is_edited_or_sent_after_the_end(one: Desk) -> None:
-    type_into(one, "freefall_time", "1.2")
+def test_nothing_is_edited_pressed_or_sent_after_the_end(one: Desk) -> None:
+    page, field = one.settings, one.find(QLineEdit, "freefall_time_wanted")
+    field.setFocus()
+    field.selectAll()
+    QTest.keyClicks(field, "1.2")
     one.bench.unplug()
-    one.until(lambda: not one.assembly.ports.module.is_going)
-    page = one.settings
-    page.refresh()
-    assert not one.find(QLineEdit, "freefall_time_wanted").isEnabled()
+    one.until(lambda: not field.isEnabled())
+    QApplication.processEvents()
+    assert not isinstance(QApplication.focusWidget(), QAbstractButton), "who types presses nothing"
+    assert QApplication.focusWidget() is not page.note
     assert not page.write.isEnabled()
-    assert (page.code.text(), one.find(QLineEdit, "freefall_time_wanted").text()) == ("Settings code: —", "1.2")
-    assert state(one, TILT) is RowState.STALE
-    work = page.work
-    work.choose(TILT, 70)
-    work.write(one.assembly.armed)
-    assert work.form.edited == {TIME: 1.2}
+    assert (page.code.text(), field.text(), state(one, TILT)) == ("Settings code: —", "1.2", RowState.STALE)
+    page.work.choose(TILT, 70)
+    page.work.write(one.assembly.armed)
+    assert page.work.form.edited == {TIME: 1.2}
     assert not one.changes()
 
 
-# A write
+def test_the_light_of_two_conversations_is_no_threshold(one: Desk) -> None:
+    """Another module may have taken the place of the first between the two measurements."""
+    one.settings.refresh()
+    one.click("light_threshold_measure")
+    one.click("calibration_closed_measure")
+    one.until(lambda: not one.settings.work.measure_job.is_running)
+    restart(one)
+    one.settings.refresh()
+    assert one.settings.work.bands is None
+    assert one.settings.write.isVisible(), "the table is shown again"
+
+
+# What was under way
 
 
 def test_of_an_interrupted_write_it_is_said_what_became_of_each_setting(one: Desk) -> None:
@@ -162,146 +155,12 @@ def test_of_an_interrupted_write_it_is_said_what_became_of_each_setting(one: Des
     assert "Light threshold: verified then" in report
     assert "Attitude threshold: unknown" in report
     assert "Free-fall time: not sent" in report
-    assert ".," not in report
     assert kept.remainders[1].drafts == {TILT: 70, TIME: 1.2}
     one.bench.change(mute_codes=frozenset())
     one.bench.plug()
     one.until(lambda: one.assembly.ports.module.is_going and one.assembly.ports.module.is_read)
     one.wait(3.0)
     assert len(one.changes()) == 2, "in the next conversation nothing goes on by itself"
-
-
-# Leaving
-
-
-def test_losing_edits_is_confirmed(one: Desk) -> None:
-    ports, window, bar = one.assembly.ports, one.assembly.window, one.assembly.window.notice_bar
-    type_into(one, "freefall_time", "1.2")
-    window.disconnect_port()
-    assert "Settings not written: 1" in notice_text(bar)
-    choose(one, "stay", bar)
-    opening = ports.current.connection.opening
-    window.take_step(NextStep.CONNECT_AGAIN)
-    assert "Settings not written: 1" in notice_text(bar)
-    choose(one, "stay", bar)
-    assert (ports.current.is_open, ports.current.connection.opening) == (True, opening)
-    assert one.settings.work.form.edited == {TIME: 1.2}
-    window.close()
-    assert window.isVisible()
-    window.take_step(NextStep.CONNECT_AGAIN)
-    choose(one, "drop_edits", bar)
-    one.until(lambda: ports.current.connection.opening > opening and ports.module.is_read)
-    type_into(one, "freefall_time", "1.2")
-    window.disconnect_port()
-    choose(one, "drop_edits", bar)
-    one.until(lambda: not ports.current.is_open)
-    assert not ports.current.interruptions.remainders, "nobody has to be told of what was discarded"
-    assert not one.changes()
-
-
-def test_closing_the_window_asks_also_for_the_edits_of_an_ended_conversation(one: Desk) -> None:
-    window, bar = one.assembly.window, one.assembly.window.notice_bar
-    type_into(one, "freefall_time", "1.2")
-    restart(one)
-    window.close()
-    assert window.isVisible()
-    assert "Settings not written: 1" in notice_text(bar)
-    choose(one, "drop_edits", bar)
-    one.until(lambda: not window.isVisible())
-
-
-def test_edits_and_an_active_module_are_one_question(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
-    with desk(qtbot, qapp, tmp_path, "settings", active=True) as one:
-        window, bar = one.assembly.window, one.assembly.window.notice_bar
-        type_into(one, "freefall_time", "1.2")
-        window.close()
-        assert window.isVisible()
-        assert "The module is ACTIVE" in notice_text(bar)
-        assert "Settings not written: 1" in notice_text(bar)
-        choose(one, "lock_and_leave", bar)
-        one.until(lambda: bar.button("drop_edits") is not None)
-        assert "ACTIVE" not in notice_text(bar)
-        choose(one, "stay", bar)
-        assert one.settings.work.form.edited != {}
-        window.close()
-        choose(one, "drop_edits", bar)
-        one.until(lambda: not window.isVisible())
-        assert len(one.changes()) == 1  # LOCK, and no setting
-
-
-def test_leaving_while_it_writes_is_confirmed_until_it_is_written(one: Desk) -> None:
-    window, bar = one.assembly.window, one.assembly.window.notice_bar
-    one.bench.change(delay_ms=100.0)
-    type_into(one, "freefall_time", "1.2")
-    write(one)
-    one.until(lambda: one.settings.work.form.is_writing)
-    window.close()
-    assert window.isVisible()
-    assert "Settings not written: 1" in notice_text(bar)
-    one.settings.refresh()
-    assert (one.settings.write.text(), one.settings.write.isEnabled()) == ("Write 1 change", False)
-    end_faults(one.bench)
-    one.until(lambda: state(one, TIME) is RowState.VERIFIED)
-    one.until(lambda: bar.notice is None)
-    assert window.isVisible()
-    window.close()
-    assert not window.isVisible()
-
-
-# Another module
-
-
-def test_edits_stay_with_their_module_while_another_one_is_shown(qtbot: QtBot, qapp: QApplication) -> None:
-    with fake_services(qapp) as (ports, services):
-        page = SettingsPage(services)
-        show_alone(qtbot, services, page, 876, 500)
-        first, _worker = ports.plug_in("/dev/port0")
-        qapp.processEvents()
-        first.module.settings.choose(TIME, 1.2)
-        second, _worker = ports.plug_in("/dev/port1")
-        services.ports.choose(second)
-        qapp.processEvents()
-        page.refresh()
-        assert page.work.form.edited == {}
-        assert not page.write.isEnabled()
-        services.ports.choose(first)
-        page.refresh()
-        assert page.work.form.edited == {TIME: 1.2}
-        assert page.write.isEnabled()
-
-
-def test_edits_of_a_module_that_is_not_shown_are_asked_for_before_its_port_is_closed(
-    qapp: QApplication, tmp_path: Path
-) -> None:
-    with fake_window(qapp, tmp_path) as (ports, assembly):
-        attention, bar = assembly.window.attention, assembly.window.notice_bar
-        ports.plug_in("/dev/port0")
-        second, worker = ports.plug_in("/dev/port1")
-        qapp.processEvents()
-        closed: list[object] = []
-        second.module.settings.choose(TIME, 1.2)
-        attention.leave_port(lambda: closed.append(second), port=second)
-        assert notice_text(bar) == "/dev/port1: Settings not written: 1."
-        given(bar.button("stay")).click()
-        assert (closed, second.module.settings.count_unsent()) == ([], 1)
-        worker.end(EndReason.SILENT)
-        qapp.processEvents()
-        attention.leave_port(lambda: closed.append(second), port=second)
-        assert notice_text(bar) == "/dev/port1: Settings not written: 1.", "its notice would go with the port"
-        given(bar.notice).choices[1].act()
-        assert (closed, second.interruptions.count_drafts()) == ([second], 0)
-
-
-def test_the_light_of_two_conversations_is_no_threshold(one: Desk) -> None:
-    """Another module may have taken the place of the first between the two measurements."""
-    one.settings.refresh()
-    one.click("light_threshold_measure")
-    one.click("calibration_closed_measure")
-    one.until(lambda: not one.settings.work.measure_job.is_running)
-    restart(one)
-    one.settings.refresh()
-    assert one.settings.work.bands is None
-    assert one.settings.write.isVisible(), "the table is shown again"
 
 
 @pytest.mark.parametrize("is_sent", [False, True])
@@ -317,7 +176,96 @@ def test_what_is_said_of_a_change_of_the_baud_rate_that_was_broken_off(is_sent: 
         one.until(lambda: one.changes("baud_rate"))
     one.bench.unplug()
     one.until(lambda: not ports.current.is_open and not ports.current.is_changing_rate)
-    kept = ports.current.interruptions.remainders
-    report = given(kept[-1].text).translated()
+    report = given(ports.current.interruptions.remainders[-1].text).translated()
     assert ("maybe at 9600 baud" if is_sent else "Nothing was sent") in report
     assert len(one.changes("baud_rate")) == is_sent
+
+
+# Leaving
+
+
+def test_losing_edits_is_confirmed(one: Desk) -> None:
+    ports, window, bar = one.assembly.ports, one.assembly.window, one.assembly.window.notice_bar
+    type_into(one, "freefall_time", "1.2")
+    opening = ports.current.connection.opening
+    for leave in (window.disconnect_port, lambda: window.take_step(NextStep.CONNECT_AGAIN)):
+        leave()
+        assert UNSENT in notice_text(bar)
+        choose(one, "stay", bar)
+    assert (ports.current.is_open, ports.current.connection.opening) == (True, opening)
+    assert one.settings.work.form.edited == {TIME: 1.2}
+    window.close()
+    assert window.isVisible()
+    window.disconnect_port()
+    choose(one, "drop_edits", bar)
+    one.until(lambda: not ports.current.is_open)
+    assert not ports.current.interruptions.remainders, "nobody has to be told of what was discarded"
+    assert not one.changes()
+
+
+def test_closing_the_window_asks_also_for_the_edits_of_an_ended_conversation(one: Desk) -> None:
+    window, bar = one.assembly.window, one.assembly.window.notice_bar
+    type_into(one, "freefall_time", "1.2")
+    restart(one)
+    window.close()
+    assert window.isVisible()
+    assert UNSENT in notice_text(bar)
+    choose(one, "drop_edits", bar)
+    one.until(lambda: not window.isVisible())
+
+
+def test_edits_and_an_active_module_are_one_question(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
+    with desk(qtbot, qapp, tmp_path, "settings", active=True) as one:
+        window, bar = one.assembly.window, one.assembly.window.notice_bar
+        type_into(one, "freefall_time", "1.2")
+        window.close()
+        assert window.isVisible()
+        assert "The module is ACTIVE" in notice_text(bar)
+        assert UNSENT in notice_text(bar)
+        choose(one, "lock_and_leave", bar)
+        one.until(lambda: bar.button("drop_edits") is not None)
+        assert "ACTIVE" not in notice_text(bar)
+        choose(one, "drop_edits", bar)
+        one.until(lambda: not window.isVisible())
+        assert len(one.changes()) == 1  # LOCK, and no setting
+
+
+def test_leaving_while_it_writes_is_confirmed_until_it_is_written(one: Desk) -> None:
+    window, bar = one.assembly.window, one.assembly.window.notice_bar
+    one.bench.change(delay_ms=100.0)
+    type_into(one, "freefall_time", "1.2")
+    write(one)
+    one.until(lambda: one.settings.work.form.is_writing)
+    window.close()
+    assert window.isVisible()
+    assert UNSENT in notice_text(bar)
+    one.settings.refresh()
+    assert (one.settings.write.text(), one.settings.write.isEnabled()) == ("Write 1 change", False)
+    end_faults(one.bench)
+    one.until(lambda: state(one, TIME) is RowState.VERIFIED and bar.notice is None)
+    assert window.isVisible()
+    window.close()
+    assert not window.isVisible()
+
+
+def test_edits_stay_with_their_module_and_are_asked_for_before_its_port_is_closed(
+    qapp: QApplication, tmp_path: Path
+) -> None:
+    with fake_window(qapp, tmp_path) as (ports, assembly):
+        attention, bar = assembly.window.attention, assembly.window.notice_bar
+        first, _worker = ports.plug_in("/dev/port0")
+        second, worker = ports.plug_in("/dev/port1")
+        qapp.processEvents()
+        closed: list[object] = []
+        second.module.settings.choose(TIME, 1.2)
+        assert first.module.settings.count_unsent() == 0
+        attention.leave_port(lambda: closed.append(second), port=second)
+        assert notice_text(bar) == f"/dev/port1: {UNSENT}."
+        given(bar.button("stay")).click()
+        assert (closed, second.module.settings.count_unsent()) == ([], 1)
+        worker.end(EndReason.SILENT)
+        qapp.processEvents()
+        attention.leave_port(lambda: closed.append(second), port=second)
+        assert notice_text(bar) == f"/dev/port1: {UNSENT}.", "its notice would go with the port"
+        given(bar.notice).choices[1].act()
+        assert (closed, second.interruptions.count_drafts()) == ([second], 0)

@@ -1,18 +1,20 @@
 """The Settings page through real clicks and keys: the frames are counted, and what is called verified is what the
 module holds."""
 
+import tomllib
 from pathlib import Path
 
 import pytest
-from PySide6.QtCore import Qt
-from PySide6.QtWidgets import QApplication, QComboBox, QLabel, QLineEdit, QWidget
+from PySide6.QtCore import QPoint, QSize, Qt
+from PySide6.QtWidgets import QApplication, QCheckBox, QComboBox, QLabel, QLineEdit, QPushButton, QWidget
 from pytestqt.qtbot import QtBot
 
 from app.procedures.act import Armed
 from app.settings.form import RowState
-from app.text.i18n import tr
+from app.text.i18n import CHINESE, tr
 from protocol.catalogue import BY_NAME
 from tests.support.records.stored import kept_settings
+from tests.support.window import walk
 from tests.support.window.fakes_ui import store_of
 from tests.support.window.settings_bench import (
     Desk,
@@ -27,16 +29,18 @@ from tests.support.window.settings_bench import (
     write,
     written,
 )
-from tests.support.window.steps import notice_text
+from tests.support.window.steps import choosing, given, let_lay_out, notice_text
+from ui.core.preferences import Preferences
 from ui.style.theme import Meaning
+from ui.widgets.step_button import is_in_sight
 
 TILT, TIME, LIGHT, FLAG = "attitude_threshold_deg", "freefall_time_s", "light_threshold_v", "attitude_trigger"
+SMALL = QSize(1024, 600)
 
 
 def meaning(one: Desk) -> Meaning:
     one.settings.refresh()
-    assert one.settings.strip.notice is not None
-    return one.settings.strip.notice.meaning
+    return given(one.settings.strip.notice).meaning
 
 
 # Writing
@@ -44,7 +48,7 @@ def meaning(one: Desk) -> Meaning:
 
 def test_edit_write_and_verify(one: Desk) -> None:
     code = one.settings.code.text()
-    type_into(one, "freefall_time", "1.2")
+    type_into(one, "freefall_time", "1.16")  # times 100 that is a little less than 116
     type_into(one, "freefall_acceleration", "0.4")
     pick(one, "freefall_trigger", True)
     one.settings.refresh()
@@ -53,15 +57,14 @@ def test_edit_write_and_verify(one: Desk) -> None:
     written(one)
     assert state(one, TIME) is state(one, "freefall_acceleration_g") is RowState.VERIFIED
     assert state(one, "freefall_trigger") is RowState.ACKNOWLEDGED  # it cannot be read back: never "verified"
-    assert (one.held("freefall_time"), one.held("freefall_acceleration")) == (1.2, 0.4)
+    assert (one.held("freefall_time"), one.held("freefall_acceleration")) == (1.16, 0.4)
     assert len(one.changes()) == 3
     assert notice(one) == "Read back as written: 2. Acknowledged, cannot be read: 1."
     assert meaning(one) is Meaning.GOOD
     assert one.settings.code.text() != code
     assert not one.settings.write.isEnabled()
-
-
-def test_what_is_only_acknowledged_is_not_shown_as_good(one: Desk) -> None:
+    pick(one, "freefall_trigger", False)
+    pick(one, "freefall_trigger", True)
     pick(one, FLAG, True)
     written(one)
     assert notice(one) == "Acknowledged, cannot be read: 1."
@@ -91,9 +94,7 @@ def test_a_write_that_was_cancelled_shows_what_the_module_holds(one: Desk) -> No
     choose(one, "cancel")
     one.until(lambda: notice(one).startswith("Cancelled."))
     for name in ("attitude_threshold", "freefall_time", "light_threshold"):
-        shown = row(one, BY_NAME[name].key).module_value
-        assert shown is not None
-        assert shown.value == one.held(name)
+        assert given(row(one, BY_NAME[name].key).module_value).value == one.held(name)
     assert len(one.changes()) < 3
     assert one.settings.work.count_unsent() == 3 - len(one.changes())
 
@@ -107,8 +108,11 @@ def test_what_could_not_be_read_is_said(one: Desk) -> None:
     one.until(lambda: notice(one) == "")
 
 
-def test_against_the_advice_needs_a_second_click(qtbot: QtBot, one: Desk) -> None:
+def test_against_the_advice_needs_a_second_click_and_is_warned_of_also_once_it_is_written(
+    qtbot: QtBot, one: Desk
+) -> None:
     type_into(one, "attitude_threshold", "40")
+    pick(one, FLAG, False)
     written(one)
     assert "55° or more" in notice(one)
     written(one)  # the same button again is no second click
@@ -117,20 +121,12 @@ def test_against_the_advice_needs_a_second_click(qtbot: QtBot, one: Desk) -> Non
     assert not one.changes()
     qtbot.keyClick(one.settings, Qt.Key.Key_Escape)
     assert notice(one) == ""
+    warning = reason(one, FLAG)
     written(one)
     choose(one, "write_anyway")
     one.until(lambda: state(one, TILT) is RowState.VERIFIED)
-    assert len(one.changes()) == 1
-
-
-def test_a_trigger_that_is_off_is_warned_of_also_once_it_is_written(one: Desk) -> None:
-    pick(one, FLAG, False)
-    warning = reason(one, FLAG)
-    assert warning
-    write(one)
-    choose(one, "write_anyway")
-    one.until(lambda: state(one, FLAG) is RowState.ACKNOWLEDGED)
-    assert reason(one, FLAG) == warning
+    assert len(one.changes()) == 2
+    assert reason(one, FLAG) == warning != ""
     assert one.settings.rows[FLAG].reason.property("role") == "attention"
 
 
@@ -161,57 +157,45 @@ def test_edits_are_discarded_one_or_all_and_a_default_is_an_edit(one: Desk) -> N
     one.settings.refresh()
     one.click("attitude_threshold_discard")
     assert (box.text(), line.text()) == ("60", "1.1")
-    type_into(one, "attitude_threshold", "75")
     one.click("settings_revert")
     assert (box.text(), line.text(), line.property("role")) == ("60", "1.60", "muted")
     type_into(one, "attitude_threshold", "75")
     type_into(one, "freefall_time", "1.1")
     one.click("attitude_threshold_default")
-    assert (box.text(), line.text()) == ("60", "1.1")
     one.settings.refresh()
+    assert (box.text(), one.settings.write.text()) == ("60", "Write 1 change")
     assert not one.find(QWidget, "attitude_threshold_default").isVisible()
-    assert one.settings.write.text() == "Write 1 change"
     one.choose_rare("settings_defaults")
-    assert (box.text(), line.text()) == ("60", "1.60")
     one.settings.refresh()
+    assert (box.text(), line.text()) == ("60", "1.60")
     assert one.settings.write.text() == "Write 2 changes"  # the two flags: nobody knows how they stand
     assert not one.changes()
 
 
 def test_initial_values_can_be_restored(one: Desk) -> None:
     assert not one.settings.as_found.isEnabled()
+    one.bench.module.memory.freefall_time = 150
+    one.click("settings_read")
+    one.until(lambda: not one.settings.work.job.is_running)
+    one.until(lambda: given(row(one, TIME).module_value).value == 1.5)
     for text in ("1.2", "1.3"):
         type_into(one, "freefall_time", text)
         written(one)
-        assert state(one, TIME) is RowState.VERIFIED
     one.settings.refresh()
     one.choose_rare("settings_as_found")
     written(one)
-    assert (one.held("freefall_time"), state(one, TIME)) == (1.6, RowState.VERIFIED)
-    store = store_of(one.assembly.storage)
-    assert [settings[TIME] for settings in kept_settings(store)] == [1.6]
+    assert (one.held("freefall_time"), state(one, TIME)) == (1.5, RowState.VERIFIED)
+    assert [settings[TIME] for settings in kept_settings(store_of(one.assembly.storage))] == [1.5]
 
 
-@pytest.mark.parametrize(
-    ("name", "typed", "says"),
-    [
-        ("attitude_threshold", "650", "0° to 255°"),
-        ("light_threshold", "0.55", "steps of 0.1 V"),
-    ],
-)
-def test_what_cannot_be_sent_stays_as_typed_and_nothing_is_written(
-    qtbot: QtBot, one: Desk, name: str, typed: str, says: str
-) -> None:
-    page, box = one.settings, one.find(QLineEdit, f"{name}_wanted")
-    key = BY_NAME[name].key
+def test_what_cannot_be_sent_stays_as_typed_and_nothing_is_written(qtbot: QtBot, one: Desk) -> None:
+    page, box = one.settings, one.find(QLineEdit, "light_threshold_wanted")
     type_into(one, "freefall_acceleration", "0.4")  # that could be written by itself
-    type_into(one, name, typed)
+    type_into(one, "light_threshold", "0.55")
     one.wait(1.0)  # the page refreshes itself
-    assert box.text() == typed
-    assert box.property("role") == "wrong"
-    assert state(one, key) is RowState.IMPOSSIBLE
-    assert says in reason(one, key)
-    assert tr(BY_NAME[name].title) in notice(one)
+    assert (box.text(), box.property("role"), state(one, LIGHT)) == ("0.55", "wrong", RowState.IMPOSSIBLE)
+    assert "steps of 0.1 V" in reason(one, LIGHT)
+    assert tr(BY_NAME["light_threshold"].title) in notice(one)
     assert not page.write.isEnabled()
     box.setFocus()
     qtbot.keyClick(box, Qt.Key.Key_Return, Qt.KeyboardModifier.ControlModifier)
@@ -219,25 +203,22 @@ def test_what_cannot_be_sent_stays_as_typed_and_nothing_is_written(
     one.wait(0.5)
     assert one.changes() == []
     assert page.work.count_unsent() == 2  # leaving the program asks
-    one.click(f"{name}_discard")
-    assert state(one, key) is RowState.READ
-    assert box.property("role") == "muted"
+    one.click("light_threshold_discard")
+    assert (state(one, LIGHT), box.property("role")) == (RowState.READ, "muted")
     written(one)
     assert state(one, "freefall_acceleration_g") is RowState.VERIFIED
 
 
-@pytest.mark.parametrize("typed", ["75", " 75"])
-def test_an_emptied_field_waits_for_another_number(typed: str, qtbot: QtBot, one: Desk) -> None:
+def test_an_emptied_field_waits_for_another_number(qtbot: QtBot, one: Desk) -> None:
     box = one.find(QLineEdit, "attitude_threshold_wanted")
     one.until(lambda: box.text() == "60")
     box.setFocus()
     box.selectAll()
     qtbot.keyClick(box, Qt.Key.Key_Delete)
     one.wait(1.0)
-    assert box.text() == ""
-    assert not one.settings.write.isEnabled()
-    qtbot.keyClicks(box, typed)
-    assert box.text() == typed
+    assert (box.text(), one.settings.write.isEnabled()) == ("", False)
+    qtbot.keyClicks(box, " 75")
+    assert box.text() == " 75"
     assert one.settings.work.form.edited == {TILT: 75}
 
 
@@ -257,46 +238,30 @@ def test_the_light_threshold_by_measurement(is_inverted: bool, one: Desk) -> Non
     one.settings.refresh()
     assert ("reads lower" in one.settings.calibration.detail.text()) is is_inverted
     one.click("calibration_take")
-    edited = row(one, LIGHT).edited
-    assert edited is not None
+    edited = given(row(one, LIGHT).edited)
     assert one.assembly.ports.module.light_direction is not None
     written(one)
     assert one.held("light_threshold") == edited
 
 
-def test_a_measurement_ends_with_its_panel(one: Desk) -> None:
+def test_the_baud_rate_needs_two_clicks_and_the_port_follows(qtbot: QtBot, one: Desk) -> None:
+    baud, port = one.settings.baud, one.assembly.ports.current
     one.settings.refresh()
-    one.click("light_threshold_measure")
-    one.click("calibration_closed_measure")
-    one.wait(0.5)
-    assert one.settings.on_escape()
-    one.until(lambda: not one.assembly.ports.module.is_busy, 1.0)
+    assert not baud.confirm.ask.isEnabled()
+    pick(one, "baud_rate", 9600)
+    one.ask(baud.confirm)
+    one.until(baud.confirm.cancel.hasFocus)
+    qtbot.keyClick(baud.confirm.cancel, Qt.Key.Key_Escape)
+    assert not baud.confirm.is_asking
+    one.ask(baud.confirm)
+    one.click(baud.confirm.go)
+    one.until(lambda: port.interruptions.remainders)
+    assert len(one.changes("baud_rate")) == 1
+    assert port.connection.baud_rate == one.bench.module.baud_rate == 9600
+    assert "are at 9600 baud" in notice_text(one.assembly.window.notice_bar)
+    one.until(lambda: port.module.is_read)
     one.settings.refresh()
-    one.click("light_threshold_measure")
-    one.settings.refresh()
-    assert one.find(QLabel, "calibration_closed_text").text() == "not measured yet"
-
-
-def test_the_baud_rate_needs_two_clicks_and_the_port_follows(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
-    with desk(qtbot, qapp, tmp_path, "settings") as one:
-        baud, port = one.settings.baud, one.assembly.ports.current
-        one.settings.refresh()
-        assert not baud.confirm.ask.isEnabled()
-        pick(one, "baud_rate", 9600)
-        one.ask(baud.confirm)
-        one.until(baud.confirm.cancel.hasFocus)
-        qtbot.keyClick(baud.confirm.cancel, Qt.Key.Key_Escape)
-        assert not baud.confirm.is_asking
-        one.ask(baud.confirm)
-        one.click(baud.confirm.go)
-        one.until(lambda: port.interruptions.remainders)
-        assert len(one.changes("baud_rate")) == 1
-        assert port.connection.baud_rate == one.bench.module.baud_rate
-        assert "are at 9600 baud" in notice_text(one.assembly.window.notice_bar)
-        one.until(lambda: port.module.is_read)
-        one.settings.refresh()
-        shown = f"{one.bench.module.baud_rate} baud"
-        assert one.find(QLabel, "baud_rate_stands").text() == shown
+    assert one.find(QLabel, "baud_rate_stands").text() == "9600 baud"
 
 
 def test_a_question_about_the_baud_rate_ends_with_the_conversation(one: Desk) -> None:
@@ -308,3 +273,134 @@ def test_a_question_about_the_baud_rate_ends_with_the_conversation(one: Desk) ->
     assert not one.settings.baud.confirm.is_asking
     assert one.find(QComboBox, "baud_rate_wanted").currentIndex() == -1
     assert not one.changes("baud_rate")
+
+
+# Profiles
+
+
+def open_profile(one: Desk, path: Path, text: str = f"{walk.PROFILE}baud_rate = 9600\n") -> None:
+    path.write_text(text, encoding="utf-8")
+    one.settings.ask_open = choosing(path)
+    one.click("profile_open")
+
+
+def tick(one: Desk, name: str) -> QCheckBox:
+    return one.find(QCheckBox, f"profile_tick_{name}")
+
+
+def apply(one: Desk) -> None:
+    one.click("profile_apply")
+    one.until(lambda: not one.settings.work.job.is_running)
+
+
+def test_compare_tick_apply_verify(tmp_path: Path, one: Desk) -> None:
+    open_profile(one, tmp_path / "H6.toml")
+    assert one.find(QLabel, "profile_title").text() == "Survey hexacopter"
+    matches = {
+        "attitude_threshold": "different",
+        "freefall_time": "same",
+        "attitude_trigger": "unknown",
+        "light_threshold": "not in the profile",
+    }
+    assert {name: one.find(QLabel, f"profile_match_{name}").text() for name in matches} == matches
+    names = ("attitude_threshold", "freefall_time", "attitude_trigger", "baud_rate")
+    assert [name for name in names if tick(one, name).isChecked()] == ["attitude_threshold", "attitude_trigger"]
+    assert not tick(one, "baud_rate").isEnabled()  # it has its own place
+    assert one.find(QPushButton, "profile_apply").text() == "Apply 2 ticked"
+    apply(one)
+    assert state(one, TILT) is RowState.VERIFIED
+    assert one.held("attitude_threshold") == 65
+    assert len(one.changes()) == 2
+    assert one.changes("baud_rate", "freefall_time") == []
+
+
+def test_only_what_is_ticked_is_applied(tmp_path: Path, one: Desk) -> None:
+    type_into(one, "light_threshold", "1.9")
+    open_profile(one, tmp_path / "H6.toml")
+    one.click(tick(one, "attitude_threshold"))
+    one.wait(1.0)
+    assert not tick(one, "attitude_threshold").isChecked()  # it stays as the person left it
+    apply(one)
+    assert (one.held("attitude_threshold"), one.held("light_threshold")) == (60, 1.8)
+    assert len(one.changes("attitude_trigger")) == len(one.changes()) == 1
+    assert one.settings.work.form.edited == {LIGHT: 1.9}, "what was not shown stays an edit"
+
+
+def test_what_is_no_profile_is_refused_with_its_faults_and_replaces_nothing(tmp_path: Path, one: Desk) -> None:
+    open_profile(one, tmp_path / "bad.toml", 'name = "x"\nwhat = 1\n[settings]\nattitude_threshold_deg = 300\n')
+    said = notice(one)
+    assert said.startswith("bad.toml is not a profile")
+    assert "what" in said
+    assert one.settings.write.isVisible()
+    assert one.settings.work.comparison is None
+
+
+def test_current_settings_are_saved_and_unknown_ones_are_named(tmp_path: Path, one: Desk) -> None:
+    path = tmp_path / "as it is.toml"
+    one.settings.ask_save = choosing(path)
+    one.click("profile_save")
+    one.until(lambda: "Saved to" in notice(one))
+    saved = tomllib.loads(path.read_text(encoding="utf-8"))
+    assert saved["name"] == "as it is"
+    assert saved["settings"] == {
+        LIGHT: 1.8, TILT: 60, "freefall_acceleration_g": 0.5, TIME: 1.6, "baud_rate": 115200,
+    }  # fmt: skip
+    assert notice(one).endswith("Unknown: Attitude trigger, Free-fall trigger.")
+    one.settings.ask_save = choosing(tmp_path / "no such folder" / "x.toml")
+    one.click("profile_save")
+    one.until(lambda: "cannot be written" in notice(one))
+
+
+# Sizes
+
+
+def resize(one: Desk) -> None:
+    one.assembly.window.resize(SMALL)
+    one.settings.refresh()
+    let_lay_out(one.assembly.window)
+
+
+@pytest.mark.parametrize("spoken", [CHINESE], indirect=True)
+def test_in_text_of_twice_the_size_the_main_button_stays_in_sight(
+    spoken: str, qtbot: QtBot, qapp: QApplication, tmp_path: Path
+) -> None:
+    Preferences(tmp_path / "window.ini").zoom_percent = 200
+    with desk(qtbot, qapp, tmp_path, "settings") as one:
+        page = one.settings
+
+        def are_in_sight(*buttons: QPushButton | None) -> bool:
+            resize(one)
+            areas = (one.assembly.window.area, page.scroll_area)
+            lies_sideways = any(area.horizontalScrollBar().maximum() for area in areas)
+            return not lies_sideways and all(is_in_sight(given(button)) for button in buttons)
+
+        assert are_in_sight(page.write)
+        type_into(one, "attitude_threshold", "40")
+        pick(one, FLAG, False)
+        written(one)
+        assert are_in_sight(page.strip.button("write_anyway"), page.write)
+        page.work.job.dismiss()
+        open_profile(one, tmp_path / "H6.toml")
+        assert are_in_sight(page.compare.apply)
+        page.on_escape()
+        page.measure.click()
+        assert are_in_sight(page.calibration.take)
+
+
+def test_editors_stay_where_they_are_whatever_the_rows_say(one: Desk) -> None:
+    page = one.settings
+
+    def places() -> list[QPoint]:
+        resize(one)
+        page.scroll_area.verticalScrollBar().setValue(0)
+        return [row.editor.mapTo(page, QPoint()) for row in page.rows.values()]
+
+    before = places()
+    type_into(one, "freefall_time", "9999")
+    assert places() == before
+    type_into(one, "freefall_time", "1.1")
+    type_into(one, "attitude_threshold", "40")
+    pick(one, "freefall_trigger", True)
+    assert places() == before
+    written(one)
+    assert places() == before

@@ -24,10 +24,12 @@ EXAMPLE = bytes.fromhex("01 00 6C 02 3C 05 A0 00 01 03 EB".replace(" ", ""))
 
 def name_kept(bench: OnBench, name: str) -> None:
     name_module(bench, name, "triggers")
-    wait_kept(bench)
+    bench.until(lambda: not bench.triggers.work.is_busy)
 
 
-def wait_kept(bench: OnBench) -> None:
+def read(bench: OnBench) -> None:
+    """Until it is kept, too."""
+    bench.read_triggers()
     bench.until(lambda: not bench.triggers.work.is_busy)
 
 
@@ -43,16 +45,17 @@ def said(bench: OnBench) -> str:
     return notice_text(bench.triggers.strip)
 
 
-def choose(bench: OnBench, key: str, text: str = "") -> None:
+def choose(bench: OnBench, key: str) -> None:
     bench.until(lambda: bench.triggers.strip.button(key) is not None)
-    button = given(bench.triggers.strip.button(key))
-    assert text in button.text()
-    bench.click(button)
+    bench.click(given(bench.triggers.strip.button(key)))
 
 
 def fire(bench: OnBench, number: int = 1) -> None:
     """Trigger records of the worked example, as if it had fired."""
     bench.bench.module.memory.records.extend([EXAMPLE] * number)
+
+
+# Reading
 
 
 def test_without_a_module_it_says_what_to_do(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
@@ -78,15 +81,15 @@ def test_a_module_that_never_fired(rig: OnBench) -> None:
 
 def test_a_silent_module_is_told_from_one_that_had_records(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
     with on_bench(qtbot, qapp, tmp_path, "silent", "triggers", "preflight", empty_slots=EmptySlots.NONE) as bench:
+        empty = bench.triggers.list.empty
         bench.read_triggers()
-        assert (said(bench), bench.triggers.list.empty.text.text()) == ("No answer: the records are unknown.", "")
+        assert (said(bench), empty.text.text()) == ("No answer: the records are unknown.", "")
         bench.triggers.work.job.dismiss()
-        assert bench.triggers.list.empty.text.text() == "No answer: the records are unknown."
+        assert (empty.title.text(), empty.text.text()) == ("Unknown", "No answer: the records are unknown.")
         name_kept(bench, "M-07")
         assert said(bench) == "No answer: the records are unknown."
         fire(bench, 3)
-        bench.read_triggers()
-        wait_kept(bench)
+        read(bench)
         bench.bench.module.memory.records.clear()
         bench.read_triggers()
         assert "It had 3 on 20" in said(bench)
@@ -94,16 +97,19 @@ def test_a_silent_module_is_told_from_one_that_had_records(qtbot: QtBot, qapp: Q
 
 
 @pytest.mark.promise("g")
-def test_the_records_are_read_as_soon_as_the_page_is_in_sight(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
-    """Once, with queries only, without a click, and not again after a cancel."""
-    with on_bench(qtbot, qapp, tmp_path, "unasked", "triggers", reads_triggers=True) as bench:
+def test_the_records_are_read_once_in_sight_and_again_after_a_trigger(
+    qtbot: QtBot, qapp: QApplication, tmp_path: Path
+) -> None:
+    """With queries only, without a click, and not again after a cancel."""
+    with on_bench(qtbot, qapp, tmp_path, "unasked", "triggers", reads_triggers=True, active=True) as bench:
         page = bench.triggers
         bench.until(lambda: page.work.reading is not None and not page.work.is_busy)
-        assert page.list.empty.title.text() == "Trigger records: 0"
-        assert bench.acts == []
         page.work.reading = None  # as after a cancel
         page.work.read_unasked()
         assert not page.work.is_busy
+        bench.bench.set_world(tilt_deg=80)
+        bench.until(lambda: page.count.text() == "Trigger records: 1")
+        assert bench.acts == []
 
 
 @pytest.mark.parametrize("away", ["unplugged", "another on the same line"])
@@ -122,20 +128,10 @@ def test_what_was_read_is_not_taken_for_the_records_of_what_answers_later(
         else:
             bench.bench.module.memory.boot_count = 11
             bench.bench.restart()
-        bench.until(lambda: page.work.reading is None)
-        bench.until(lambda: page.count.text() == "Trigger records")
+        bench.until(lambda: page.work.reading is None and page.count.text() == "Trigger records")
         fire(bench)
         bench.reads_triggers = True
         bench.until(lambda: page.count.text() == "Trigger records: 3")
-        assert bench.acts == []
-
-
-def test_a_trigger_in_sight_is_read_at_once(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
-    with on_bench(qtbot, qapp, tmp_path, "in sight", "triggers", reads_triggers=True, active=True) as bench:
-        page = bench.triggers
-        bench.until(lambda: page.work.reading is not None and not page.work.is_busy)
-        bench.bench.set_world(tilt_deg=80)
-        bench.until(lambda: page.count.text() == "Trigger records: 1")
         assert bench.acts == []
 
 
@@ -148,6 +144,25 @@ def test_a_reading_that_the_lost_link_ended_is_begun_again(qtbot: QtBot, qapp: Q
         assert page.work.reading is None
         bench.bench.plug()
         bench.until(lambda: page.count.text() == "Trigger records: 4")
+
+
+def test_an_unconfirmed_reading_is_reported_and_one_can_be_cancelled(
+    qtbot: QtBot, qapp: QApplication, tmp_path: Path
+) -> None:
+    with on_bench(qtbot, qapp, tmp_path, "noisy", "triggers", history=4) as bench:
+        bench.bench.change(delay_ms=300.0)
+        bench.click(bench.triggers.read)
+        choose(bench, "cancel")
+        bench.until(lambda: not bench.triggers.work.is_busy)
+        assert said(bench).startswith("Cancelled")
+        assert bench.triggers.work.reading is None
+        bench.bench.change(delay_ms=0.0, garbage=1.0)
+        bench.read_triggers()
+        assert "The readings differ" in said(bench)
+        assert given(bench.triggers.strip.notice).meaning is Meaning.ATTENTION
+
+
+# What is shown
 
 
 def test_the_worked_example_as_a_row_and_a_sentence(rig: OnBench) -> None:
@@ -175,28 +190,42 @@ def test_the_worked_example_as_a_row_and_a_sentence(rig: OnBench) -> None:
 
 def test_the_tenth_trigger_is_added_to_the_stored_nine(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
     with on_bench(qtbot, qapp, tmp_path, "tenth", "triggers", history=9) as bench:
-        page = bench.triggers
+        page, memory = bench.triggers, bench.bench.module.memory
         name_kept(bench, "M-07")
         bench.read_triggers()
         bench.bench.module.activate(is_active=True)
         bench.bench.set_world(tilt_deg=80)
         bench.until(lambda: bench.bench.module.is_triggered)
-        bench.read_triggers()
-        assert (page.count.text(), sum(row.is_on_module for row in page.work.rows)) == ("Trigger records: 10", 9)
-        bench.bench.module.memory.records.append(bench.bench.module.memory.records[0])  # equal to the one it replaces
-        bench.read_triggers()
-        assert (page.count.text(), sum(row.is_on_module for row in page.work.rows)) == ("Trigger records: 11", 9)
+        for count in (10, 11):
+            bench.read_triggers()
+            assert page.count.text() == f"Trigger records: {count}"
+            assert sum(row.is_on_module for row in page.work.rows) == 9
+            memory.records.append(memory.records[0])  # equal to the one it replaces
 
 
-def test_of_a_module_that_does_not_answer_no_number_is_said(rig: OnBench) -> None:
-    name_kept(rig, "M-07")
-    rig.read_triggers()
-    rig.bench.module.memory.boot_count = 11
-    rig.bench.change(empty_slots=EmptySlots.NONE)
-    rig.restart()
-    rig.wait(1.0)
-    rig.read_triggers()
-    assert (rig.triggers.list.empty.title.text(), rig.triggers.count.text()) == ("Unknown", "Trigger records")
+def test_another_module_under_the_same_name_is_not_mixed_in(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
+    with on_bench(qtbot, qapp, tmp_path, "first", "triggers", history=3, boots=37) as bench:
+        name_kept(bench, "M-07")
+        bench.read_triggers()
+        assert bench.triggers.count.text() == "Trigger records: 3"
+    with on_bench(qtbot, qapp, tmp_path, "second", "triggers", history=2, boots=12, seed=9) as bench:
+        page = bench.triggers
+        name_kept(bench, "M-07")
+        bench.read_triggers()
+        assert said(bench) == "Name the module to keep these records."
+        confirm_name(bench)
+        bench.until(lambda: not bench.triggers.work.is_busy)
+        assert said(bench) == "Not kept. M-07: the records do not follow those of its last visit"
+        assert page.count.text() == "Trigger records: 2"  # what was read, not what M-07 had
+        choose(bench, "another_module")
+        bench.until(lambda: not bench.assembly.ports.module.name)
+        name_kept(bench, "M-07")
+        read(bench)
+        choose(bench, "same_module")
+        bench.until(lambda: page.count.text() == "Trigger records: 5")
+
+
+# What a person does
 
 
 def test_a_judgement_and_a_note_are_kept(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
@@ -241,91 +270,29 @@ def test_several_records_are_judged_at_once_and_keep_their_notes(
         bench.click(page.detail.buttons[Judgement.REAL])
         assert [texts(bench, row)[JUDGED] for row in range(3)] == ["real"] * 3
         assert ["in the wind" in told(bench, row) for row in range(3)] == [True, False, False]
-        page.table.selectRow(1)
-        bench.click(page.detail.buttons[None])
-        page.table.selectAll()
-        assert not any(button.isChecked() for button in page.detail.buttons.values())  # they differ
 
 
-def test_another_module_under_the_same_name_is_not_mixed_in(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
-    with on_bench(qtbot, qapp, tmp_path, "first", "triggers", history=3, boots=37) as bench:
-        name_kept(bench, "M-07")
-        bench.read_triggers()
-        assert bench.triggers.count.text() == "Trigger records: 3"
-    with on_bench(qtbot, qapp, tmp_path, "second", "triggers", history=2, boots=12, seed=9) as bench:
-        page = bench.triggers
-        name_kept(bench, "M-07")
-        bench.read_triggers()
-        assert said(bench) == "Name the module to keep these records."
-        confirm_name(bench)
-        wait_kept(bench)
-        assert said(bench) == "Not kept. M-07: the records do not follow those of its last visit"
-        assert page.count.text() == "Trigger records: 2"  # what was read, not what M-07 had
-        choose(bench, "another_module")
-        bench.until(lambda: not bench.assembly.ports.module.name)
-        name_kept(bench, "M-07")
-        bench.read_triggers()
-        wait_kept(bench)
-        choose(bench, "same_module")
-        wait_kept(bench)
-        assert page.count.text() == "Trigger records: 5"
-
-
-def test_an_unconfirmed_reading_is_reported(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
-    with on_bench(qtbot, qapp, tmp_path, "noisy", "triggers", history=4) as bench:
-        bench.bench.change(garbage=1.0)
-        bench.read_triggers()
-        notice = bench.triggers.strip.notice
-        assert "The readings differ" in said(bench)
-        assert getattr(notice, "meaning", None) is Meaning.ATTENTION
-
-
-def test_reading_can_be_cancelled(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
-    with on_bench(qtbot, qapp, tmp_path, "cancel", "triggers", history=4) as bench:
-        page = bench.triggers
-        bench.bench.change(delay_ms=300.0)
-        bench.click(page.read)
-        choose(bench, "cancel")
-        bench.until(lambda: not page.work.is_busy)
-        assert said(bench).startswith("Cancelled")
-        assert page.work.reading is None
-
-
-def test_search_and_sort(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
-    with on_bench(qtbot, qapp, tmp_path, "search", "triggers", history=9) as bench:
-        fire(bench)
-        bench.read_triggers()
-        page = bench.triggers
-        search = bench.find(QLineEdit, "triggers_search")
-        search.setFocus()
-        qtbot.keyClicks(search, "implausible 4.70")
-        assert page.table.filter.rowCount() == 1
-        search.clear()
-        page.table.sortByColumn(CELL, Qt.SortOrder.AscendingOrder)
-        volts = [row.record.cell_voltage_v for row in page.table.filter.shown()]
-        assert volts == sorted(volts)
-
-
-def test_csv_of_what_is_shown(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
+def test_what_is_searched_is_shown_sorted_and_saved(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
     with on_bench(qtbot, qapp, tmp_path, "csv", "triggers", history=5) as bench:
         fire(bench)
         page = bench.triggers
         name_kept(bench, "=M-07")
         bench.read_triggers()
+        page.table.sortByColumn(CELL, Qt.SortOrder.AscendingOrder)
+        volts = [row.record.cell_voltage_v for row in page.table.filter.shown()]
+        assert volts == sorted(volts)
         page.table.selectRow(5)
         page.detail.note.setText("=1+1")
         page.detail.note.editingFinished.emit()
         search = bench.find(QLineEdit, "triggers_search")
-        for searched, count in (("4.70", 1), ("", 6)):
+        for searched, count in (("implausible 4.70", 1), ("", 6)):
             search.setText(searched)
             target = tmp_path / f"{count}.csv"
             page.ask_path = choosing(target)
             bench.click(page.export)
             bench.until(lambda: not page.work.job.is_writing)
-            data = target.read_bytes()
-            assert data.startswith(b"\xef\xbb\xbf")
-            rows = list(csv.DictReader(io.StringIO(data.decode("utf-8-sig"))))
-            assert len(rows) == count
+            rows = list(csv.DictReader(io.StringIO(target.read_text("utf-8-sig"))))
+            assert len(rows) == page.table.filter.rowCount() == count
             assert {row["module"] for row in rows} == {"'=M-07"}
             assert all(not row["note"].startswith("=") for row in rows)
             assert "Saved" in said(bench)
