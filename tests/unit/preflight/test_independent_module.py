@@ -11,10 +11,8 @@ from app.limits.past import Past
 from app.modules.names import Remembered
 from app.preflight.checks import Case, CheckResult, Person
 from app.preflight.evidence import Evidence
-from app.preflight.run import activate_ready, run_preflight
-from app.preflight.verdict import Assessment, Verdict, assess, void_reason
-from app.procedures.read import read_everything
-from app.safety.journal import Act, Outcome
+from app.preflight.run import run_preflight
+from app.preflight.verdict import Assessment, Verdict, assess
 from app.settings.profiles import Profile
 from app.text.messages import UserError
 from protocol.catalogue import BY_NAME
@@ -73,44 +71,12 @@ def test_a_line_with_a_second_talker_gets_no_verdict() -> None:
         assert evidence.void is not None or assessment.result("read_twice") is not CheckResult.PASS
 
 
-def test_a_second_answer_to_each_question_about_a_threshold_ends_the_check() -> None:
-    """First 60°, and 2 ms later the truth."""
-    rig = ModuleRig(Options(second={0x20: (0.002, "01 55"), 0x22: (0.002, "01 5a"), 0x21: (0.002, "01 03")}))
-    evidence, assessment = check(rig)
-    assert assessment.verdict is Verdict.NO_GO
-    assert evidence.void is not None
-    assert evidence.void.word == "contradicted"
-    connection = next(one for one in assessment.checks if one.check.id == "connection")
-    assert connection.finding.shown.in_english() == "Attitude threshold: 60°, then 85°. Two modules on this line?"
-
-
-@pytest.mark.parametrize(
-    ("code", "text"), [(0x14, "01 1e"), (0x33, "01 01"), (0x34, "01 64"), (0x32, "50 0a 00 00"), (0x30, "01 01")]
-)
+@pytest.mark.parametrize(("code", "text"), [(0x14, "01 1e"), (0x33, "01 01"), (0x34, "01 64"), (0x32, "50 0a 00 00")])
 @pytest.mark.promise("f")
 def test_a_second_answer_about_what_drifts_blocks_ready(code: int, text: str) -> None:
     for after_s in (0.001, 0.01, 0.1):
         _evidence, assessment = check(ModuleRig(Options(second={code: (after_s, text)})))
         assert assessment.verdict is Verdict.NO_GO, after_s
-
-
-@pytest.mark.promise("f")
-def test_a_verdict_is_void_when_a_second_module_answers() -> None:
-    rig = ModuleRig()
-    _evidence, ready = check(rig)
-    assert ready.verdict is Verdict.READY
-    permit = rig.permit(Act.ACTIVATE)
-    rig.module.options.second = {0x20: (0.002, "01 55")}
-    job = rig.job(read_everything())
-    rig.step_until(lambda: job.has_ended)
-    void = void_reason(ready, rig.conversation, rig.clock())
-    assert void is not None
-    rig.module.options.second = {}
-    rig.begin()
-    performed, after = rig.run(activate_ready(ready, FakeJournal(), permit))
-    assert performed.outcome is Outcome.NOT_SENT
-    assert after.void is not None
-    assert rig.module.log.acts() == []
 
 
 # 30 and 31
@@ -133,19 +99,6 @@ def test_a_status_that_30_or_31_contradicts_is_no_pass(instead: dict[int, str], 
     finding = next(one.finding for one in assessment.checks if one.check.id == against)
     assert finding.result is CheckResult.UNKNOWN
     assert finding.shown.in_english().startswith("30: " if against == "activation" else "31: ")
-
-
-def test_after_activating_30_has_to_agree_too() -> None:
-    rig = ModuleRig()
-    ready = check(rig)[1]
-    assert ready.verdict is Verdict.READY
-    rig.module.at_frame = lambda question: (
-        rig.module.options.instead.update({0x30: "01 00"}) if question.is_set else None
-    )
-    performed, evidence = rig.run(activate_ready(ready, FakeJournal(), rig.permit(Act.ACTIVATE)))
-    assert rig.module.settings[ACTIVATION] == 1
-    assert performed.outcome is Outcome.UNKNOWN
-    assert assess(case_of(evidence)).verdict is Verdict.NO_GO
 
 
 # Acknowledgements that come again (E4)
@@ -186,6 +139,3 @@ def test_never_ready_with_a_trigger_that_the_module_did_not_take(how: str) -> No
         for one in lost:
             assert assessment.result(KEYS[one]) is not CheckResult.PASS, where
         assert assessment.verdict is Verdict.NO_GO, where
-
-
-# In another process

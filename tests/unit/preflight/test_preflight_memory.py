@@ -8,14 +8,13 @@ from pathlib import Path
 import pytest
 
 from app.preflight.checks import Person
-from app.preflight.verdict import Verdict
 from app.records.filing import file_check
 from app.records.report import report_html
-from app.settings.profiles import NO_PROFILE, Profile
+from app.settings.profiles import NO_PROFILE
 from app.store.fact_store import FILE_NAME
 from app.system.files import data_folder
 from tests.support.cli_line import Program
-from tests.support.line.sim_line import Rig, settled_rig
+from tests.support.line.sim_line import settled_rig
 from tests.support.records.preflight_rig import gather
 from tests.support.records.stored import tamper
 
@@ -55,21 +54,13 @@ def test_damage_in_the_store_never_costs_the_verdict(port: str, dps_s: Program, 
         assert "Traceback" not in printed.err, damage
 
 
-# Who, and what a person looked at
-
-
-def _filed(rig: Rig, person: Person, expectations: Profile | None = None) -> tuple[Verdict, list[str], str]:
-    evidence = replace(gather(rig, is_enabling=True), port="/dev/ttyUSB0")
-    filed = file_check(evidence, expectations or NO_PROFILE, person, store=None)
-    caveats = [caveat.in_english() for caveat in filed.record.caveats]
-    return filed.assessment.verdict, caveats, report_html(filed.exported)
-
-
 def test_without_a_name_a_module_or_an_aircraft_it_is_unsigned() -> None:
-    rig = settled_rig()
-    verdict, beside, page = _filed(rig, Person())
-    assert verdict is Verdict.READY
-    assert beside == ["UNSIGNED, missing: Checked by, Module, Aircraft."]
-    assert "UNSIGNED, missing: Checked by, Module, Aircraft." in page
-    assert _filed(rig, Person(who="Li Wei", module="M-07", aircraft=" "))[1] == ["UNSIGNED, missing: Aircraft."]
-    assert _filed(rig, Person(who=" Li Wei", module="M-07", aircraft="B-1234 "))[1] == []
+    evidence = replace(gather(settled_rig(), is_enabling=True), port="/dev/ttyUSB0")
+    for person, said in (
+        (Person(), ["UNSIGNED, missing: Checked by, Module, Aircraft."]),
+        (Person(who="Li Wei", module="M-07", aircraft=" "), ["UNSIGNED, missing: Aircraft."]),
+        (Person(who=" Li Wei", module="M-07", aircraft="B-1234 "), []),
+    ):
+        filed = file_check(evidence, NO_PROFILE, person, store=None)
+        assert [caveat.in_english() for caveat in filed.record.caveats] == said
+        assert all(one in report_html(filed.exported) for one in said)

@@ -8,10 +8,10 @@ from dataclasses import replace
 import pytest
 
 from app.engine.conversation import Interrupted
-from app.engine.procedure import Cancelled, Report
+from app.engine.procedure import Report
 from app.limits.past import Past
 from app.preflight.checks import CHECKS, REPORTS_NEEDED, Case, CheckResult
-from app.preflight.evidence import HEARTBEATS, UNFINISHED, Evidence, TriggerFlag
+from app.preflight.evidence import HEARTBEATS, Evidence, TriggerFlag
 from app.preflight.run import STEPS, TRIGGERS, run_preflight
 from app.preflight.verdict import Verdict, assess, verdict_of
 from app.procedures.write import WAITING, WriteFault
@@ -19,8 +19,8 @@ from app.records.record import read_document, sign
 from app.records.verification import RecordState, StationNames, verify
 from app.safety.journal import Outcome
 from app.settings.profiles import NO_PROFILE
-from app.text.messages import UserError, message
-from protocol.catalogue import BOOT_COUNT, BY_NAME, CELL_VOLTAGE, FREEFALL_TRIGGER, HEARTBEAT, Hazard
+from app.text.messages import message
+from protocol.catalogue import BY_NAME, HEARTBEAT, Hazard
 from protocol.events import EndReason
 from protocol.stale_replies import TRIGGER_FLAGS
 from tests.files.records.test_record import AT, PERSON
@@ -173,14 +173,6 @@ def test_what_came_of_enabling_the_triggers_is_known_and_logged(
     assert len(sets) == 2, "each is sent once"
 
 
-def test_nothing_is_enabled_on_an_active_module_and_it_says_why() -> None:
-    rig = settled_rig(active=True)
-    refused = gather(rig, is_enabling=True).flags[FREEFALL_TRIGGER.key]
-    assert refused.is_enabled is None
-    assert refused.why.in_english() == "not sent: The module is ACTIVE: lock it first."
-    assert rig.acts == []
-
-
 # What moves, and what ends it
 
 
@@ -216,19 +208,10 @@ def test_what_moves_is_named(name: str) -> None:
     assert_only_questions(checked)
 
 
-def test_a_module_that_falls_silent_ends_the_check_at_once() -> None:
-    silent = on_request(CELL_VOLTAGE.code, 1, lambda rig: rig.bench.change(mute=True))
-    asked = [request.command for request in check(Fault(frozenset(), arrange=silent)).rig.line.requests]
-    rest = asked[asked.index(CELL_VOLTAGE) :]
-    assert BOOT_COUNT in rest  # whether it is still there
-    assert len(rest) <= 12
-
-
-@pytest.mark.parametrize("number", range(1, 60, 8))
-def test_a_restart_at_any_moment_never_goes_on_old_values(number: int) -> None:
+def test_a_restart_at_any_moment_never_goes_on_old_values() -> None:
     """A GO, where there is one, is of the module as it stands: the flags were set after its last start."""
-    code = [request.command.code for request in check().rig.line.requests][number]
-    for count in (1, 2, 12):
+    codes = [request.command.code for request in check().rig.line.requests]
+    for code, count in itertools.product(codes[1:60:8], (1, 2, 12)):
         checked = check(Fault(frozenset(), arrange=on_request(code, count, lambda rig: rig.bench.restart())))
         module = checked.rig.bench.module
         if checked.assessment.verdict is not Verdict.NO_GO:
@@ -265,19 +248,6 @@ def test_whatever_ends_the_conversation_makes_it_void_with_that_sentence(reason:
     assert evidence.ended_at is None
     assert assess(Case(evidence=evidence, profile=NO_PROFILE, past=Past())).verdict is Verdict.NO_GO
     assert not any(flag.is_enabled for flag in evidence.flags.values())
-
-
-def test_the_first_reason_stays() -> None:
-    evidence = Evidence(port="sim")
-    for reason in (EndReason.SLEPT, EndReason.PORT_LOST):
-        evidence.note_error(Interrupted(reason))
-        assert evidence.void is not None
-        assert evidence.void.word == "slept"
-    for error, word in ((UserError("no"), "usage"), (Cancelled(), "cancelled"), (ValueError(), UNFINISHED.word)):
-        other = Evidence(port="sim")
-        other.note_error(error)
-        assert other.void is not None
-        assert other.void.word == word
 
 
 def test_the_check_that_follows_in_the_next_conversation_begins_empty() -> None:

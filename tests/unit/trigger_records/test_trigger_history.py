@@ -67,12 +67,6 @@ def test_each_is_told_in_one_sentence(record: bytes, told: str) -> None:
     assert sentence(record_of(record)).translated() == told
 
 
-def test_no_record_is_refused() -> None:
-    for wrong in (b"", raw(0, 0)[:15], encode_long(0x35, b"\x01" + bytes(11))):
-        with pytest.raises(ValueError):
-            record_of(wrong)
-
-
 # Merging
 
 
@@ -167,15 +161,6 @@ def test_an_interrupted_visit_is_not_counted_twice(facts: Facts) -> None:
     visit = store.store_visit(number, [raw(1, 1), raw(2, 2)], port="p", boot_count=2, is_confirmed=True)
     assert [record.raw for record in visit.records] == [raw(1, 1), raw(2, 2)]
     assert len(visit.new or ()) == 1
-
-
-def test_a_lossy_reading_removes_no_record(facts: Facts) -> None:
-    store, number = KeptTriggers(facts), "M-07"
-    life = [raw(boot, 5) for boot in range(4)]
-    store.store_visit(number, life, port="p", boot_count=4, is_confirmed=True)
-    store.store_visit(number, [life[0], life[2]], port="p", boot_count=4, is_confirmed=False)
-    visit = store.store_visit(number, life, port="p", boot_count=4, is_confirmed=True)
-    assert [record.raw for record in visit.records] == life
 
 
 def test_modules_of_different_names_are_kept_apart(facts: Facts) -> None:

@@ -1,20 +1,29 @@
-"""From READY to GO and back on the Pre-flight page, and what ends either while it stands."""
+"""From READY to GO and back on the Pre-flight page, what ends either while it stands, and what is never GO or READY."""
 
 import re
+from collections.abc import Callable
+from functools import partial
 from pathlib import Path
 
 import pytest
-from PySide6.QtWidgets import QAbstractButton, QApplication, QLabel, QWidget
+from PySide6.QtCore import Qt
+from PySide6.QtWidgets import QAbstractButton, QApplication, QLabel, QLineEdit
 from pytestqt.qtbot import QtBot
 
-from app.preflight.checks import Person
+from app.engine.worker import Batch
+from app.preflight.checks import CheckResult, Person
 from app.preflight.verdict import Verdict
 from app.records.record import read_document
 from app.records.verification import RecordState, verify
+from app.safety.journal import REQUESTS, Act
 from app.settings.profiles import NO_PROFILE
+from app.store.acts import note_triggered
 from protocol.catalogue import LOCK
+from protocol.events import Sent
 from tests.support.line.frames import at_each_frame
+from tests.support.window.fakes_ui import store_of
 from tests.support.window.preflight_window import NOBODY, OnBench, kept, name_module, on_bench, press_row
+from tests.support.window.screen_reader import announced
 from tests.support.window.steps import choosing, given, notice_text, settle
 from ui.session.check import Standing
 from ui.widgets.step_button import StepButton
@@ -34,21 +43,13 @@ def activate(bench: OnBench) -> None:
     bench.click(row.confirm.go)
 
 
-def counted_presses(page: QWidget) -> list[str]:
-    """The buttons of the page whose presses counted, from now on."""
-    pressed: list[str] = []
+@pytest.mark.promise("f")
+def test_three_presses_lead_from_ready_to_the_activation_and_to_go(rig: OnBench) -> None:
+    page, pressed = rig.preflight, list[str]()
     for button in page.findChildren(QAbstractButton):
         counts = button.chosen if isinstance(button, StepButton) else button.clicked
         counts.connect(lambda *_, button=button: pressed.append(button.objectName()))
-    return pressed
-
-
-@pytest.mark.promise("f")
-def test_three_presses_lead_from_ready_to_the_activation_and_to_go(rig: OnBench) -> None:
-    page = rig.preflight
-    pressed = counted_presses(page)
     name_module(rig, "M-07")
-    assert not page.activation.isVisible()
     assert rig.check() is Standing.READY
     count = re.sub(r"\D", "", page.list.fold.text())
     assert f"Passed: {count};" in page.banner.accessibleName()  # as the list below says, warnings apart
@@ -62,9 +63,7 @@ def test_three_presses_lead_from_ready_to_the_activation_and_to_go(rig: OnBench)
     shown = page.banner.announcement
     assert (shown.word, shown.head) == ("GO", "Fit to fly")
     signed = given(page.work.signed)
-    record = signed.record
-    assert record.verdict is Verdict.GO
-    assert record.read["status"]["active"] is True
+    assert (signed.record.verdict, signed.record.read["status"]["active"]) == (Verdict.GO, True)
     assert kept(rig, "M-07") == ["GO", "READY"]
     assert verify(read_document(signed.text.encode()), NOBODY).state is RecordState.INTACT
     # Nothing on the page says of an active module that it is locked or does not fire.
@@ -74,7 +73,6 @@ def test_three_presses_lead_from_ready_to_the_activation_and_to_go(rig: OnBench)
     rig.assembly.ports.lock.press()
     rig.wait_standing(Standing.READY)
     assert given(page.work.signed).record.read["status"]["active"] is False
-    assert page.activation.isVisible()
     activate(rig)
     rig.wait_standing(Standing.GO)
 
@@ -89,8 +87,7 @@ def test_a_module_has_one_check_whoever_begins_it_and_each_leads_from_ready_to_g
     rig.until(lambda: not page.run.isEnabled())  # one at a time
     rig.until(lambda: check.standing is Standing.READY)
     assert rig.last is check
-    assert check.held is not None
-    assert check.held.verdict is Verdict.READY
+    assert given(check.held).verdict is Verdict.READY
     rig.bench.module.activate(is_active=True)
     rig.until(lambda: check.standing is Standing.GO)
     assert kept(rig) == ["GO", "READY", "READY"]
@@ -130,14 +127,10 @@ def test_on_an_active_module_nothing_is_written_until_its_row_locks_it(
 ) -> None:
     with on_bench(qtbot, qapp, tmp_path, "active", "preflight", active=True) as bench:
         page = bench.preflight
-        page.tick()
-        assert page.enable.text() == "Lock, enable and check again"
         assert "lock it first" in page.banner.accessibleName()
         assert bench.check(is_enabling=False) is Standing.NO_GO
         assert bench.acts == []
-        row = page.list.rows["attitude_trigger"]
-        assert "Lock it" in row.reason.text()
-        assert given(row.act).text() == "Lock, enable and check again"
+        assert "Lock it" in page.list.rows["attitude_trigger"].reason.text()
         press_row(bench, "attitude_trigger")
         bench.until(lambda: page.work.standing is Standing.READY)
         assert set(bench.acts[:-2]) == {LOCK}
@@ -173,9 +166,118 @@ def rereads(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("ui.session.check.REREAD_EVERY_S", 0.2)
 
 
+def deploying(bench: OnBench) -> Batch:
+    """A batch in which a deploy left the computer; the module says nothing of it."""
+    port, request, at = bench.assembly.ports.current, REQUESTS[Act.DEPLOY], bench.clock()
+    return Batch(at, port.connection, port.module.view, None, events=(Sent(request.encode(), request, 1, at),))
+
+
+@pytest.mark.parametrize(
+    ("act", "why"),
+    [
+        (lambda bench: bench.bench.unplug(), "The port was lost."),
+        (lambda bench: bench.bench.set_charger(is_plugged_in=True), "Changed: Charging."),
+        (lambda bench: bench.bench.change(mute_codes=frozenset((0x20,))), "Not everything could be read again."),
+        (
+            lambda bench: bench.assembly.ports.current.bridge.batch.emit(deploying(bench)),
+            "The module was told to fire, or reports TRIGGERED.",
+        ),
+    ],
+)
 @pytest.mark.promise("f")
-def test_what_cannot_be_read_again_ends_it(rereads: None, rig: OnBench) -> None:
-    assert rig.check() is Standing.READY
-    rig.bench.change(mute_codes=frozenset((0x20,)))
+def test_what_voids_a_verdict(rereads: None, act: Callable[[OnBench], None], why: str, rig: OnBench) -> None:
+    page = rig.preflight
+    assert rig.check() is Standing.READY, page.banner.accessibleName()
+    offered = [row.act.text() for row in page.list.rows.values() if row.act is not None]
+    assert offered == ["Measure", "Approve these settings"]
+    act(rig)
     rig.wait_standing(Standing.VOID)
-    assert rig.preflight.banner.announcement.head == "Not everything could be read again."
+    assert all(row.act is None for row in page.list.rows.values())
+    one = page.banner.announcement
+    assert (one.word, one.head) == ("VOID", why)
+    assert one.lines[-1].endswith(f"{given(rig.last.filed).record.at:%H:%M:%S}")  # whose results these are
+    assert "GO" not in page.banner.accessibleName()
+    assert (page.export.isEnabled(), page.work.signed) == (False, None)
+    assert "void" in page.list.rows["tilt"].accessibleName()
+
+
+@pytest.mark.promise("f")
+def test_what_is_only_written_on_the_record_voids_nothing(rig: OnBench) -> None:
+    """The name of the module, too: the check is judged again by what is kept under it, and the word that the module is
+    new is not forgotten."""
+    rig.preflight.check(Person(are_records_reviewed=True), is_enabling=True)
+    rig.wait_standing(Standing.READY)
+    edit = rig.find(QLineEdit, "preflight_who")
+    edit.setFocus()
+    rig.qtbot.keyClicks(edit, "Li Wei")
+    rig.qtbot.keyClick(edit, Qt.Key.Key_Return)
+    name_module(rig, "M-08")
+    rig.until(lambda: rig.preflight.work.signed is not None)
+    record = given(rig.preflight.work.signed).record
+    assert (record.who, record.module) == ("Li Wei", "M-08")
+    assert rig.preflight.work.standing is Standing.READY
+    assert kept(rig, "M-08") == ["READY"]
+    assert rig.last.person.are_records_reviewed
+    name_module(rig, "M-09")  # now another one is meant
+    rig.wait_standing(Standing.VOID)
+
+
+def test_a_name_under_which_something_is_against_it_ends_ready(rig: OnBench) -> None:
+    store_of(rig.assembly.storage).write(partial(note_triggered, module="M-08", port=rig.url)).result()
+    assert rig.check() is Standing.READY
+    name_module(rig, "M-08")
+    rig.wait_standing(Standing.NO_GO)
+    assert given(rig.preflight.work.assessment).result("service") is CheckResult.FAIL
+
+
+@pytest.mark.promise("l")
+def test_a_check_that_becomes_void_while_the_page_is_hidden_is_announced_and_stays_void(
+    full_rig: OnBench, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    assert full_rig.check() is Standing.READY
+    page, spoken = full_rig.preflight, announced(monkeypatch)
+    assert full_rig.triggers.isVisible()
+    full_rig.bench.set_world(bay_is_open=True)
+    full_rig.until(lambda: page.work.standing is Standing.VOID)
+    assert spoken == ["VOID. Changed: Light."]
+    full_rig.bench.set_world(bay_is_open=False)
+    full_rig.until(lambda: full_rig.assembly.ports.module.view.values["light_v"].value < 1.0)
+    assert page.banner.announcement.standing is Standing.READY
+    assert full_rig.preflight.banner.announcement.standing is Standing.VOID
+
+
+@pytest.mark.promise("a")
+def test_a_new_check_shows_nothing_of_the_old_one_and_cancelled_is_void_and_not_kept(rig: OnBench) -> None:
+    page = rig.preflight
+    assert rig.check() is Standing.READY
+    rig.click(page.run)
+    assert page.banner.announcement.word == "CHECKING"
+    assert "GO" not in page.banner.accessibleName()
+    assert all("checking…" in row.accessibleName() for row in page.list.rows.values())
+    assert all(not row.measured.text() for row in page.list.rows.values())
+    assert not page.export.isEnabled()
+    rig.until(page.cancel.isVisible)
+    rig.click(page.cancel)
+    rig.wait_standing(Standing.VOID)
+    assert page.banner.announcement.head == "It was cancelled."
+    assert kept(rig) == ["READY"]
+
+
+@pytest.mark.promise("a")
+def test_a_check_that_is_interrupted_says_so_and_leaves_a_report(rig: OnBench) -> None:
+    page, port = rig.preflight, rig.assembly.ports.current
+    name_module(rig, "M-07")
+    rig.click(page.run)
+    rig.wait(1.0)
+    rig.restart()
+    rig.wait_standing(Standing.NOT_CHECKED)
+    assert not page.export.isEnabled()
+    assert kept(rig, "M-07") == []
+    (report,) = [one for one in port.interruptions.remainders if one.text is not None]
+    assert (report.module, given(report.text).in_english()) == ("M-07", "Pre-flight: The module restarted.")
+    bar = rig.assembly.window.notice_bar
+    rig.until(lambda: bar.button("name_other") is not None)
+    rig.click(bar.button("name_other"))
+    rig.until(lambda: "Pre-flight: The module restarted." in notice_text(bar))
+    given(given(bar.notice).dismiss)()
+    assert port.interruptions.remainders == ()
