@@ -79,8 +79,7 @@ class FlightSummary:
     not_judged_s: float
     # As measured, of the judged rows; NaN without any.
     tilt_max_deg: float
-    # The log holds an attitude, or an acceleration, while it is judged.
-    has_attitude: bool
+    # The log holds an acceleration while it is judged.
     has_acceleration: bool
     problems: tuple[UserMessage, ...]
     # First firing of the attitude trigger, by threshold in whole degrees, and the tilt then: shape (181,).
@@ -216,7 +215,6 @@ def summarise(log: FlightLog) -> FlightSummary:
         duration_s=log.duration_s,
         not_judged_s=log.not_judged_s,
         tilt_max_deg=float(judged_deg.max()) if len(judged_deg) else math.nan,
-        has_attitude=len(judged_deg) > 0,
         has_acceleration=bool(forces.is_active.any()),
         problems=log.problems,
         attitude_s=attitude_s,
@@ -356,32 +354,28 @@ TIME_STEPS: Final = np.arange(20, MAX_TIME_STEPS + 1, 5)
 TIMES_S: Final = TIME_STEPS / CENTISECOND.per_unit
 
 
-class FireMap(NamedTuple):
-    """Number of flights that fire, by attitude threshold (rows) and free-fall time (columns)."""
+def fire_map(
+    must_not: Sequence[FlightSummary], must: Sequence[FlightSummary], limits: TriggerLimits
+) -> tuple[Floats, Floats]:
+    """By attitude threshold (rows) and free-fall time (columns): the share of the flights that fire and must not, and
+    of those that must and do not fire before the impact.
 
-    must_not_count: int
-    must_count: int
-    # False triggers.
-    must_not_fired: Steps
-    # Fired before the impact.
-    must_fired: Steps
-
-
-def fire_map(must_not: Sequence[FlightSummary], must: Sequence[FlightSummary], limits: TriggerLimits) -> FireMap:
-    """Acceleration threshold and enabled triggers are those of `limits`; its other two values are not used.
-
-    Takes milliseconds for a thousand flights. Raises LookupError for an acceleration above 1.5 g.
+    Acceleration threshold and enabled triggers are those of `limits`; its other two values are not used. Takes
+    milliseconds for a thousand flights. Raises LookupError for an acceleration above 1.5 g.
     """
     step = acceleration_step(limits)
-    must_not_fired, must_fired = (np.zeros((len(TILTS_DEG), len(TIME_STEPS)), np.int64) for _ in range(2))
-    for flight, fired, until_s in (
-        *((flight, must_not_fired, EVER) for flight in must_not),
-        *((flight, must_fired, flight.end_s) for flight in must),
-    ):
+
+    def fired(flight: FlightSummary, until_s: float) -> Flags:
         tilts = limits.attitude_is_enabled & (flight.attitude_s[TILTS_DEG] <= until_s)
-        falls = limits.freefall_is_enabled & (flight.freefall_s[step, TIME_STEPS] <= until_s)
-        np.add(fired, tilts[:, None] | falls, out=fired)
-    return FireMap(len(must_not), len(must), must_not_fired, must_fired)
+        falls: Flags = limits.freefall_is_enabled & (flight.freefall_s[step, TIME_STEPS] <= until_s)
+        return tilts[:, None] | falls
+
+    wrong, missed = (np.zeros((len(TILTS_DEG), len(TIME_STEPS))) for _ in range(2))
+    for flight in must_not:
+        wrong += fired(flight, EVER)
+    for flight in must:
+        missed += ~fired(flight, flight.end_s)
+    return wrong / max(1, len(must_not)), missed / max(1, len(must))
 
 
 # The proposal
@@ -488,7 +482,7 @@ def propose(must_not: Sequence[FlightSummary], must: Sequence[FlightSummary]) ->
         fall_s = sign * (limits.freefall_time_s - int(one.fall[acceleration_step(limits)]) / CENTISECOND.per_unit)
         nearest[group] = FlightMargin(
             one.flight.name,
-            tilt_deg if one.flight.has_attitude else None,
+            None if math.isnan(one.flight.tilt_max_deg) else tilt_deg,
             fall_s if one.flight.has_acceleration else None,
         )
     return ThresholdProposal(limits, nearest)

@@ -1,6 +1,6 @@
 """Makes flights: from arrays, as the readers of logs do; ordinary ones with turns and bumps, crashes, recordings."""
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable
 from pathlib import Path
 
 import numpy as np
@@ -9,7 +9,7 @@ from numpy.typing import ArrayLike
 from app.engine.conversation import StatusSample
 from app.flights.flight_log import REPORT_HZ, FlightLog
 from app.flights.judge import Judge, SensorSample, TriggerLimits
-from app.flights.judging import FlightSummary, samples_of, summarise
+from app.flights.judging import samples_of
 from app.recordings.markers import Marker, MarkerKind
 from protocol.messages import Source
 from tests.support.records.recordings_made import HEADING, asked, batch, recorder_in
@@ -113,15 +113,6 @@ def crash(name: str, random: np.random.Generator, *, seconds: float = 60.0) -> F
     hit = since >= 3.4
     force[hit] = np.where(np.arange(hit.sum()) < 5, 8.0, 1.0)
     return made_flight(np.clip(tilt, 0, 180), np.abs(force), name=name, altitude_m=height)
-
-
-def summaries(must_not: int, must: int) -> Iterator[tuple[FlightSummary, bool]]:
-    """Yield summaries, each with whether the module must fire."""
-    random = np.random.default_rng(3)
-    for number in range(must_not):
-        yield summarise(ordinary_flight(f"/logs/survey-{number:03}.ulg", random)), False
-    for number in range(must):
-        yield summarise(crash(f"/logs/crash-{number:03}.bin", random)), True
 
 
 def write_csv(path: Path, log: FlightLog, head: str = "time_s,tilt_deg,acceleration_g,altitude_m") -> Path:

@@ -10,7 +10,7 @@ from PySide6.QtGui import QColor, QImage, QKeyEvent, QMouseEvent, QPixmap
 from PySide6.QtWidgets import QGridLayout, QLabel, QSizePolicy, QWidget
 
 from app.flights.judge import TriggerLimits
-from app.flights.judging import TILTS_DEG, TIMES_S, FireMap
+from app.flights.judging import TILTS_DEG, TIMES_S
 from app.text.i18n import tr
 from protocol.catalogue import BY_NAME
 from protocol.translatable import marked
@@ -135,7 +135,8 @@ class FireMapView(StaticPlot):
         super().__init__("logs_map")
         self.setFocusPolicy(Qt.FocusPolicy.StrongFocus)
         self.setCursor(Qt.CursorShape.CrossCursor)
-        self._map: FireMap | None = None
+        # The shares of `fire_map`, and whether a flight must fire.
+        self._map: tuple[Cells, Cells, bool] | None = None
         self._limits = TriggerLimits()
         self.image = pg.ImageItem(axisOrder="row-major")
         # Outlines and lines, so that they contrast with every cell.
@@ -152,8 +153,8 @@ class FireMapView(StaticPlot):
             keys.addWidget(named(QLabel(tr(word)), "logs_map_word", "small"), row, 2 * column + 1)
         self.column.addLayout(keys)
 
-    def show_map(self, shown: FireMap) -> None:
-        self._map = shown
+    def show_map(self, wrong: Cells, missed: Cells, *, has_must: bool) -> None:
+        self._map = wrong, missed, has_must
         if self.view is None:  # it was not seen yet
             self.redraw()
         else:
@@ -207,9 +208,7 @@ class FireMapView(StaticPlot):
         ratio = self.devicePixelRatioF()
         size, shown = (self.view.size() * ratio).toSize(), self._map
         if shown is not None and not size.isEmpty():
-            wrong = shown.must_not_fired / max(1, shown.must_not_count)
-            missed = (shown.must_count - shown.must_fired) / max(1, shown.must_count)
-            pixels = map_pixels(wrong, missed, size, ratio, has_must=shown.must_count > 0)
+            pixels = map_pixels(*shown[:2], size, ratio, has_must=shown[2])
             self.image.setImage(pixels, autoLevels=False)
             (first, last), (low, high) = _TIME_EDGES_S, _TILT_EDGES_DEG
             self.image.setRect(QRectF(first, low, last - first, high - low))
