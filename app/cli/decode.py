@@ -84,13 +84,13 @@ def run(args: argparse.Namespace) -> int:
     asked = BY_NAME.get(args.asked)
     try:
         if path is not None and path.suffix.lower() == ".mcap":
-            from app.recordings.recording import RecordedTraffic
+            from app.recordings.session_file import SessionFile
 
-            explainer, traffic = Explainer(asked), RecordedTraffic(path)
-            is_whole = _print_rows(map(explainer.feed, traffic), explainer, is_json=args.json)
-            if traffic.damage is not None:
-                console.notify(traffic.damage.translated())
-            return console.SUCCESS if is_whole and traffic.damage is None else console.PARTIAL
+            explainer, recorded = Explainer(asked), SessionFile(path)
+            is_whole = _print_rows(map(explainer.feed, recorded.traffic()), explainer, is_json=args.json)
+            if recorded.damage is not None:
+                console.notify(recorded.damage.translated())
+            return console.SUCCESS if is_whole and recorded.damage is None else console.PARTIAL
         with ExitStack() as files:
             lines: Iterable[str] = [" ".join(words)]
             if path is not None:

@@ -15,8 +15,8 @@ from protocol.catalogue import RESET_BELOW_THRESHOLD_DEG
 from protocol.events import Began, Ended, EndReason
 from protocol.fields import Value
 
+# A shorter break has one mark, a longer one also one where the module answers again.
 AGAIN_AFTER_S: Final = 1.0
-"""A shorter break has one mark, a longer one also one where the module answers again."""
 
 
 class MarkerKind(Enum):
@@ -88,60 +88,50 @@ class MarkerTracker:
         # The next report is the first one of a conversation, perhaps of another module.
         self._is_first = False
         self._is_charging: bool | None = None
-        self._new: list[Marker] = []
 
     def on_batch(self, batch: Batch) -> list[Marker]:
         """The marks of this batch, in order of detection; times may differ slightly from that order."""
-        self._new = []
+        new: list[Marker] = []
         is_open = batch.connection.state is PortState.OPEN
         if is_open and not self._is_open:
             self._port = batch.connection.port
-            self._mark(batch.at, MarkerKind.CONNECTED, self._port)
+            new.append(Marker(batch.at, MarkerKind.CONNECTED, self._port))
         # A batch is of one conversation, so what it brings lies between its beginning and its end.
         for event in batch.events:
             if isinstance(event, Began):
                 if self._ended_at is not None and event.at - self._ended_at > AGAIN_AFTER_S:
-                    self._mark(event.at, MarkerKind.ANSWERS)
+                    new.append(Marker(event.at, MarkerKind.ANSWERS))
                 self._ended_at, self._is_first, self._is_charging = None, True, None
         for sample in batch.samples:
-            self._on_sample(sample)
-        self._on_charging(batch.conversation, batch.at)
+            before, is_first = self._before, self._is_first
+            self._before, self._is_first = sample, False
+            if before is None:
+                continue  # the first known state is no change
+            # Another module may be locked and not triggered, which is no change. One that is active or has triggered
+            # is marked in any case.
+            if sample.active is not before.active and (sample.active or not is_first):
+                new.append(Marker(sample.at, MarkerKind.ACTIVATED if sample.active else MarkerKind.LOCKED))
+            if sample.triggered is not before.triggered and (sample.triggered or not is_first):
+                kind = MarkerKind.TRIGGERED if sample.triggered else MarkerKind.TRIGGER_ENDED
+                new.append(Marker(sample.at, kind))
+        known = batch.conversation.known("charging", batch.at)
+        if known is not None and not known.is_stale:
+            was_charging, self._is_charging = self._is_charging, known.value is True
+            if was_charging is not None and was_charging is not self._is_charging:
+                kind = MarkerKind.CHARGER_CONNECTED if self._is_charging else MarkerKind.CHARGER_REMOVED
+                new.append(Marker(known.at, kind))
         is_lost = self._is_open and not is_open and batch.connection.trouble is not None
         for event in batch.events:
             if isinstance(event, Ended):
                 self._ended_at = event.at
-                is_lost &= event.reason is not EndReason.PORT_LOST
+                is_of_port = event.reason is EndReason.PORT_LOST
+                is_lost &= not is_of_port
                 if event.reason in END_MARKS:
-                    is_of_port = event.reason is EndReason.PORT_LOST
-                    self._mark(event.at, END_MARKS[event.reason], self._port if is_of_port else "")
+                    new.append(Marker(event.at, END_MARKS[event.reason], self._port if is_of_port else ""))
         if is_lost:
-            self._mark(batch.at, MarkerKind.PORT_LOST, self._port)
+            new.append(Marker(batch.at, MarkerKind.PORT_LOST, self._port))
         self._is_open = is_open
-        return self._new
-
-    def _mark(self, at: float, kind: MarkerKind, text: str = "") -> None:
-        self._new.append(Marker(at, kind, text))
-
-    def _on_sample(self, sample: StatusSample) -> None:
-        before, is_first = self._before, self._is_first
-        self._before, self._is_first = sample, False
-        if before is None:
-            return  # the first known state is no change
-        # Another module may be locked and not triggered, which is no change. One that is active or has triggered is
-        # marked in any case.
-        if sample.active is not before.active and (sample.active or not is_first):
-            self._mark(sample.at, MarkerKind.ACTIVATED if sample.active else MarkerKind.LOCKED)
-        if sample.triggered is not before.triggered and (sample.triggered or not is_first):
-            self._mark(sample.at, MarkerKind.TRIGGERED if sample.triggered else MarkerKind.TRIGGER_ENDED)
-
-    def _on_charging(self, conversation: ConversationView, now: float) -> None:
-        known = conversation.known("charging", now)
-        if known is None or known.is_stale:
-            return
-        before, self._is_charging = self._is_charging, known.value is True
-        if before is not None and before is not self._is_charging:
-            kind = MarkerKind.CHARGER_CONNECTED if self._is_charging else MarkerKind.CHARGER_REMOVED
-            self._mark(known.at, kind)
+        return new
 
 
 # Limits
@@ -169,10 +159,9 @@ def last_limits(conversation: ConversationView) -> ModuleLimits:
 
 
 def _limits(find: Callable[[str], Value | None]) -> ModuleLimits:
-    def limit(key: str, switch: str | None = None) -> float | None:
-        value = find(key)
-        is_off = switch is not None and find(switch) is False
-        return None if value is None or is_off else float(value)
+    def limit(key: str, switch: str = "") -> float | None:
+        value = None if switch and find(switch) is False else find(key)
+        return None if value is None else float(value)
 
     fires = limit("attitude_threshold_deg", TILT_TRIGGER)
     return ModuleLimits(

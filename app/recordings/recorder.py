@@ -147,10 +147,10 @@ class Recorder:
         return None if writer is None else writer.path
 
     @property
-    def opening(self) -> Opening | None:
+    def started_at(self) -> datetime | None:
         """Of the current recording; None before the first byte."""
         writer = None if self._session is None else self._session.writer
-        return None if writer is None else writer.opening
+        return None if writer is None else writer.opening.started_at
 
     @property
     def trouble(self) -> UserMessage | None:
@@ -209,7 +209,9 @@ class _Session:
             if not isinstance(error, OSError):
                 _log.exception("The recorder met an error it did not expect")
             _log.warning("Not recorded any more: %s", error)
-            self._release()
+            if self.writer is not None:
+                self.writer.close()
+            self.writer = None
             self.is_open, self.error = False, error
 
     def record(self, batch: Batch) -> None:
@@ -302,10 +304,5 @@ class _Session:
         if self.writer is not None:
             self._flush(self.writer, is_last=True)
             self.writer.sync()
-        self._release()
-
-    def _release(self) -> None:
-        """Closes the file, also one that failed."""
-        if self.writer is not None:
             self.writer.close()
-        self.writer = None
+            self.writer = None

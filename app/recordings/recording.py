@@ -1,7 +1,7 @@
 """Opens a recording for reading, and exports it for other programs."""
 
 from array import array
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterable
 from itertools import chain
 from operator import itemgetter
 from pathlib import Path
@@ -10,11 +10,10 @@ from typing import NamedTuple
 import msgspec
 import numpy as np
 
-from app.captures.traffic import CaptureEntry, Way
 from app.recordings.excerpt import ACTIVE, TRIGGERED, Excerpt, Measured, csv_parts, part_count
 from app.recordings.library import RecordingEntry, unreadable
 from app.recordings.markers import NO_LIMITS, Marker, MarkerKind, ModuleLimits
-from app.recordings.session_file import NANOSECONDS, POLLED, RX, STATUS, TX, RecordedReport, SessionFile, number_in
+from app.recordings.session_file import NANOSECONDS, POLLED, STATUS, RecordedReport, SessionFile, number_in
 from app.samples.samples import Readable
 from app.system.files import whole_file
 from app.system.gil_yield import GilYield
@@ -22,7 +21,6 @@ from app.text.messages import UserError, UserMessage
 
 _MAX_LIMITS = 1_000_000
 _MARKS = {kind.value: kind for kind in MarkerKind}
-_WAYS = {RX: Way.IN, TX: Way.OUT}
 # Reports between two pauses for the window's thread.
 _PAUSE_EVERY = 500
 
@@ -100,22 +98,6 @@ class Recording(Measured):
     def excerpt(self, start_s: float, end_s: float) -> Excerpt:
         first, stop = np.searchsorted(self._times, start_s, "left"), np.searchsorted(self._times, end_s, "right")
         return self._excerpt(start_s, end_s, self._flags[first:stop])
-
-
-class RecordedTraffic:
-    """The bytes on the line in order; times count from the beginning of the recording. Raises OSError, `UserError`."""
-
-    def __init__(self, path: Path) -> None:
-        self.path = path
-        # What was missing, known when all were read.
-        self.damage: UserMessage | None = None
-
-    def __iter__(self) -> Iterator[CaptureEntry]:
-        file = SessionFile(self.path)
-        for topic, log_ns, data, _ in file.messages():
-            if topic in _WAYS:
-                yield CaptureEntry((log_ns - file.opening.start_ns) / NANOSECONDS, _WAYS[topic], data)
-        self.damage = file.damage
 
 
 def open_recording(entry: RecordingEntry) -> Recording:

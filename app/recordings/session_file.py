@@ -31,6 +31,7 @@ from mcap.well_known import MessageEncoding, SchemaEncoding
 from mcap.writer import MCAP0_MAGIC
 from msgspec import Meta
 
+from app.captures.traffic import CaptureEntry, Way
 from app.recordings.markers import MarkerKind
 from app.system.files import lock, private_opener
 from app.text.csv_cells import object_in
@@ -345,6 +346,13 @@ class SessionFile:
         except _DAMAGES:
             self.is_damaged = True
         self.is_damaged |= reports < self.state.reports
+
+    def traffic(self) -> Iterator[CaptureEntry]:
+        """The bytes on the line in order; times count from the beginning of the recording. Raises OSError."""
+        ways = {RX: Way.IN, TX: Way.OUT}
+        for topic, log_ns, data, _ in self.messages():
+            if topic in ways:
+                yield CaptureEntry((log_ns - self.opening.start_ns) / NANOSECONDS, ways[topic], data)
 
     def _read(self) -> Iterator[tuple[str, int, bytes]]:
         topics: dict[int, str] = {}

@@ -55,9 +55,7 @@ class SessionRecording:
         recorder = self._recorder
         if recorder is None:
             return RecordingState()
-        opening = recorder.opening
-        since = None if opening is None else opening.started_at
-        return RecordingState(since, recorder.dropped, recorder.trouble)
+        return RecordingState(recorder.started_at, recorder.dropped, recorder.trouble)
 
     def name_module(self, name: str, conversation: ConversationView) -> None:
         """A person said which module it is in this conversation."""

@@ -12,8 +12,8 @@ from mcap.records import Chunk
 
 from app.recordings.library import entry_of
 from app.recordings.markers import MarkerKind
-from app.recordings.recording import RecordedTraffic, Recording
-from app.recordings.session_file import HEAD_BYTES
+from app.recordings.recording import Recording
+from app.recordings.session_file import HEAD_BYTES, SessionFile
 from app.text.messages import UserError
 from tests.support.processes import running
 from tests.support.records.recordings_made import HEADING, Whole, opened, recorder_in, stream, whole_of
@@ -41,7 +41,7 @@ def changed(whole: Whole, folder: Path, raw: bytes) -> Recording | None:
     known = dict(zip(whole.times, whole.tilts, strict=True))
     window = recording.tilt.window(0.0, 1e9)
     assert all(known[at] == tilt for at, tilt in zip(window.time_s.tolist(), window.value.tolist(), strict=True))
-    sent = b"".join(entry.raw for entry in RecordedTraffic(recording.entry.path))
+    sent = b"".join(entry.raw for entry in SessionFile(recording.entry.path).traffic())
     assert len(sent) == 8 * len(window.time_s)
     return recording
 

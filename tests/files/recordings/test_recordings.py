@@ -21,8 +21,17 @@ from app.recordings import session_file
 from app.recordings.excerpt import ACTIVE, TRIGGERED
 from app.recordings.markers import Marker, MarkerKind
 from app.recordings.recorder import MAX_SESSION_S
-from app.recordings.recording import RecordedTraffic
-from app.recordings.session_file import EVENTS, OPENING, RX, STATUS, TX, Opening, metadata_record, read_head
+from app.recordings.session_file import (
+    EVENTS,
+    OPENING,
+    RX,
+    STATUS,
+    TX,
+    Opening,
+    SessionFile,
+    metadata_record,
+    read_head,
+)
 from app.text.messages import UserError
 from protocol.events import Began, Ended, EndReason, Rejected
 from protocol.messages import Noise, Reason
@@ -61,7 +70,7 @@ def test_every_sample_and_every_byte_comes_back(tmp_path: Path) -> None:
     assert excerpt.cell.time_s.tolist() == [1000.0, 1001.0, 1002.0]
     assert excerpt.cell.value.tolist() == pytest.approx([3.0, 3.01, 3.02])
     assert excerpt.light.value.tolist() == pytest.approx([1.0, 1.1, 1.2])
-    traffic = list(RecordedTraffic(recording.entry.path))
+    traffic = list(SessionFile(recording.entry.path).traffic())
     bytes_of = directions([(one.way, one.raw) for one in traffic])
     assert bytes_of[Way.OUT] == asked(1000.0).raw
     frames = [event.frame.raw for each in batches[1:] for event in each.events]  # type: ignore[union-attr]
@@ -192,7 +201,7 @@ def test_bytes_of_equal_times_stay_in_order(tmp_path: Path) -> None:
         garbage = Rejected(Noise(b"\0\1", Reason.NO_HEADER, 0), 1000.0)
         bench.feed(batch(1000.0, events=(garbage,)), *(batch(sample.at, sample) for sample in samples))
         bench.finish()
-        traffic = list(RecordedTraffic(bench.path))
+        traffic = list(SessionFile(bench.path).traffic())
     frames = (received(sample).frame.raw for sample in samples)
     assert b"".join(one.raw for one in traffic) == b"".join((garbage.noise.raw, *frames))
     assert all(before.at_s < after.at_s for before, after in pairwise(traffic))
@@ -217,7 +226,7 @@ def test_a_session_that_is_too_large_goes_on_in_the_next_recording(tmp_path: Pat
             recording = opened(entry.path)
             times += recording.tilt.window(0, 1e9).time_s.tolist()
             polled += recording.cell.window(0, 1e9).time_s.tolist()
-            sent += sum(len(piece.raw) for piece in RecordedTraffic(entry.path))
+            sent += sum(len(piece.raw) for piece in SessionFile(entry.path).traffic())
             assert recording.fires.between(0, 1e9)[0].value == 60.0, "each says what is in force"
         assert times == [sample.at for one in batches for sample in one.samples]
         assert sent == 8 * len(times)
@@ -328,7 +337,7 @@ def test_the_example_for_other_programs_works(tmp_path: Path) -> None:
     found: dict[str, object] = {}
     exec(code.replace("20261121T014905Z-00042.mcap", path.as_posix()), found)
     recording = opened(path)
-    traffic = list(RecordedTraffic(recording.entry.path))
+    traffic = list(SessionFile(recording.entry.path).traffic())
     assert found["received"] == [
         (pytest.approx(recording.opening.started_at.timestamp() + one.at_s, abs=1e-6), one.raw)
         for one in traffic if one.way is Way.IN

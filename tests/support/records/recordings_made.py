@@ -19,8 +19,8 @@ from app.engine.transport import PortError, PortTrouble
 from app.engine.worker import Batch, Connection, PortState
 from app.recordings.library import RecordingLibrary, entry_of
 from app.recordings.recorder import FLUSH_EVERY_S, Recorder
-from app.recordings.recording import RecordedTraffic, Recording, open_recording
-from app.recordings.session_file import RX, Opening, RecordedReport, SessionWriter
+from app.recordings.recording import Recording, open_recording
+from app.recordings.session_file import RX, Opening, RecordedReport, SessionFile, SessionWriter
 from app.recordings.session_file import STATUS as STATUS_TOPIC
 from protocol.catalogue import STATUS
 from protocol.events import Event, Received, Role, Sent
@@ -228,7 +228,7 @@ class Whole(NamedTuple):
 def whole_of(path: Path) -> Whole:
     recording = opened(path)
     window = recording.tilt.window(0.0, 1e9)
-    raw = directions([(one.way, one.raw) for one in RecordedTraffic(recording.entry.path)])[Way.IN]
+    raw = directions([(one.way, one.raw) for one in SessionFile(recording.entry.path).traffic()])[Way.IN]
     return Whole(path, window.time_s.tolist(), window.value.tolist(), raw)
 
 
@@ -237,7 +237,7 @@ def whole_of(path: Path) -> Whole:
 
 def read_session(path: Path) -> Sequence[CaptureEntry]:
     """What went over the line in a session."""
-    return tuple(RecordedTraffic(path))
+    return tuple(SessionFile(path).traffic())
 
 
 def explained(entries: Iterable[CaptureEntry]) -> Iterator[Explained]:
