@@ -4,10 +4,12 @@ import sqlite3
 from collections.abc import Iterator
 from contextlib import ExitStack, closing
 from datetime import UTC, datetime, timedelta
+from functools import partial
 from pathlib import Path
 from typing import Any
 
 import pytest
+from msgspec.structs import replace
 
 from app.archive.archive import OTHERS_FILE, Synced, all_facts, exchanged, status_of, sync
 from app.archive.places import FilePlace
@@ -214,15 +216,25 @@ def test_a_check_whose_record_says_something_else_is_left_out(desk: Desk) -> Non
     assert desk.exchange(1).left_out_count == 0
     (kept,) = one.read(lambda facts: facts.of_module(PreflightCheck, "M-07"))
     assert kept.content.verdict != "GO"
-    text = content_text(PreflightCheck(verdict="GO", is_void=False, is_simulated=False, document=kept.content.document))
-    at, same = datetime.fromisoformat(kept.at), kept.row.content
+    assert not kept.content.is_simulated
+    at = datetime.fromisoformat(kept.at)
+    document = kept.content.document
+    forged = [document.replace("M-07", "M-08"), document.replace('"version":5', '"version":6'), "{}", "\\ud800"]
+    said: list[dict[str, Any]] = [
+        {"verdict": "GO"},
+        {"is_void": True},
+        {"is_simulated": True},
+        *({"document": text} for text in forged),
+    ]
+    texts = [content_text(replace(kept.content, **changed)) for changed in said]
+    row = partial(made, "preflight_check", station=one.station, at=at)
     desk.put(
-        made("preflight_check", text, "M-07", station=one.station, at=at),
-        made("preflight_check", same, "M-07", at=at),
-        made("preflight_check", same, "M-08", station=one.station, at=at),
-        made("preflight_check", same, "M-07", station=one.station, at=at + timedelta(days=1)),
+        *(row(text, "M-07") for text in texts),
+        row(kept.row.content, "M-07", station=STRANGER),
+        row(kept.row.content, "M-08"),
+        row(kept.row.content, "M-07", at=at + timedelta(days=1)),
     )
-    assert desk.exchange(2).left_out_count == 4
+    assert desk.exchange(2).left_out_count == len(texts) + 3
 
 
 # Nothing decides but what is in this station's own store

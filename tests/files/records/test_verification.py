@@ -9,12 +9,10 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from msgspec.structs import replace
 
 from app.records.record import FORMAT, MAX_DOCUMENT_BYTES, canonical
 from app.records.report import report_html, write_report
-from app.records.verification import LARGEST_FILE, RecordState, StationNames, is_of_row, verify_bytes
-from app.store.rows import PreflightCheck, Row
+from app.records.verification import LARGEST_FILE, RecordState, StationNames, verify_bytes
 from app.store.station import KEY_FILE, own_station, shown_key
 from app.text.i18n import set_language
 from app.text.messages import UserError
@@ -218,23 +216,6 @@ def test_who_signed_is_said_and_is_no_trust() -> None:
     altered = data.replace(b"Li Wei", b"Li Bo")
     assert words(altered, StationNames(key)).startswith("ALTERED")
     assert "Signed by" not in words(altered, StationNames(key))
-
-
-@pytest.mark.promise("g")
-def test_a_row_of_a_check_carries_the_record_that_it_speaks_of() -> None:
-    """Asked once, where a row of another station comes in."""
-    text = signed_record().text
-    check = PreflightCheck(verdict="READY", is_void=False, is_simulated=False, document=text)
-    row = Row("", "preflight_check", "M-07", station().key, "2026-11-21T06:03:06.000000+00:00", "")
-    assert is_of_row(check, row)
-    for changed in ({"verdict": "GO"}, {"is_void": True}, {"is_simulated": True}):
-        assert not is_of_row(replace(check, **changed), row)
-    other_row = {"module": "M-08", "station": station("other").key, "made_at": "2026-11-28T06:03:06.000000+00:00"}
-    for name, value in other_row.items():
-        assert not is_of_row(check, row._replace(**{name: value}))
-    forged = signed_again(plain("worst")["record"] | {"verdict": "READY"}).decode()
-    for document in (text.replace("Li Wei", "Li Bo"), "\ud800", "{}", forged):
-        assert not is_of_row(replace(check, document=document), row)
 
 
 def test_the_key_is_kept_and_only_this_user_can_read_it(tmp_path: Path) -> None:

@@ -26,14 +26,6 @@ WITH_PASSWORD = "guarded"
 """A role that needs `PASSWORD` over TCP."""
 
 
-def server_programs() -> Path | None:
-    """Return the folder of PostgreSQL's programs, or None if no server is installed."""
-    found = shutil.which("initdb")
-    installed = sorted(Path("/usr/lib/postgresql").glob("*/bin"), reverse=True)
-    places = [*([Path(found).resolve().parent] if found else []), *installed]
-    return next((place for place in places if (place / "initdb").exists() and (place / "postgres").exists()), None)
-
-
 @dataclass(frozen=True)
 class ArchiveServer:
     """A running server; its socket is in `folder`."""
@@ -64,7 +56,10 @@ class ArchiveServer:
 @contextmanager
 def archive_server() -> Iterator[ArchiveServer]:
     """Start a server with an empty database; stop and remove it at the end. Without one the test is skipped."""
-    programs = server_programs()
+    found = shutil.which("initdb")
+    installed = sorted(Path("/usr/lib/postgresql").glob("*/bin"), reverse=True)
+    places = [*([Path(found).resolve().parent] if found else []), *installed]
+    programs = next((place for place in places if (place / "initdb").exists() and (place / "postgres").exists()), None)
     if programs is None:
         pytest.skip("PostgreSQL is not installed: sudo apt-get install postgresql")
     folder = Path(tempfile.mkdtemp(prefix="dps-s-pg-"))
@@ -101,13 +96,13 @@ def archive_server() -> Iterator[ArchiveServer]:
         settings = [part for name, value in options.items() for part in ("-c", f"{name}={value}")]
         server = subprocess.Popen([programs / "postgres", "-D", data, *settings], **quiet)  # type: ignore[call-overload]
         try:
-            found = ArchiveServer(folder, port)
+            server_here = ArchiveServer(folder, port)
             wait = [programs / "pg_isready", "-h", folder, "-p", str(port), "-t", "1"]
             while subprocess.run(wait, check=False, **quiet).returncode != 0:  # type: ignore[call-overload]
                 assert server.poll() is None, "the server ended"
             role = f"CREATE ROLE {WITH_PASSWORD} LOGIN SUPERUSER PASSWORD '{PASSWORD}'"
-            found.run("CREATE DATABASE archive", role, database="postgres")
-            yield found
+            server_here.run("CREATE DATABASE archive", role, database="postgres")
+            yield server_here
         finally:
             server.terminate()  # a smart shutdown: the tests have closed their sessions
             try:
@@ -119,16 +114,13 @@ def archive_server() -> Iterator[ArchiveServer]:
         shutil.rmtree(folder, ignore_errors=True)
 
 
-DAY = timedelta(days=1)
-
-
 def write_certificate(target: Path, key_target: Path) -> Path:
     """Write a self-signed certificate for 127.0.0.1, which is also its root; return the path of the key."""
     key = ec.generate_private_key(ec.SECP256R1())
     name = x509.Name([x509.NameAttribute(NameOID.COMMON_NAME, "hangar")])
-    now = datetime.now(UTC)
+    now, day = datetime.now(UTC), timedelta(days=1)
     made = (
-        x509.CertificateBuilder(name, name, key.public_key(), x509.random_serial_number(), now - DAY, now + DAY)
+        x509.CertificateBuilder(name, name, key.public_key(), x509.random_serial_number(), now - day, now + day)
         .add_extension(x509.SubjectAlternativeName([x509.IPAddress(ip_address("127.0.0.1"))]), critical=False)
         .add_extension(x509.BasicConstraints(ca=True, path_length=None), critical=True)
         .sign(key, hashes.SHA256())
