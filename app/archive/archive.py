@@ -60,14 +60,6 @@ class ArchiveStatus(NamedTuple):
     ahead: list[str]
 
 
-class Exchanged(NamedTuple):
-    """What is known of the exchanges with a place. `last_at`: of the last complete one, ISO 8601. `not_shared`: facts
-    of this station that are not known to be there."""
-
-    last_at: str | None
-    not_shared: int
-
-
 @contextmanager
 def all_facts(store: Store) -> Iterator[Facts]:
     """Those of all stations as if they were in one file: the file of the others is `main`, the store is `own`.
@@ -107,13 +99,14 @@ def status_of(store: Store) -> ArchiveStatus:
         return ArchiveStatus(others + own, own, dict(introductions(facts)), [station for (station,) in ahead])
 
 
-def exchanged(store: Store, place: str) -> Exchanged:
-    """Quick; only of this station's store."""
+def exchanged(store: Store, place: str) -> tuple[str | None, int]:
+    """When the last complete exchange with a place was, ISO 8601, and how many facts of this station are not known to
+    be there. Quick, as only the store is read."""
     noted = store.state(f"exchanged:{place}") or {}
     # One thread writes them, so that rows have ascending numbers in the order in which they were committed.
     query, last = "SELECT count(*) FROM facts WHERE rowid > ?", noted.get("last", 0)
     count = store.read(lambda facts: facts.connection.execute(query, (last,)).fetchone()[0])
-    return Exchanged(noted.get("at"), count)
+    return noted.get("at"), count
 
 
 def introductions(facts: Facts) -> list[tuple[str, str]]:

@@ -16,7 +16,7 @@ from app.archive.archive import all_facts
 from app.guided import results as guided
 from app.guided.guided_store import last_tests, told_test
 from app.modules.service import COUNTS_ANEW, service_due, service_summary
-from app.records.filing import CheckLine, check_line, noted
+from app.records.filing import CheckLine, check_line
 from app.safety.journal import TITLES, Act, Outcome
 from app.settings.values import field_of, fitting, kept_value_message, setting_message
 from app.store.acts import all_fired
@@ -128,7 +128,7 @@ def _today(facts: Facts, name: str, last_at: str, now: datetime) -> ModuleToday:
 def _guided_test(test: guided.StoredTest) -> UserMessage:
     word = message(guided.VERDICT_WORDS[test.verdict])
     if test.is_simulated:
-        word = noted(word, marked("simulated"))
+        word = message(marked("{verdict} (simulated)"), verdict=word)
     return message(marked("Guided test {test}: {verdict}."), test=message(guided.TITLES[test.kind]), verdict=word)
 
 

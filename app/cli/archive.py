@@ -154,15 +154,15 @@ def run(args: argparse.Namespace) -> int:
 
 def run_status(args: argparse.Namespace, store: Store) -> int:
     place, status = store.state("server"), status_of(store)
-    last_one = exchanged(store, place or "")
+    last_at, not_shared = exchanged(store, place or "")
     answer = ArchiveStatusJson(
         station=shown_key(store.station),
         facts=status.facts,
         own=status.own,
         stations=[ArchiveStationJson(shown_key(key), named) for key, named in sorted(status.stations.items())],
         server=place,
-        not_shared=last_one.not_shared,
-        last_sync_at=last_one.last_at,
+        not_shared=not_shared,
+        last_sync_at=last_at,
         stations_ahead=list(map(shown_key, status.ahead)),
     )
     rows = [
@@ -171,11 +171,11 @@ def run_status(args: argparse.Namespace, store: Store) -> int:
         (tr("Server"), place or "–"),
     ]
     own = in_brackets(labelled(tr("Records"), f"{status.own}"))
-    last = local_time(last_one.last_at or "–")
+    last = local_time(last_at or "–")
     page = [
         *console.columns(rows, indent=2),
         tr("This station: {fingerprint}", fingerprint=answer.station) + own,
-        tr("Not shared: {count}. Last: {time}.", count=last_one.not_shared, time=last),
+        tr("Not shared: {count}. Last: {time}.", count=not_shared, time=last),
     ]
     ahead = marked("{station} wrote with a clock that is ahead: that counts for nothing.")
     page += [tr(ahead, station=station) for station in answer.stations_ahead]

@@ -4502,10 +4502,6 @@
         <translation>作废</translation>
     </message>
     <message>
-        <source>void: fired since</source>
-        <translation>已作废：此后已触发</translation>
-    </message>
-    <message>
         <source>warning</source>
         <translation>警告</translation>
     </message>
@@ -4890,10 +4886,6 @@
         <translation>晚到 {time}</translation>
     </message>
     <message>
-        <source>{tip} ({key})</source>
-        <translation>{tip}（{key}）</translation>
-    </message>
-    <message>
         <source>{title}: {low} to {high}, last {last}; checks: {count}</source>
         <translation>{title}：{low} 至 {high}，最近 {last}；检查：{count} 次</translation>
     </message>
@@ -4980,6 +4972,18 @@
     <message>
         <source>{value}° rearms?</source>
         <translation>{value}° 复位？</translation>
+    </message>
+    <message>
+        <source>{verdict} (simulated)</source>
+        <translation>{verdict}（模拟）</translation>
+    </message>
+    <message>
+        <source>{verdict} (void)</source>
+        <translation>{verdict}（作废）</translation>
+    </message>
+    <message>
+        <source>{verdict} (void: fired since)</source>
+        <translation>{verdict}（已作废：此后已触发）</translation>
     </message>
     <message>
         <source>{verdict}, void</source>

@@ -192,11 +192,6 @@ def keep_check(facts: Facts, filed: Filed) -> None:
 # The checks that are kept
 
 
-def noted(word: UserMessage, note: str) -> UserMessage:
-    """A word with what limits it: English, marked."""
-    return message(marked("{tip} ({key})"), tip=word, key=message(note))
-
-
 class CheckLine(NamedTuple):
     """One check as it is listed. `id`: of its fact, for `document_of`; `at`: ISO 8601 in UTC; `code`: of the settings;
     `is_fired_since`: a deploy left or a TRIGGERED was seen after it, so that what it said of the module is no longer
@@ -219,10 +214,10 @@ class CheckLine(NamedTuple):
         """Its verdict and what limits it."""
         word = message(verdict_named(self.verdict).value)
         if self.is_simulated:
-            return noted(word, marked("simulated"))
+            return message(marked("{verdict} (simulated)"), verdict=word)
         if self.is_fired_since:
-            return noted(word, marked("void: fired since"))
-        return noted(word, marked("void")) if self.is_void else word
+            return message(marked("{verdict} (void: fired since)"), verdict=word)
+        return message(marked("{verdict} (void)"), verdict=word) if self.is_void else word
 
     @property
     def has_passed(self) -> bool:

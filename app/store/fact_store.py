@@ -392,10 +392,8 @@ class Store:
                 self._thread.start()
 
     def add(self, content: Content, module: str | None = None) -> "Future[Row]":
-        """The row, once it is on the disk. A content that is none raises `ValueError` here, in the caller."""
-        content_text(content)
-        at = self._now()
-        return self.write(lambda facts: facts.add(content, module, at=at))
+        """The row, once it is on the disk."""
+        return self.write(lambda facts: facts.add(content, module))
 
     def set_state(self, key: str, value: object) -> "Future[None]":
         """None removes it."""

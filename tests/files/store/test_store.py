@@ -76,7 +76,7 @@ def test_facts_are_only_ever_added(statement: str, folder: Path) -> None:
 )
 def test_what_could_not_be_read_again_is_refused_where_it_is_made(content: Content, folder: Path) -> None:
     with opened(folder) as store, pytest.raises(ValueError):
-        store.add(content, "M-07")
+        store.add(content, "M-07").result(PATIENCE_S)
 
 
 def test_a_piece_of_work_is_kept_whole_or_not_at_all_and_its_fault_is_told_as_what_it_is(folder: Path) -> None:

@@ -205,9 +205,9 @@ class ArchivePanel(QWidget):
             parts = []
             done = None if place is None else sync(store, place)
             if server is not None:
-                known = exchanged(store, server)
-                time = tr("never") if known.last_at is None else local_time(known.last_at, MINUTE)
-                parts.append(tr("Not shared: {count}. Last: {time}.", count=known.not_shared, time=time))
+                last_at, not_shared = exchanged(store, server)
+                time = tr("never") if last_at is None else local_time(last_at, MINUTE)
+                parts.append(tr("Not shared: {count}. Last: {time}.", count=not_shared, time=time))
             if done is not None:
                 parts.append(tr("Sent: {sent}. Received: {received}.", sent=done.sent, received=done.received))
             if done is not None and done.left_out_count:
