@@ -192,8 +192,6 @@ class LinkStatistics:
         # Since the connection began; `losses` of the port.
         self.totals = Counters()
         self.losses = 0
-        self.last_frame_at: float | None = None
-        self.last_invalid_at: float | None = None
 
     def on_batch(self, batch: Batch) -> None:
         """Processes one batch; to be called for every batch, in order."""
@@ -209,10 +207,6 @@ class LinkStatistics:
         # After the port was reopened they start at zero.
         goes_on = totals.bytes_received >= before.bytes_received and totals.sent >= before.sent
         grown = totals - before if goes_on else totals
-        if grown.frames:
-            self.last_frame_at = batch.at
-        if grown.rejected:
-            self.last_invalid_at = batch.at
         self.totals += grown
         for event in batch.events:
             if isinstance(event, Answered) and event.round_trip_s is not None:

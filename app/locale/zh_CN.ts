@@ -1792,10 +1792,6 @@
         <translation>{port} 上收不到有效帧。</translation>
     </message>
     <message>
-        <source>No recent files</source>
-        <translation>没有最近的文件</translation>
-    </message>
-    <message>
         <source>No recording is named “{name}”.</source>
         <translation>没有名为“{name}”的数据记录。</translation>
     </message>
@@ -2242,10 +2238,6 @@
     <message>
         <source>Rearms, {direction}</source>
         <translation>复位角度，{direction}</translation>
-    </message>
-    <message>
-        <source>Recent files</source>
-        <translation>最近的文件</translation>
     </message>
     <message>
         <source>Record</source>
@@ -3116,10 +3108,6 @@
     <message>
         <source>Time</source>
         <translation>时间</translation>
-    </message>
-    <message>
-        <source>Time since the last frame</source>
-        <translation>距上一帧的时间</translation>
     </message>
     <message>
         <source>Tolerance</source>

@@ -118,7 +118,7 @@ class Desk(Rig):
         """Enable the triggers and check, as Li with M-01."""
         page = self.pages["preflight"]
         assert isinstance(page, PreflightPage)
-        self.assembly.ports.name_wanted.emit("M-01")
+        self.assembly.ports.module.name_it("M-01")
         self.go_to("preflight")
         page.form.who.setText("Li")
         page.check(is_enabling=True)
@@ -274,16 +274,16 @@ def test_a_module_that_may_have_fired_before_its_restart(desk: Desk) -> None:
 def test_another_name_is_not_taken_before_what_speaks_against_it_was_shown(desk: Desk) -> None:
     """Also where it has a name already."""
     ports = desk.assembly.ports
-    ports.name_wanted.emit("M-01")
+    ports.module.name_it("M-01")
     desk.replace_module(boots=200)
-    ports.name_wanted.emit("M-02")
-    ports.name_wanted.emit("M-01")
+    ports.module.name_it("M-02")
+    ports.module.name_it("M-01")
     assert ports.module.name == "M-02"
     desk.until(lambda: desk.notices("M-01"))
     desk.until_true()
-    ports.name_wanted.emit("M-01")
+    ports.module.name_it("M-01")
     assert ports.module.name == "M-01"
-    ports.name_wanted.emit("")
+    ports.module.name_it("")
     desk.until_true()
 
 
@@ -344,7 +344,7 @@ def test_a_module_that_was_switched_off_says_nothing_of_another_port(desk: Desk)
 def test_a_module_that_is_not_shown_stays_named_beside_lock_when_it_falls_silent_after_it_fired(desk: Desk) -> None:
     ports = desk.assembly.ports
     others = desk.assembly.window.top_bar.lock_others
-    ports.name_wanted.emit("M-01")
+    ports.module.name_it("M-01")
     desk.devices[OTHER_PORT] = (Module(now=desk.clock()),)
     port = desk.add_port()
     port.connect_to(Target(OTHER_PORT, 115200))

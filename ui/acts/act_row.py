@@ -19,7 +19,7 @@ from app.text.messages import UserMessage, duration, join_names, labelled
 from protocol.translatable import marked
 from ui.acts.confirm import Confirm
 from ui.services.context import Services
-from ui.services.page_job import PageJob
+from ui.session.page_job import PageJob
 from ui.session.shown_module import ShownModule
 from ui.style.theme import Meaning, Space, font
 from ui.widgets.controls import ElidedLabel, in_column, in_row, named, retain_size, stacked, text_label

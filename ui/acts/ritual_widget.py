@@ -25,7 +25,7 @@ from app.text.messages import join_sentences, labelled
 from protocol.translatable import marked
 from ui.acts.act_row import ASKING, is_blocked, open_conditions, outcome_meaning, say_outcome
 from ui.services.context import Services
-from ui.services.page_job import PageJob
+from ui.session.page_job import PageJob
 from ui.session.shown_module import ShownModule
 from ui.style.appearance import announce
 from ui.style.theme import Meaning, Size, Space, current, font, is_text_large

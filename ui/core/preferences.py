@@ -70,9 +70,9 @@ class Preferences:
     theme = _Entry("theme", _text_or_none)
     # The size of text and controls.
     zoom_percent = _Entry("zoom_percent", lambda value: max(100, _number(value, 100, MAX_ZOOM_PERCENT)))
-    # Paths, the last used first; of files of any type, the last opened first.
+    # Paths, the last used first.
     recent_profiles = _Entry("profiles/recent", _lines, "\n".join)
-    recent_files = _Entry("files/recent", _lines, "\n".join)
+    files_folder = _Entry("files/folder", _text)  # Where the dialog for files of any type begins
     # Logs of the Logs page, each with its side. Not "flights/lists": that entry had flights on a side that no person
     # had chosen.
     flight_lists = _Entry("flights/sides", _lines, "\n".join)
@@ -107,15 +107,9 @@ class Preferences:
         return Path(self.recent_profiles[0]).parent if self.recent_profiles else Path.home()
 
     def add_profile(self, path: Path) -> None:
-        self.recent_profiles = _at_head(path, self.recent_profiles)
-
-    def add_file(self, path: Path) -> None:
-        self.recent_files = _at_head(path, self.recent_files)
-
-
-def _at_head(path: Path, names: tuple[str, ...]) -> tuple[str, ...]:
-    name = str(path.absolute())
-    return (name, *(recent for recent in names if recent != name))[:MAX_RECENT]
+        name = str(path.absolute())
+        others = (recent for recent in self.recent_profiles if recent != name)
+        self.recent_profiles = (name, *others)[:MAX_RECENT]
 
 
 def has_font_for(language: str) -> bool:

@@ -272,21 +272,12 @@ class FileOpener(QObject):
             self._go_to(key)
             if key in pages:
                 pages[key].open_files(together)
-        for path in paths:
-            self._preferences.add_file(path)
+        self._preferences.files_folder = str(paths[0].absolute().parent)
 
     def ask(self) -> None:
         endings = " ".join(f"*{suffix}" for page in self._pages() for suffix in page.suffixes)
-        recent = self._preferences.recent_files
-        folder = Path(recent[0]).parent if recent else Path.home()
+        folder = Path(self._preferences.files_folder or Path.home())
         self.choose(self._window, folder, tr("Open…"), endings, self.open)
-
-    def fill(self, menu: QMenu) -> None:
-        """With the files that were opened last."""
-        menu.clear()
-        add_recent(menu, "act_recent", self._preferences.recent_files, self.open)
-        if menu.isEmpty():
-            menu.addAction(tr("No recent files")).setEnabled(False)
 
     def eventFilter(self, _watched: QObject, event: QEvent) -> bool:
         if not isinstance(event, QDropEvent) or event.type() not in (QEvent.Type.DragEnter, QEvent.Type.Drop):

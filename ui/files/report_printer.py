@@ -26,7 +26,6 @@ SMALLEST_PT, STEP_PT = 4.0, 0.25
 RESOLUTION_DPI = 600
 ATTACHED_AS = "record.json"
 _EXACT = QPageSize.SizeMatchPolicy.ExactMatch
-_LIGATURES = QFont.Tag("liga")
 _CHINESE = ("WenQuanYi Micro Hei", "Noto Sans CJK SC", "Microsoft YaHei", "PingFang SC", "SimSun")
 
 
@@ -70,9 +69,23 @@ def print_pages(bodies: Sequence[str], paper: Paper, attachment: bytes | None = 
 
 def _fitting(body: str, room: QSizeF, writer: QPdfWriter, largest_pt: float) -> QTextDocument:
     """The document at the largest font size that fits into its place."""
+    families = QFontDatabase.families(QFontDatabase.WritingSystem.SimplifiedChinese)
+    chinese = [name for name in _CHINESE if name in families] or families[:1]
+    font = QFont(["DejaVu Sans", "Arial", "Helvetica", *chinese])
+    font.setStyleHint(QFont.StyleHint.SansSerif)
+    font.setFeature(QFont.Tag("liga"), 0)  # who copies text out of the report gets letters
+    wrapped = QTextOption()
+    wrapped.setWrapMode(QTextOption.WrapMode.WrapAtWordBoundaryOrAnywhere)
     size_pt = largest_pt
     while True:
-        document = _document(body, room, writer, size_pt)
+        font.setPointSizeF(size_pt)
+        document = QTextDocument()
+        document.documentLayout().setPaintDevice(writer)
+        document.setDefaultFont(font)
+        document.setDocumentMargin(0.0)
+        document.setDefaultTextOption(wrapped)
+        document.setHtml(f'<body style="color:#000000">{body}</body>')  # else in the colour of the theme
+        document.setTextWidth(room.width())
         share = room.height() / document.size().height()
         if share >= 1:
             return document
@@ -81,31 +94,6 @@ def _fitting(body: str, room: QSizeF, writer: QPdfWriter, largest_pt: float) -> 
             raise RuntimeError("the report does not fit on one page")
         # The height grows with the square of the size, and lines break in steps: no size that is passed over fits.
         size_pt = max(SMALLEST_PT, min(size_pt - STEP_PT, (ceil(size_pt * sqrt(share) / STEP_PT) + 1) * STEP_PT))
-
-
-def _document(body: str, room: QSizeF, writer: QPdfWriter, size_pt: float) -> QTextDocument:
-    document = QTextDocument()
-    document.documentLayout().setPaintDevice(writer)
-    document.setDefaultFont(_font(size_pt))
-    document.setDocumentMargin(0.0)
-    option = QTextOption()
-    option.setWrapMode(QTextOption.WrapMode.WrapAtWordBoundaryOrAnywhere)
-    document.setDefaultTextOption(option)
-    document.setHtml(f'<body style="color:#000000">{body}</body>')  # else in the colour of the theme
-    document.setTextWidth(room.width())
-    return document
-
-
-def _font(size_pt: float) -> QFont:
-    """A sans-serif font, followed by one with Simplified Chinese glyphs."""
-    families = QFontDatabase.families(QFontDatabase.WritingSystem.SimplifiedChinese)
-    chinese = [name for name in _CHINESE if name in families] or families[:1]
-    font = QFont()
-    font.setFamilies(["DejaVu Sans", "Arial", "Helvetica", *chinese])
-    font.setStyleHint(QFont.StyleHint.SansSerif)
-    font.setPointSizeF(size_pt)
-    font.setFeature(_LIGATURES, 0)  # who copies text out of the report gets letters
-    return font
 
 
 def _application() -> QGuiApplication:

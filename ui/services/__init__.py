@@ -1,1 +1,1 @@
-"""What the pages are given: storage, recordings, work in the background and what is said of it."""
+"""What the pages are given, and what is stored for them."""

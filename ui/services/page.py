@@ -11,7 +11,7 @@ from shiboken6 import isValid
 
 from app.engine.worker import Batch
 from app.text.i18n import tr
-from ui.services.page_job import PageJob
+from ui.session.page_job import PageJob
 from ui.style.icons import Icon
 from ui.style.theme import scaled
 from ui.widgets.controls import control, named

@@ -119,8 +119,7 @@ class Port(QObject):
         )
         self.sharing = PortSharing(self)
         self._shown: object = None
-        # It is shown with an age that ticks.
-        self.is_aging = False
+        self.is_aging = False  # It is shown with an age that ticks
         self.update_view()
         self._watcher.listed.connect(self._on_ports)
         self._follow_up = QTimer(self, interval=FOLLOW_EVERY_MS)
@@ -159,8 +158,8 @@ class Port(QObject):
 
     @property
     def state(self) -> LinkState:
-        connection = self.connection
-        if self._return.absence is not None:
+        connection, absence = self.connection, self._return.absence
+        if absence is not None:
             connection = connection._replace(trouble=self._trouble)
         elif not self.is_requested and connection.state is PortState.CLOSED:
             connection = connection._replace(trouble=None)  # that port is no longer wanted
@@ -169,7 +168,7 @@ class Port(QObject):
             self.module.view,
             self._silence,
             is_finding=self._finding is not None,
-            absence=self._return.absence,
+            absence=absence,
             adapter="" if self.target is None else self.target.identity,
             switched_off_at=self.switched_off_at,
             was_active=self.is_active,
@@ -185,7 +184,7 @@ class Port(QObject):
             module.number,
             module.is_going,
             module.is_read,
-            module.name,
+            (module.name, module.doubted_name, module.is_name_answered),
             activation,
             module.may_have_fired,
             self.is_requested,
@@ -350,9 +349,16 @@ class Port(QObject):
             self._active_at = -inf
         elif module.activation.state is Activation.ACTIVE:
             self._active_at = self.now_s
-        if is_news:
-            _log.info("Port: %s", batch.connection)
-            self._on_connection(batch.connection)
+        if not is_news:
+            return
+        _log.info("Port: %s", batch.connection)
+        connection, address = batch.connection, self._return.address
+        self._trouble = connection.trouble or self._trouble
+        if address is not None and connection.port == address.device:  # else of a port that was closed meanwhile
+            self._is_listing = False
+            self._return.feed(connection, self.now_s)
+            if self._return.absence is not None or self.is_open:
+                self._follow_up.start()
 
     def _show(self, view: ConversationView) -> None:
         """Another conversation: nothing of the module before is left."""
@@ -373,16 +379,6 @@ class Port(QObject):
         self.named.emit()
 
     # Coming back
-
-    def _on_connection(self, connection: Connection) -> None:
-        self._trouble = connection.trouble or self._trouble
-        address = self._return.address
-        if address is None or connection.port != address.device:
-            return  # of a port that was closed meanwhile
-        self._is_listing = False
-        self._return.feed(connection, self.now_s)
-        if self._return.absence is not None or connection.state is PortState.OPEN:
-            self._follow_up.start()
 
     def _poll_absence(self) -> None:
         """Scan the ports when `Reconnection` needs them."""

@@ -36,8 +36,6 @@ class Ports(QObject):
     leaving = Signal()
     chosen = Signal()  # Another port is current; `shown` follows
     notified = Signal(str)  # A line for the status bar
-    name_wanted = Signal(str)
-    """A person says that the module shown has this name; "" takes its name back."""
     added = Signal(object)  # A `Port`
     removed = Signal(object)
 

@@ -37,10 +37,10 @@ from ui.session.interruptions import Remainder
 if TYPE_CHECKING:
     from app.preflight.checks import Person
     from app.settings.profiles import Profile
-    from ui.services.page_job import PageJob
     from ui.services.storage import Storage
     from ui.session.check import ModuleCheck
     from ui.session.guided import Guided
+    from ui.session.page_job import PageJob
     from ui.session.port import Port
     from ui.session.settings_draft import SettingsDraft
     from ui.session.trigger_reading import TriggerReading
@@ -63,6 +63,10 @@ class ShownModule(QObject):
         self.view = view
         # As a person said it in this conversation; "" where nobody did.
         self.name = ""
+        # A name against which something speaks, and that a person has said once.
+        self.doubted_name = ""
+        # A person has answered whether it is the module that was here before.
+        self.is_name_answered = False
         # Names this conversation in the audit log.
         self.run_id = new_run()
         self.statistics = LinkStatistics()
@@ -163,7 +167,7 @@ class ShownModule(QObject):
 
     def job(self, key: str) -> "PageJob":
         """What a page runs on it and shows of it, by the page's own key: progress, cancel, and what came of it."""
-        from ui.services.page_job import PageJob
+        from ui.session.page_job import PageJob
 
         if key not in self._work:
             work = self._work[key] = PageJob(self, module=self)
@@ -293,6 +297,17 @@ class ShownModule(QObject):
         except StoreTrouble as trouble:
             _log.warning("What was last read of a module cannot be read: %s", trouble)
             return None
+
+    def name_it(self, name: str) -> None:
+        """A person says its name. Where something speaks against it, that is shown, and it has to be said again."""
+        if not self.can_be_named:
+            return
+        if name and name != self.doubted_name and self.what_speaks_against(name):
+            self.doubted_name = name
+        else:
+            self.doubted_name, self.is_name_answered = "", True
+            self.say_name(name)
+        self._port.update_view()
 
     def say_name(self, name: str) -> None:
         """A person says which module it is, after what speaks against it was shown; "" takes the name back."""

@@ -17,6 +17,7 @@ from PySide6.QtGui import QGuiApplication
 from app import version
 from app.diagnosis.causes import STEP_WORDS, NextStep
 from app.diagnosis.link_state import Phase, link_text
+from app.modules.names import what_differs
 from app.procedures.act import Armed
 from app.safety.last_known import LAST_HEARD_ACTIVE, keep_away
 from app.system.uncaught import UncaughtError
@@ -24,7 +25,6 @@ from app.text.i18n import tr
 from app.text.messages import join_names, join_sentences, labelled
 from ui.session.interruptions import Remainder
 from ui.session.left_active import LeftActiveWatch
-from ui.session.name_question import NameQuestion
 from ui.session.port import Port
 from ui.session.ports import Ports
 from ui.session.shown_module import module_label
@@ -63,13 +63,12 @@ class Attention(QObject):
         # When somebody last tried to close the window.
         self._tried_at = -inf
         self._leaving: _Leaving | None = None
-        self._name_question = NameQuestion(ports)
         # By key, until a person closes them.
         self._said: dict[str, Notice] = {}
         # Causes whose notice a person has closed, as long as they last.
         self._closed: set[str] = set()
         ports.shown.connect(self._on_another_module)
-        for changed in (ports.any_changed, ports.ticked, self._name_question.changed, left_active.changed):
+        for changed in (ports.any_changed, ports.ticked, left_active.changed):
             changed.connect(self.refresh)
         # Queued also in the window's thread: the error may have happened while painting.
         self._failed.connect(self._show_error, Qt.ConnectionType.QueuedConnection)
@@ -141,7 +140,7 @@ class Attention(QObject):
         link, phase = self._link(port), port.state.phase
         if link is not None and not (phase is Phase.CLOSED and window.is_choosing):
             yield link
-        if (asked := self._name_question.notice()) is not None:
+        if (asked := self._which_module(port)) is not None:
             yield asked
         kept = port.interruptions
         for remainder in kept.remainders:
@@ -200,6 +199,32 @@ class Attention(QObject):
             choices[0] = choices[0]._replace(is_main=True)
         meaning = Meaning.INFORMATION if is_calm else Meaning.ATTENTION
         return Notice(meaning, join_sentences(parts), tuple(choices), cause=f"link {state.phase.value}")
+
+    def _which_module(self, port: Port) -> Notice | None:
+        """Where nothing speaks against a name, one press says it; else a second one is needed, beside what speaks
+        against it. Neither is ever the default button."""
+        module = port.module
+        name = module.doubted_name or ("" if module.name or module.is_name_answered else port.last_name)
+        if not name or not module.can_be_named:
+            return None
+        against, known = module.what_speaks_against(name), module.remembered(name)
+        parts = [tr("Is it {module}?", module=name)]
+        parts += [tr("Against it: {what}.", what=what.translated()) for what in against]
+        differs = [] if known is None else what_differs(known, module.view, module.now_s)
+        if differs:
+            parts.append(tr("Settings: {what}.", what="; ".join(text.translated() for text in differs)))
+
+        def decline() -> None:
+            module.doubted_name = port.last_name = ""
+            module.is_name_answered = True
+            port.update_view()
+
+        yes = (
+            tr("It is {module} all the same", module=name) if module.doubted_name else tr("It is {module}", module=name)
+        )
+        same = Choice("name_same", yes, partial(module.name_it, name), is_step=True)
+        meaning = Meaning.ATTENTION if against else Meaning.INFORMATION
+        return Notice(meaning, join_sentences(parts), (same, Choice("name_other", tr("Another module"), decline)))
 
     def _remainder(self, port: Port, remainder: Remainder) -> Notice:
         """A report, or the edits of an ended conversation beside what the module holds now."""

@@ -83,9 +83,8 @@ class MainWindow(QMainWindow):
         self.area = PageArea()
         self.stack = self.area.stack
         self.panel = ConnectPanel(ports)
-        self.status_bar = StatusBar(ports, self.notice_bar)
         self.recording_sign = RecordingSign(lambda: ports.current.recording.state)
-        self.status_bar.add(self.recording_sign)
+        self.status_bar = StatusBar(self.notice_bar, self.recording_sign)
         self.simulator = SimulatorDock(ports, self)
         self.simulator.hide()
         self.menus: dict[str, QAction] = {}
@@ -150,8 +149,6 @@ class MainWindow(QMainWindow):
             return ports.current.is_requested
 
         self._add(file, "open", tr("Open…"), self.files.ask, "Ctrl+Alt+O")
-        recent = named(file.addMenu(tr("Recent files")), "menu_recent")
-        recent.aboutToShow.connect(partial(self.files.fill, recent))
         for name, text, kind in (("save", tr("Save…"), "saving"), ("export", tr("Export…"), "exporting")):
             self._add(file, name, text, partial(self._press, kind), when=partial(self._can_press, kind))
         file.addSeparator()
@@ -362,6 +359,7 @@ class MainWindow(QMainWindow):
     def _on_shown(self, module: ShownModule) -> None:
         """Another conversation has begun, or another port was chosen."""
         self._disarm()
+        self.show_message("")
         module.ended.connect(self._disarm)
         port = self._ports.current
         if not module.is_going or port.target is None:

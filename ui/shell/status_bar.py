@@ -1,4 +1,4 @@
-"""The foot: passing messages, the age of the last frame and the recording, or what needs attention in their place."""
+"""The foot: passing messages and the recording, or what needs attention in their place."""
 
 from collections.abc import Callable
 from typing import Final
@@ -8,76 +8,52 @@ from PySide6.QtGui import QFontMetrics
 from PySide6.QtWidgets import QHBoxLayout, QLabel, QSizePolicy, QStatusBar, QWidget
 
 from app.text.i18n import tr
-from app.text.messages import duration
-from ui.session.ports import Ports
 from ui.session.recording import RecordingState
 from ui.style.icons import Icon
-from ui.style.theme import Meaning, Size, Space, font
-from ui.widgets.controls import ElidedLabel, IconLabel, TickingLabel, named
+from ui.style.theme import Meaning, Space, font
+from ui.widgets.controls import ElidedLabel, IconLabel, named
 from ui.widgets.notice_bar import NoticeBar
 from ui.widgets.visibility_timer import VisibilityTimer
 
 MESSAGE_S: Final = 6.0
-TICK_MS: Final = 300
 
 
 class StatusBar(QStatusBar):
     """A notice takes the place of what passes, so that nothing else in the window moves when it appears."""
 
-    def __init__(self, ports: Ports, notice_bar: NoticeBar) -> None:
+    def __init__(self, notice_bar: NoticeBar, *beside: QWidget) -> None:
+        """`beside`: at the right."""
         super().__init__()
         named(self, "status_line", "bar")
         self.setSizeGripEnabled(False)
-        self._ports, self.notice_bar = ports, notice_bar
-        self._beside: list[QWidget] = []
-        self._message_end = QTimer(self, singleShot=True)
+        self._notice_bar = notice_bar
+        self._message_end = QTimer(self, singleShot=True, interval=round(MESSAGE_S * 1000))
         self._message_end.timeout.connect(lambda: self.show_message(""))
         self.passing = named(ElidedLabel(), "passing_message", "small")
         self.passing.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Preferred)
         self.passing.setContentsMargins(Space.M, 0, 0, 0)
         # A description, since a name would replace the text for screen readers.
         self.passing.setAccessibleDescription(tr("Message"))
-        self.age = named(TickingLabel(), "last_heard", "small")
-        self.age.setAccessibleName(tr("Time since the last frame"))
         self.addWidget(self.passing, 1)
         self.addWidget(notice_bar, 1)
-        self.add(self.age)
-        # Room for two lines of a notice, for the longest age, and for a button.
+        for widget in beside:
+            self.addPermanentWidget(widget)
+        # Room for two lines of a notice, and for a button.
         self.setFixedHeight(2 * QFontMetrics(font()).lineSpacing() + 3 * Space.XS)
-        longest = max((tr("{time} ago", time=duration(seconds)) for seconds in (99, 1.9)), key=len)
-        self.age.setMinimumWidth(QFontMetrics(font(Size.SMALL)).horizontalAdvance(longest) + Space.M)
+        self._shared = (self.passing, *beside)
         notice_bar.changed.connect(self._share)
         self._share()
-        ports.shown.connect(lambda: self.show_message(""))
-        ports.shown.connect(self.refresh)
-        self.refresh()
-        VisibilityTimer(self, self.refresh, every_ms=TICK_MS)
-
-    def add(self, widget: QWidget) -> None:
-        """Adds `widget` at the right."""
-        self._beside.append(widget)
-        self.addPermanentWidget(widget)
 
     def _share(self) -> None:
-        for part in (self.passing, *self._beside):
-            part.setVisible(self.notice_bar.notice is None)
+        for part in self._shared:
+            part.setVisible(self._notice_bar.notice is None)
 
     def show_message(self, text: str, *, is_noted: bool = True) -> None:
         """`is_noted`: a notice does not hide it."""
         self.passing.setText(text)
-        self.notice_bar.show_note(text if is_noted else "")
+        self._notice_bar.show_note(text if is_noted else "")
         if text:
-            self._message_end.start(round(MESSAGE_S * 1000))
-
-    def refresh(self) -> None:
-        """When the last frame of the port that is shown came."""
-        port = self._ports.current
-        view, last_at, age = port.module.view, port.module.statistics.last_frame_at, ""
-        if port.is_open and view.is_going and view.is_slow and view.lag_s is not None:
-            age = tr("{time} late", time=duration(view.lag_s))
-        elif port.is_open and last_at is not None:
-            age = tr("{time} ago", time=duration(port.now_s - last_at))
-        self.age.setText(age)
+            self._message_end.start()
 
 
 class RecordingSign(QWidget):

@@ -2,8 +2,8 @@
 
 Three themes: light, dark, and sunlight, which is black on white with thick lines for a laptop outdoors. Surfaces and
 text are neutral; colour is kept for what has a meaning, and the meanings are five. Every text colour has a contrast of
-4.5:1 on every surface and on what is selected (7:1 in sunlight) and every line 3:1; danger differs from attention for
-eyes without red or green too; `tests/window/style/test_theme.py` computes both. All lengths are logical pixels, so that
+4.5:1 on every surface and on what is selected (7:1 in sunlight) and every line 3:1; `tests/window/style/test_theme.py`
+computes them. Danger differs from attention also for eyes without red or green. All lengths are logical pixels, so that
 200 % is only a matter of the screen.
 """
 

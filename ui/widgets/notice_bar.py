@@ -2,7 +2,7 @@
 
 from collections.abc import Callable, Sequence
 from functools import partial
-from typing import Final, NamedTuple
+from typing import NamedTuple
 
 from PySide6.QtCore import Qt, Signal
 from PySide6.QtWidgets import (
@@ -10,7 +10,6 @@ from PySide6.QtWidgets import (
     QFrame,
     QHBoxLayout,
     QLabel,
-    QMenu,
     QPushButton,
     QSizePolicy,
     QToolButton,
@@ -24,8 +23,6 @@ from ui.style.icons import MEANING_ICONS, Icon, icon
 from ui.style.theme import IconSize, Meaning, Space, is_text_large
 from ui.widgets.controls import ElidedLabel, IconLabel, control, named, retain_size, set_look, without_key
 from ui.widgets.step_button import FocusBack, StepButton, leave_focus
-
-_LISTED_CHARACTERS: Final = 90
 
 
 class Choice(NamedTuple):
@@ -72,7 +69,7 @@ class NoticeBar(QFrame):
         self.hide()
         self.notice: Notice | None = None
         self.notices: Sequence[Notice] = ()
-        # The notice that a person chose from the list, until it ends or a new one is graver.
+        # The notice to which a person went on, until it ends or a new one is graver.
         self._chosen = ""
         self._note = ""
         self._is_foot = is_foot
@@ -83,14 +80,10 @@ class NoticeBar(QFrame):
             self._text.setTextInteractionFlags(Qt.TextInteractionFlag.TextSelectableByMouse)
         vertical = QSizePolicy.Policy.Ignored if is_foot else QSizePolicy.Policy.Preferred
         self._text.setSizePolicy(QSizePolicy.Policy.Expanding, vertical)
-        self.more = control(QToolButton(), "notice_more", says=tr("More messages"), role="quiet")
+        more = tr("More messages")
+        self.more = control(QToolButton(), "notice_more", says=more, role="quiet", slot=self._show_next)
         self.more.setToolButtonStyle(Qt.ToolButtonStyle.ToolButtonTextBesideIcon)
-        self.more.setPopupMode(QToolButton.ToolButtonPopupMode.InstantPopup)
         self.more.hide()
-        self._list = named(QMenu(self), "notice_list")
-        self._list.setToolTipsVisible(True)
-        self._list.aboutToShow.connect(self._fill_list)
-        self.more.setMenu(self._list)
         self._dismiss = control(
             QToolButton(), "notice_dismiss", says=tr("Close"), picture=Icon.CROSS, role="quiet", slot=self._close
         )
@@ -122,7 +115,7 @@ class NoticeBar(QFrame):
         self.show_notices([] if notice is None else [notice])
 
     def show_notices(self, notices: Sequence[Notice]) -> None:
-        """The gravest first, which is shown whole unless a person chose another one from the list since it came."""
+        """The gravest first, which is shown whole unless a person went on to another one since it came."""
         if notices and notices[0].key not in {notice.key for notice in self.notices}:
             self._chosen = ""
         old, self.notices = self.notice, notices
@@ -178,19 +171,11 @@ class NoticeBar(QFrame):
         if self.notice is not None and self.notice.dismiss is not None:
             self.notice.dismiss()
 
-    def _fill_list(self) -> None:
-        self._list.clear()
-        for notice in self.notices:
-            text = without_key(notice.text)
-            if len(text) > _LISTED_CHARACTERS:
-                text = f"{text[:_LISTED_CHARACTERS]}…"
-            action = self._list.addAction(icon(MEANING_ICONS[notice.meaning], notice.meaning), text)
-            action.setToolTip(notice.text)
-            action.triggered.connect(partial(self._choose, notice.key))
-
-    def _choose(self, key: str) -> None:
-        self._chosen = key
-        self.show_notices(self.notices)
+    def _show_next(self) -> None:
+        keys = [notice.key for notice in self.notices]
+        if self.notice is not None:
+            self._chosen = keys[(keys.index(self.notice.key) + 1) % len(keys)]
+            self.show_notices(self.notices)
 
     def _make_buttons(self, notice: Notice) -> None:
         """Called only where the choices differ: a new button under the pointer would swallow a click in progress."""

@@ -24,7 +24,6 @@ from PySide6.QtWidgets import (
     QLabel,
     QLineEdit,
     QListView,
-    QMenu,
     QMessageBox,
     QToolButton,
     QTreeView,
@@ -43,17 +42,11 @@ from tests.support.window.live_bench import Bench, live_bench
 from tests.support.window.steps import await_child, choosing, drop, find, notice_text
 from ui.core.preferences import Preferences
 from ui.files import file_dialogs
-from ui.files.file_dialogs import FileOpener, FilePage, ThenPath, add_recent, ask_path
+from ui.files.file_dialogs import FileOpener, FilePage, ThenPath, ask_path
 from ui.main import Assembly, WindowOptions
 from ui.pages.logs.page import LogsPage
 from ui.pages.settings.page import SettingsPage
 from ui.style.theme import Meaning
-
-
-def recent_menu(window: QWidget) -> QMenu:
-    menu = window.findChild(QMenu, "menu_recent")
-    assert isinstance(menu, QMenu)
-    return menu
 
 
 @pytest.fixture
@@ -63,7 +56,7 @@ def profile(tmp_path: Path) -> Path:
     return path
 
 
-def test_open_and_recent_files(qtbot: QtBot, qapp: QApplication, tmp_path: Path, profile: Path) -> None:
+def test_open(qtbot: QtBot, qapp: QApplication, tmp_path: Path, profile: Path) -> None:
     with window(qapp, tmp_path / "data", entries=page_entries("settings")) as assembly:
         main = assembly.window
         page = await_child(qtbot, main, SettingsPage)
@@ -73,11 +66,8 @@ def test_open_and_recent_files(qtbot: QtBot, qapp: QApplication, tmp_path: Path,
         qtbot.waitUntil(lambda: page.work.comparison is not None)
         page.work.close_panels()
         assert "*.toml" in asked[0][-1]
-        recent_menu(main).aboutToShow.emit()
-        (recent,) = recent_menu(main).actions()
-        assert recent.text() == profile.name
-        recent.trigger()
-        qtbot.waitUntil(lambda: page.work.comparison is not None)
+        main.menus["open"].trigger()
+        assert asked[1][0] == profile.parent
 
 
 def test_the_window_begins_with_the_file(qtbot: QtBot, qapp: QApplication, tmp_path: Path, profile: Path) -> None:
@@ -98,8 +88,6 @@ def test_several_files_dropped_on_any_page_open_all_and_each_that_cannot_be_read
     with window(qapp, tmp_path, entries=page_entries("settings", "logs")) as assembly:
         settings = await_child(qtbot, assembly.window, SettingsPage)
         logs = await_child(qtbot, assembly.window, LogsPage)
-        recent_menu(assembly.window).aboutToShow.emit()
-        assert not recent_menu(assembly.window).actions()[0].isEnabled()
         assembly.window.go_to("settings")
         assert drop(assembly.window, profile, flight, tmp_path / "a.xyz", tmp_path / "page.ulg")
         qtbot.waitUntil(lambda: settings.work.comparison is not None)
@@ -146,18 +134,6 @@ def test_a_missing_file_opens_no_window(
     assert "nowhere.toml cannot be read: No such file or directory." in capsys.readouterr().err
     assert program.main(["bogus"]) == 2
     assert "There is no command bogus." in capsys.readouterr().err
-
-
-def test_a_recent_file_shows_letters_that_would_be_invisible(qtbot: QtBot, tmp_path: Path) -> None:
-    menu, opened = QMenu(), list[Path]()
-    qtbot.addWidget(menu)
-    path = tmp_path / "M&7\u202elmot.toml"
-    add_recent(menu, "recent", [str(path)], opened.append)
-    (action,) = menu.actions()
-    assert action.text().startswith("M&&7")
-    assert "\u202e" not in action.text() + action.toolTip()
-    action.trigger()
-    assert opened == [path]
 
 
 _PAGE = (

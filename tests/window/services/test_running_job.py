@@ -16,7 +16,7 @@ from tests.support.window.fake_ports import ports_alone
 from tests.support.window.fakes_ui import page_entries, window
 from tests.support.window.steps import find, given
 from ui.pages.logs.page import LogsPage
-from ui.services.page_job import PageJob
+from ui.session.page_job import PageJob
 from ui.style.theme import Meaning
 from ui.widgets.notice_bar import Notice
 

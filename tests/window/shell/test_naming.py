@@ -18,7 +18,7 @@ from ui.main import Assembly
 from ui.pages.preflight.page import PreflightPage
 from ui.pages.triggers.page import TriggersPage
 from ui.services.context import PageEntry
-from ui.session.name_question import ModuleField
+from ui.session.module_field import ModuleField
 from ui.style.icons import Icon
 
 PAGES = (

@@ -141,34 +141,13 @@ def test_several_notices_stand_at_once_and_the_graver_one_is_whole(qtbot: QtBot)
     bar.show_notices([grave, calm])
     assert notice_text(bar) == "Silent for 1 s"
     assert bar.more.isVisibleTo(bar)
-    bar.more.menu().aboutToShow.emit()
-    listed = bar.more.menu().actions()
-    assert [action.text() for action in listed] == ["Silent for 1 s", "Advice."]
-    listed[1].trigger()
+    bar.more.click()
     assert bar.button("advice") is not None
     later = grave._replace(text="Silent for 2 s")
     bar.show_notices([later, calm])
     assert notice_text(bar) == "Advice.", "a text that ticks is no new notice"
     bar.show_notices([Notice(Meaning.DANGER, "It fired."), later, calm])
     assert notice_text(bar) == "It fired."
-
-
-def test_that_one_has_triggered_was_read_and_not_that_the_next_has(
-    qtbot: QtBot, qapp: QApplication, tmp_path: Path
-) -> None:
-    with (
-        simulated("A", active=True) as first,
-        simulated("B", active=True) as second,
-        window(qapp, tmp_path) as assembly,
-    ):
-        bar = assembly.window.notice_bar
-        for name, bench in (("A", first), ("B", second)):
-            connect(qtbot, assembly, f"sim://{name}")
-            bench.pulse_pwm()
-            qtbot.waitUntil(lambda: "has triggered" in notice_text(bar))
-            assert bar.notice is not None
-            given(bar.notice.dismiss)()
-            assert "has triggered" not in notice_text(bar)
 
 
 def test_a_notice_that_was_closed_comes_again_with_its_cause(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:

@@ -23,7 +23,7 @@ from app.procedures.history import read_history
 from app.procedures.read import read_everything
 from tests.support.patience import MACHINE_S, PATIENCE_S, in_time
 from tests.support.processes import ran_code
-from tests.support.terminals import CLOSING_S, Terminal
+from tests.support.terminals import CLOSING_S
 from tests.support.window.fakes_ui import ListedPorts, connect, simulated, window
 from ui.core.preferences import Preferences
 from ui.main import PAGES, Assembly
@@ -141,21 +141,6 @@ def test_a_driver_that_never_returns(
             qtbot.waitUntil(port.is_stuck.is_set)
         close_in_time(assembly)
         assert port.is_stuck.wait(PATIENCE_S)
-
-
-@POSIX_ONLY
-def test_a_full_buffer_of_a_pseudo_terminal(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
-    terminal = Terminal()
-    try:
-        with window(qapp, tmp_path) as assembly:
-            assembly.ports.connect_to(Target(terminal.name, 115200))
-            qtbot.waitUntil(lambda: assembly.ports.current.is_open)
-            terminal.choke()
-            assembly.ports.current.submit(Job(read_everything()), lambda _job: None)
-            close_in_time(assembly)
-            assert assembly.ports.stop(PATIENCE_S)
-    finally:
-        terminal.hang_up()
 
 
 @pytest.mark.parametrize(

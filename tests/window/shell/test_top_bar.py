@@ -6,7 +6,6 @@ Sounds: none until they are chosen, by the first player that works, and never wa
 import re
 import sys
 import wave
-from collections import Counter
 from collections.abc import Iterator
 from pathlib import Path
 from typing import NamedTuple
@@ -18,22 +17,18 @@ from PySide6.QtWidgets import QApplication, QWidget
 from pytestqt.qtbot import QtBot
 
 from app.engine.conversation import StatusSample
-from app.engine.procedure import LinkView
 from app.engine.target import Target
 from app.limits.limits import LimitsInUse
 from app.safety.last_known import keep_away
-from protocol.events import Counters, EndReason
-from protocol.messages import Reason
+from protocol.events import EndReason
 from tests.support.window.fake_ports import VALUES, FakePorts, fake_window, ports_alone
 from tests.support.window.fakes_ui import connect, simulated, window
 from tests.support.window.screen_reader import NameChanges, announced, name_of
 from ui.core.preferences import Preferences
 from ui.main import PAGES
 from ui.shell.announcements import Sound, StateAnnouncer, write_tones
-from ui.shell.status_bar import StatusBar
 from ui.shell.top_bar import TopBar
 from ui.style.theme import Meaning
-from ui.widgets.notice_bar import NoticeBar
 
 
 @pytest.mark.parametrize(
@@ -236,23 +231,6 @@ def test_of_another_module_behind_the_same_port_all_is_told_again(qtbot: QtBot, 
     connection.treat_as_another()
     module.begin(active=False, triggered=True)
     assert listener.heard(qtbot, 2) == ["TRIGGERED!", "LOCKED"]
-
-
-def test_the_status_bar_tells_of_the_line_that_is_shown_when_its_frames_came(qtbot: QtBot) -> None:
-    ports = ports_alone()
-    bar = StatusBar(ports.ports, NoticeBar())
-    qtbot.addWidget(bar)
-    ports.plug_in(USB0)
-    second, module = ports.plug_in(USB1)
-    broken = Counters(frames=5, rejected_bytes=Counter({Reason.CHECKSUM: 3}))
-    module.hand_over(link=LinkView(broken, None))
-    qtbot.waitUntil(lambda: second.module.statistics.totals.frames > 0)
-    ports.now_s += 300
-    module.hand_over(link=LinkView(broken, None))
-    QApplication.processEvents()
-    ports.ports.choose(second)
-    assert bar.age.text() == "5 min ago"
-    ports.stop()
 
 
 @pytest.mark.promise("f")

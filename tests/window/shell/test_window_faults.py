@@ -5,7 +5,6 @@ event.
 import gc
 import itertools
 import logging
-import signal
 import sys
 import time
 from collections import Counter, deque
@@ -23,7 +22,6 @@ from app.engine.session import Session
 from app.engine.target import Target
 from app.safety.journal import Act
 from app.system.uncaught import catch_uncaught_errors
-from tests.support.processes import run_module, running
 from tests.support.window.fake_ports import VALUES, FakePorts, FakeWorker, fake_window
 from tests.support.window.fakes_ui import ADAPTER, ListedPorts, connect, simulated, window
 from tests.support.window.steps import find, notice_text
@@ -78,29 +76,6 @@ def test_an_error_in_the_worker_closes_the_port_and_is_shown(
         assert not assembly.ports.current.is_open
         assert assembly.armed.act is None
         connect(qtbot, assembly, "sim://struck")
-
-
-@POSIX_ONLY
-def test_killed_and_started_again() -> None:
-    """kill -9 leaves a port that can be opened, a store that can be read, and no word of it to the next one."""
-    code = """if True:
-        import functools, sys
-        from ui import main as application
-        application.assemble = functools.partial(application.assemble, entries=())
-        def told(assembly, options, start=application.start):
-            assembly.ports.shown.connect(lambda _module: print("online", flush=True))
-            start(assembly, options)
-        application.start = told
-        raise SystemExit(application.run(application.WindowOptions(port=sys.argv[1])))
-    """
-    with run_module("--uptime", "60", "--rate", "200") as module:
-        for end, code_expected in ((signal.SIGKILL, -signal.SIGKILL), (signal.SIGTERM, 0)):
-            with running(sys.executable, "-c", code, module.port) as program:
-                assert program.out.readline() == "online\n"
-                program.process.send_signal(end)
-                ended, _, said = program.end()
-            assert ended == code_expected
-            assert [line for line in said.splitlines() if "propagateSizeHints" not in line] == []
 
 
 TIMES = 8

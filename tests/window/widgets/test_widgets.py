@@ -123,19 +123,6 @@ def test_only_attention_and_danger_are_filled(qtbot: QtBot) -> None:
     assert chip.accessibleName() == "Lock: ACTIVE, 12 s ago"
 
 
-def test_the_gauge_says_tilt_age_and_threshold(qtbot: QtBot) -> None:
-    gauge = TiltGauge()
-    qtbot.addWidget(gauge)
-    assert gauge.accessibleName() == "Tilt: unknown"
-    gauge.show_tilt(12, fires_deg=60, rearms_deg=50)
-    assert gauge.accessibleName() == "Tilt: 12°, 60° fires"
-    gauge.show_tilt(12, stale_age="12 s ago", fires_deg=60)
-    assert gauge.accessibleName() == "Tilt: 12°, 12 s ago, 60° fires"
-    gauge.show_tilt(None, fires_deg=60)
-    assert gauge.freshness is Freshness.UNKNOWN
-    assert gauge.accessibleName() == "Tilt: unknown, 60° fires"
-
-
 def test_the_picture_of_a_button_has_the_colour_of_its_text_in_every_role(qtbot: QtBot) -> None:
     button = control(QPushButton(tr("LOCK")), "lock", picture=Icon.LOCK)
     qtbot.addWidget(button)

@@ -14,7 +14,7 @@ from ui.pages.diagnosis.traffic import TrafficView
 from ui.pages.diagnosis.why import WhyPanel
 from ui.services.context import Services
 from ui.services.page import Page
-from ui.services.page_job import PageJob
+from ui.session.page_job import PageJob
 from ui.session.shown_module import ShownModule
 from ui.style.theme import Space, is_text_large
 from ui.widgets.controls import Shortcut, in_column, named, scroll_area

@@ -19,7 +19,7 @@ from ui.core.background_task import BackgroundTask, Running
 from ui.files.file_dialogs import AskPath, ask_path, default_name
 from ui.pages.diagnosis.traffic import TrafficModel
 from ui.services.context import Services
-from ui.services.page_job import PageJob
+from ui.session.page_job import PageJob
 from ui.style.icons import Icon
 from ui.style.theme import Meaning, Size, Space, fixed_font
 from ui.widgets.controls import SELECTABLE, TickingLabel, control, in_column, in_row, named, set_role, text_label

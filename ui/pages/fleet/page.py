@@ -20,7 +20,7 @@ from ui.pages.fleet.board import NEED_MEANINGS, Board
 from ui.pages.fleet.group_jobs import GroupChecks, GroupProfile
 from ui.services.context import Services
 from ui.services.page import Page, WaysBack
-from ui.services.page_job import PageJob, is_risk_open, progress_notice, risk_notice
+from ui.session.page_job import PageJob, is_risk_open, progress_notice, risk_notice
 from ui.session.port import Port
 from ui.style.icons import Icon
 from ui.style.theme import Meaning, Space

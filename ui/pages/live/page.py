@@ -31,7 +31,7 @@ from ui.plots.lanes import measured_lanes
 from ui.plots.time_plot import TimePlot
 from ui.services.context import Services
 from ui.services.page import Page
-from ui.services.page_job import PageJob
+from ui.session.page_job import PageJob
 from ui.style.icons import Icon
 from ui.style.theme import Size, Space, current, font
 from ui.widgets.controls import (

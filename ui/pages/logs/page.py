@@ -42,7 +42,7 @@ from ui.pages.logs.viewer import LogView
 from ui.pages.logs.work import LogRow, LogsWork, Reading
 from ui.services.context import Services
 from ui.services.page import Page, WaysBack
-from ui.services.page_job import PageJob
+from ui.session.page_job import PageJob
 from ui.style.icons import Icon, icon
 from ui.style.theme import Meaning, RowHeight, Space, is_text_large, scaled
 from ui.widgets.controls import Shortcut, in_column, in_row, named, set_role, stacked

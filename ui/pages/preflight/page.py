@@ -36,9 +36,9 @@ from ui.pages.preflight.past_checks import PastChecks
 from ui.pages.preflight.verdict import SPOKEN, VerdictBanner, Work, announcement, work_on
 from ui.services.context import Services
 from ui.services.page import Page, WaysBack
-from ui.services.page_job import PageJob
 from ui.session.check import ENTRIES, PASSED, Standing
-from ui.session.name_question import ModuleField
+from ui.session.module_field import ModuleField
+from ui.session.page_job import PageJob
 from ui.session.shown_module import ShownModule
 from ui.simulator.panel import rest_offer
 from ui.style.appearance import announce

@@ -32,7 +32,7 @@ from ui.files.file_dialogs import AskPath, ask_path
 from ui.forms.tables import RowsTable, SearchedRows, TableColumn, select_row
 from ui.services.context import Services
 from ui.services.page import Page, WaysBack
-from ui.session.name_question import ModuleField
+from ui.session.module_field import ModuleField
 from ui.session.trigger_reading import TriggerReading, TriggerRow
 from ui.style.icons import Icon, icon
 from ui.style.theme import Meaning, RowHeight, Size, Space, fixed_font, is_text_large

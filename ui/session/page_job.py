@@ -4,7 +4,7 @@ result until that is closed, the page is left, or another module is connected.""
 from collections.abc import Callable, Sequence
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Final, Protocol, TypeVar
+from typing import TYPE_CHECKING, Any, Final, TypeVar
 
 from PySide6.QtCore import QObject, QTimer, QUrl, Signal
 from PySide6.QtGui import QDesktopServices
@@ -21,6 +21,7 @@ from ui.widgets.notice_bar import Choice, Notice
 
 if TYPE_CHECKING:
     from app.settings.profiles import Profile
+    from ui.session.shown_module import ShownModule
 
 Result = TypeVar("Result")
 PROGRESS_EVERY_MS: Final = 100
@@ -29,17 +30,6 @@ GREYED_AFTER_S: Final = 0.5
 EXPECTED: Final = (UserError, OSError, RuntimeError, ValueError)
 # How grave the end of a file's writing is, the worst last.
 _WRITTEN: Final = (Meaning.GOOD, Meaning.INFORMATION, Meaning.ATTENTION, Meaning.DANGER)
-
-
-class RunsProcedures(Protocol):
-    """The `ShownModule` as it is seen from below."""
-
-    @property
-    def is_going(self) -> bool: ...
-    @property
-    def now_s(self) -> float: ...
-    @property
-    def run(self) -> Callable[..., Job[Any]]: ...
 
 
 class PageJob(QObject):
@@ -52,7 +42,7 @@ class PageJob(QObject):
     changed = Signal()
 
     def __init__(
-        self, parent: QObject | None = None, *, module: "RunsProcedures | None" = None, is_of_module: bool = True
+        self, parent: QObject | None = None, *, module: "ShownModule | None" = None, is_of_module: bool = True
     ) -> None:
         """`module`: it ends with its conversation. `is_of_module`: else of files, and another module ends nothing."""
         super().__init__(parent)
