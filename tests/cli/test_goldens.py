@@ -24,7 +24,7 @@ from app.terminal.console import RATES
 from protocol.catalogue import BAUD_RATES
 from protocol.messages import TriggerRecord, decode_record, decode_request
 from tests.cli import test_schemas as schemas
-from tests.cli.test_cli_program import half_width
+from tests.cli.test_program import half_width
 from tests.support.line.odd_module import EmptySlots, OddSetup
 from tests.support.thorough import some
 from tests.unit.simulator.test_simulator_servers import posix_only, pty, serving
@@ -176,28 +176,15 @@ def test_rates_are_those_of_the_catalogue() -> None:
     assert RATES == BAUD_RATES
 
 
-RECORD = bytes.fromhex("41753501 0100 6C02 3C05 A000 010C EB7E")
-"""The table's worked example."""
-
-
-@pytest.fixture
-def record() -> TriggerRecord:
-    decoded = decode_record(RECORD)
-    assert isinstance(decoded, TriggerRecord)
-    return decoded
-
-
-def test_history_page_marks_the_implausible(record: TriggerRecord) -> None:
-    page = records.page_of(History((record,), 8, is_confirmed=True))
-    assert page[1] == (
-        "1           1 min 48 s      attitude  60°       0.5 g, 1.60 s  yes     no        1.2 V  4.70 V (implausible)"
-    )
-    assert page[-1] == "Empty slots: 8."
+def test_history_page_marks_the_implausible_and_what_came_once() -> None:
+    record = decode_record(bytes.fromhex("41753501 0100 6C02 3C05 A000 010C EB7E"))  # the table's worked example
+    assert isinstance(record, TriggerRecord)
+    page = records.page_of(History((record,), 8, seen_once=(record,), is_answered=True))
+    assert page[1].endswith("attitude  60°       0.5 g, 1.60 s  yes     no        1.2 V  4.70 V (implausible)")
+    assert page[2].startswith("1 (?)")
+    assert page[3:] == ["(?) Seen in one reading only. Read again.", "Empty slots: 8."]
     assert records.page_of(History((), 0, is_confirmed=True)) == ["It has never fired, or its memory was cleared."]
     assert records.page_of(History()) == ["No answer: the records are unknown."]
-    doubtful = records.page_of(History(seen_once=(record,), is_answered=True))
-    assert doubtful[1].startswith("1 (?)")
-    assert "(?) Seen in one reading only. Read again." in doubtful
 
 
 def test_json_of_a_broken_name_is_json() -> None:

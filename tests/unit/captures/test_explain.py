@@ -58,22 +58,16 @@ def test_the_meaning_of_every_frame_of_the_table(vector: Vector) -> None:
     ("hex_text", "asked", "words"),
     [
         ("42 61 01 A5 5A 00", None, "heartbeat"),
-        ("41 75 01 A5 5A 00", None, "heartbeat"),
         ("42 61 34 01 00 35", None, "query: cell voltage"),
         ("42 61 20 02 3C 5E", None, "set: attitude threshold 60°"),
         ("42 61 11 02 01 14", None, "set: deploy"),
         ("42 61 16 02 00 18", None, "set: attitude trigger enabled"),
         ("42 61 25 01 00 26", None, "set: zero the sensor"),
         ("41 75 32 07 0A 00 01 44", None, "status: tilt 7°, 1.0 g, not triggered, active"),
-        ("41 75 34 01 BE F3", "cell_voltage", "reply: cell voltage 3.80 V"),
         ("41 75 35 01 BE F4", "cell_voltage", "reply: cell voltage 3.80 V"),
         ("41 75 33 01 00 34", "charging", "reply: charging no"),
-        ("41 75 23 01 25 49", "boot_count", "reply: boot count 37"),
         ("41 75 24 01 06 2B", "baud_rate", "acknowledged: baud rate 115200 baud"),
-        ("41 75 24 01 01 26", "baud_rate", "acknowledged: baud rate"),
         ("41 75 22 01 01 24", None, "reply: free-fall time ?"),
-        ("41 75 22 01 01 24", "freefall_time", "reply: free-fall time 0.01 s"),
-        ("41 75 25 01 01 27", "zero_sensor", "acknowledged: zero the sensor"),
         ("41 75 16 01 01 18", "freefall_trigger", "acknowledged: free-fall trigger disabled"),
         ("41 75 16 01 01 18", None, "reply: attitude trigger disabled / free-fall trigger disabled"),
     ],
@@ -110,24 +104,11 @@ FREEFALL_TIME = BY_NAME["freefall_time"]
     [
         (FREEFALL_TIME.set(1.6), 0x22, 0xA0, {"value_s": 1.6}, "acknowledged: free-fall time 1.60 s"),
         (FREEFALL_TIME.set(1.6), 0x22, 1, {"acknowledged": True}, "acknowledged: free-fall time"),
-        (
-            FREEFALL_TIME.set(1.6),
-            0x22,
-            0x50,
-            {"acknowledged": False},
-            "not acknowledged: free-fall time (50)",
-        ),
+        (FREEFALL_TIME.set(1.6), 0x22, 0x50, {"acknowledged": False}, "not acknowledged: free-fall time (50)"),
         (FREEFALL_TIME.set(0.01), 0x22, 1, {"value_s": 0.01}, "acknowledged: free-fall time 0.01 s"),
         (BY_NAME["status"].query(), 0x22, 1, {"value_s": None}, "reply: free-fall time ?"),
         (BY_NAME["baud_rate"], 0x24, 1, {"acknowledged": True}, "acknowledged: baud rate"),
         (None, 0x24, 1, {"acknowledged": True}, "reply: baud rate ?"),
-        (
-            BY_NAME["attitude_threshold"].set(60),
-            0x20,
-            50,
-            {"acknowledged": False, "value_deg": 50},
-            "not acknowledged: attitude threshold (32)",
-        ),
         (
             BY_NAME["activation"].set(True),
             0x10,
@@ -152,10 +133,8 @@ def test_every_request_and_every_reply_has_a_sentence(command: Command) -> None:
         requests += [Request(command, SET, raw) for raw in command.write.allowed]
     for request in requests:
         sent = Frame(Direction.HOST_TO_MODULE, request.encode())
-        assert sentence(sent)
-        assert meaning(sent)["command"] == command.name
-    if command.reply is not None:
-        for raw in command.reply.allowed:
-            for asked in (None, command, *requests[:2]):
-                assert sentence(reply(command.code, raw), asked)
-                assert meaning(reply(command.code, raw), asked)["command"] == command.name
+        assert (bool(sentence(sent)), meaning(sent)["command"]) == (True, command.name)
+    for raw in command.reply.allowed if command.reply is not None else ():
+        for asked in (None, command, *requests[:2]):
+            said = reply(command.code, raw)
+            assert (bool(sentence(said, asked)), meaning(said, asked)["command"]) == (True, command.name)

@@ -4,7 +4,7 @@ import json
 import os
 import signal
 import sys
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import closing
 from pathlib import Path
 
@@ -13,19 +13,23 @@ import pytest
 import app.__main__ as program
 from app.preflight.checks import CHECKS
 from app.safety.journal import Act, Outcome
-from app.store.fact_store import FILE_NAME, Store
+from app.simulator.bench import SimulatedBench
+from app.store.fact_store import Store
 from app.store.rows import PreflightCheck
 from app.system.files import data_folder
 from app.terminal.console import Signalled
+from protocol.catalogue import ACTIVATION, Request
 from protocol.messages import decode_request
 from tests.cli.test_schemas import faults
+from tests.files.records.test_record import signed_record
 from tests.support.cli_line import Program, bench_of
+from tests.support.line.frames import at_each_frame
 from tests.support.processes import PROGRAM, ran, run_module
 from tests.support.records.stored import audit, checks_of, open_store, records_of
 
 pytest_plugins = ["tests.support.cli_fixtures"]
 pytestmark = pytest.mark.usefixtures("speaks_english", "no_waiting")
-
+ACTIVATE = ("preflight", "--activate", "--yes", "--module", "M-07")
 PROFILE = """
 name = "H6"
 [settings]
@@ -47,28 +51,21 @@ def kept() -> Iterator[Store]:
         yield store
 
 
-def _assert_only_questions(wire: list[bytes], *, flags: int) -> None:
-    requests = [decode_request(raw) for raw in wire]
-    sets = [request.command.name for request in requests if not request.is_repeatable]
-    assert sets == ["freefall_trigger", "attitude_trigger"][:flags]
-    assert not {request.command.code for request in requests} & {0x10, 0x11, 0x12, 0x13, 0x24, 0x25}
+def sets(wire: list[bytes]) -> list[str]:
+    """What was sent besides questions, in order."""
+    return [request.command.name for request in map(decode_request, wire) if not request.is_repeatable]
 
 
-def test_go_is_the_contract(port: str, dps_s: Program, wire: list[bytes]) -> None:
+def test_ready_is_the_contract(port: str, dps_s: Program, wire: list[bytes]) -> None:
     shown = json.loads(dps_s(["preflight", "--port", port, "--enable-triggers", "--json"]).out)
-    assert list(shown) == ["verdict", "checks", "read", "simulated", "softer_limits"]
-    assert (shown["simulated"], shown["softer_limits"]) == (True, [])
-    assert shown["verdict"] == "READY"
-    assert [one["id"] for one in shown["checks"]] == [check.id for check in CHECKS]
     assert faults("preflight", shown) == []
+    assert (shown["verdict"], shown["simulated"], shown["softer_limits"]) == ("READY", True, [])
+    assert [one["id"] for one in shown["checks"]] == [check.id for check in CHECKS]
     assert {one["result"] for one in shown["checks"]} <= {"pass", "warn"}
     assert all(one["limit"] and one["why"] and one["do"] for one in shown["checks"])
-    cell = next(one for one in shown["checks"] if one["id"] == "cell_voltage")
-    assert (cell["measured"], cell["limit"]) == (3.9, "≥ 3.80 V")
-    assert shown["read"]["settings"]["attitude_trigger"] is True
-    assert shown["read"]["settings"]["serial_output"] is None
-    assert shown["read"]["settings"]["baud_rate"] == 115200
-    _assert_only_questions(wire, flags=2)
+    settings = shown["read"]["settings"]
+    assert (settings["attitude_trigger"], settings["serial_output"], settings["baud_rate"]) == (True, None, 115200)
+    assert sets(wire) == ["freefall_trigger", "attitude_trigger"]
 
 
 def test_the_report_is_written_kept_and_verified(
@@ -79,85 +76,58 @@ def test_the_report_is_written_kept_and_verified(
     words = ["preflight", "--port", port, "--enable-triggers", "--profile", str(profile), "--module", "M-07",
              "--aircraft", "B-1234", "--who", "Li Wei"]  # fmt: skip
     shown = json.loads(dps_s([*words, "--json"], 1).out)  # a required item was not ticked
-    assert [(one["id"], one["result"], one["measured"]) for one in shown["checks"][-2:]] == [
-        ("manual_1", "unknown", "skipped"), ("manual_2", "warn", "skipped"),
-    ]  # fmt: skip
+    assert [(one["id"], one["result"]) for one in shown["checks"][-2:]] == [
+        ("manual_1", "unknown"),
+        ("manual_2", "warn"),
+    ]
     assert str(report) in dps_s([*words, "--done", "1", "--report", str(report)]).err
     record = json.loads(report.with_suffix(".json").read_text(encoding="utf-8"))["record"]
     assert (record["module"], record["verdict"]) == ("M-07", "READY")
-    assert len(record["frames"]) > 60
     for path in (report, report.with_suffix(".json")):
         out = dps_s(["verify", str(path)]).out
         assert out.startswith("INTACT")
         assert "Signed by this station" in out
         assert "M-07: READY" in out
-    altered = tmp_path / "altered.json"
-    altered.write_text(
-        report.with_suffix(".json").read_text(encoding="utf-8").replace('"measured":3.9', '"measured":4.1', 1),
-        encoding="utf-8",
-    )
-    assert dps_s(["verify", str(altered)], 1).out.startswith("ALTERED")
-    of_module = checks_of(kept, "M-07")
-    assert [one.verdict for one in of_module] == ["READY", "NO-GO"]
-    assert [one.aircraft for one in of_module] == ["B-1234"] * 2
-    assert [check.cell_voltage_v for check in of_module] == [3.9, 3.9]
+    checks = checks_of(kept, "M-07")
+    assert [(one.verdict, one.aircraft) for one in checks] == [("READY", "B-1234"), ("NO-GO", "B-1234")]
     assert [one.outcome for one in audit(kept, Act.WRITE)] == [Outcome.CONFIRMED] * 4
 
 
-def test_a_new_trigger_and_another_module_are_noticed(port: str, dps_s: Program, kept: Store) -> None:
+def test_verify_says_intact_whoever_signed_and_altered(tmp_path: Path, dps_s: Program) -> None:
+    path = tmp_path / "record.json"
+    text = signed_record("worst").text
+    path.write_text(text, encoding="utf-8")
+    printed = dps_s(["verify", str(path)], 0).out
+    assert printed.startswith("INTACT: NO-GO")
+    assert "Signed by an unknown key" in printed
+    told = json.loads(dps_s(["verify", str(path), "--json"], 0).out)
+    names = ("state", "verdict", "follows", "signed_by")
+    assert [told[name] for name in names] == ["intact", "NO-GO", "NO-GO", "unknown_key"]
+    path.write_text(text.replace("Li Wei", "Li Bo"), encoding="utf-8")
+    told = json.loads(dps_s(["verify", str(path), "--json"], 1).out)
+    assert [told[name] for name in ("state", "signed_by", "signer")] == ["altered", "nobody", None]
+    path.write_text("{}", encoding="utf-8")
+    for file in (str(path), "a\0b"):
+        assert json.loads(dps_s(["verify", file, "--json"], 2).out)["error"]["code"] == "unreadable"
+
+
+def test_a_new_trigger_is_noticed_and_a_word_for_the_records_is_kept(port: str, dps_s: Program, kept: Store) -> None:
     words = ["preflight", "--port", f"{port}?history=2", "--enable-triggers", "--json", "--module", "M-07"]
 
-    def result(id_: str, *more: str, code: int, words: list[str] = words) -> str:
+    def result(*more: str, code: int) -> str:
         checks = json.loads(dps_s([*words, *more], code).out)["checks"]
-        return str({one["id"]: one["result"] for one in checks}[id_])
+        return str({one["id"]: one["result"] for one in checks}["trigger_records"])
 
-    assert result("trigger_records", code=1) == "unknown"
-    assert result("trigger_records", "--records-reviewed", code=0) == "pass"
-    assert result("trigger_records", code=0) == "pass"
+    assert result(code=1) == "unknown"
+    assert result("--records-reviewed", code=0) == "pass"
+    assert result(code=0) == "pass"
     bench = bench_of(port)
     bench.module.activate(is_active=True)
     assert bench.pulse_pwm()
     bench.module.activate(is_active=False)
     bench.set_world(bay_is_open=False)
-    assert result("trigger_records", code=1) == "fail"
+    assert result(code=1) == "fail"
     assert len(records_of(kept, "M-07")) == 3
-    other = [*words[:2], f"{port}other?boots=12", *words[3:]]
-    assert json.loads(dps_s(other, 1).out)["error"]["code"] == "refused"
-    assert len(records_of(kept, "M-07")) == 3
-    dps_s([*other, "--same-module"])
-
-
-def test_a_silent_module_is_said_to_be_new_once_and_never_after_it_answered_or_fired(port: str, dps_s: Program) -> None:
-    silent = ["preflight", "--port", f"{port}?mute_codes=35", "--enable-triggers", "--json"]
-    named = [*silent, "--module", "M-07"]
-
-    def result(words: list[str], code: int) -> tuple[str, str]:
-        checks = json.loads(dps_s(words, code).out)["checks"]
-        (found,) = (check for check in checks if check["id"] == "trigger_records")
-        return found["result"], found["why"]
-
-    assert result(named, 1)[0] == "unknown"
-    assert result([*silent, "--records-reviewed"], 0)[0] == "warn"
-    assert result(silent, 1)[0] == "unknown"  # without a name it is asked each time
-    assert result([*named, "--records-reviewed"], 0)[0] == "warn"
-    assert result(named, 0)[0] == "warn"
-    bench = bench_of(port)
-    bench.module.activate(is_active=True)
-    assert bench.pulse_pwm()
-    for is_said in (False, True):
-        assert result([*named, "--records-reviewed"] if is_said else named, 1)[0] == "fail"
-    bench.module.activate(is_active=False)
-    bench.set_world(bay_is_open=False)
-    assert result(named, 1)[0] == "unknown"  # the word ended with the trigger
-    assert result([*named, "--records-reviewed"], 1)[0] == "warn"  # it fired: without a repack there is no READY
-    dps_s(["archive", "service", "M-07", "--what", "repack", "--who", "Li Wei"], 0)
-    assert result([*named, "--records-reviewed"], 0)[0] == "warn"
-    bench.change(mute_codes=frozenset())
-    answers = ["preflight", "--port", port, *named[3:], "--records-reviewed"]
-    assert result(answers, 0)[0] == "pass"
-    bench.change(mute_codes=frozenset({0x35}))
-    found, _why = result([*answers], 1)
-    assert found == "fail"
 
 
 def test_a_report_that_cannot_be_written_is_said(
@@ -187,14 +157,6 @@ def test_ctrl_c_while_qt_prints_does_not_end_the_process(
     assert (tmp_path / "r.pdf").read_bytes() == b"%PDF"
 
 
-def test_without_a_store_it_goes_on(port: str, dps_s: Program) -> None:
-    data_folder().parent.mkdir(parents=True)
-    data_folder().write_bytes(b"")  # a file where the folder should be
-    printed = dps_s(["preflight", "--port", port, "--enable-triggers", "--module", "M-07"])
-    assert "Not kept." in printed.err
-    assert printed.out.startswith("READY")
-
-
 @pytest.mark.skipif(sys.platform == "win32", reason="pseudo-terminals are POSIX")
 def test_the_installed_program_prints_without_a_screen(tmp_path: Path, user_files: Path) -> None:
     """A process of its own, a pseudo-terminal, no display: the whole way, at its own pace."""
@@ -202,13 +164,11 @@ def test_the_installed_program_prints_without_a_screen(tmp_path: Path, user_file
     busy.write_text('name = "Busy"\n[limits]\nround_trip_max_ms = 500\nheartbeats_lost_max = 2\n', encoding="utf-8")
     with run_module() as module:
         words = ["preflight", "--port", module.port, "--enable-triggers", "--records-reviewed", "--json"]
-        words += ["--profile", str(busy)]
-        words += ["--report", str(tmp_path / "r.pdf")]
+        words += ["--profile", str(busy), "--report", str(tmp_path / "r.pdf")]
         done = ran(*PROGRAM, *words, QT_QPA_PLATFORM="", DISPLAY="", LC_ALL="zh_CN.UTF-8")
     assert done.returncode == 0, done.stdout + done.stderr
     assert json.loads(done.stdout)["verdict"] == "READY"
     assert (tmp_path / "r.pdf").read_bytes().startswith(b"%PDF")
-    assert list(user_files.rglob(FILE_NAME))
     assert "未" not in done.stderr  # nothing was said not to be kept
 
 
@@ -253,3 +213,83 @@ def test_interrupted_it_says_that_the_triggers_may_be_enabled(
     printed = dps_s(["preflight", "--port", port, "--json", *options], 130)
     assert json.loads(printed.out)["error"]["code"] == "cancelled"
     assert printed.err.startswith("Interrupted; may have been carried out.\n") == is_said
+
+
+# READY and GO, only in the connection in which the triggers were enabled
+
+
+@pytest.mark.promise("f")
+def test_activate_leads_in_one_connection_to_go(port: str, dps_s: Program, wire: list[bytes], kept: Store) -> None:
+    printed = dps_s([*ACTIVATE, "--port", port])
+    assert printed.out.startswith("GO: fit to fly\n")
+    assert "ACTIVE" in printed.err
+    assert sets(wire) == ["freefall_trigger", "attitude_trigger", "activation"]
+    assert bench_of(port).module.state.is_active
+    assert [check.verdict for check in checks_of(kept, "M-07")] == ["GO", "READY"]
+    last = audit(kept)[0]
+    assert (last.act, last.outcome) == (Act.ACTIVATE, Outcome.CONFIRMED)
+
+
+@pytest.mark.parametrize(
+    "arrange", [lambda bench: bench.set_world(bay_is_open=True), lambda bench: bench.module.activate(is_active=True)]
+)
+@pytest.mark.promise("f")
+def test_what_is_not_ready_is_not_activated(
+    port: str, dps_s: Program, wire: list[bytes], arrange: Callable[[SimulatedBench], None]
+) -> None:
+    arrange(bench_of(port))
+    assert dps_s([*ACTIVATE, "--port", port], 1).out.startswith("NO-GO")
+    assert "activation" not in sets(wire)
+
+
+def _restart(bench: SimulatedBench) -> None:
+    bench.module.memory.boot_count -= 1
+    bench.restart()
+    bench.module.activate(is_active=True)
+
+
+def _move(bench: SimulatedBench) -> None:
+    bench.module.memory.attitude_threshold = 70
+
+
+def _lose(bench: SimulatedBench) -> None:
+    bench.module.activate(is_active=False)
+
+
+@pytest.mark.parametrize("act", [_restart, _move, _lose])
+@pytest.mark.promise("f")
+def test_what_happens_at_the_activation_is_no_go_and_it_is_sent_once(
+    port: str, dps_s: Program, wire: list[bytes], act: Callable[[SimulatedBench], None]
+) -> None:
+    bench, due_s = bench_of(port), list[float]()
+
+    def happen(request: Request) -> None:
+        if due_s and bench.clock() >= due_s[0]:
+            due_s.clear()
+            act(bench)
+        if request.command is ACTIVATION:
+            due_s.append(bench.clock() + 0.1)
+
+    at_each_frame(bench, happen)
+    assert dps_s([*ACTIVATE, "--port", port], 1).out.startswith("NO-GO")
+    assert wire.count(ACTIVATION.set(True).encode()) == 1
+
+
+def test_without_an_audit_log_it_is_ready_not_kept_and_not_activated(
+    port: str, dps_s: Program, wire: list[bytes]
+) -> None:
+    data_folder().parent.mkdir(parents=True)
+    data_folder().write_bytes(b"")  # a file where the folder should be
+    printed = dps_s([*ACTIVATE, "--port", port], 1)
+    assert printed.out.startswith("READY")
+    assert "Nothing was sent" in printed.err
+    assert "Not kept." in printed.err
+    assert "activation" not in sets(wire)
+
+
+def test_an_audit_log_that_is_not_written_in_time_is_said(
+    port: str, dps_s: Program, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    close = Store.close
+    monkeypatch.setattr(Store, "close", lambda store, *limit: not close(store, *limit))
+    assert "The audit log is incomplete." in dps_s([*ACTIVATE, "--port", port]).err

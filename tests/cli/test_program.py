@@ -1,0 +1,436 @@
+"""The program as such: its words, ports and signals, errors of our own, hostile input; a sentence, no traceback."""
+
+import argparse
+import errno
+import json
+import os
+import re
+import signal
+import sys
+import threading
+from collections.abc import Iterable
+from datetime import UTC, datetime
+from pathlib import Path
+from types import SimpleNamespace
+
+import pytest
+import serial
+
+import app.__main__ as program
+from app.cli.commands import BY_NAME, ENTRIES, SubCommand
+from app.engine import ports as port_list
+from app.engine.ports import NOT_LISTED, PortInfo
+from app.engine.procedure import Inspect, Procedure
+from app.engine.transport import PortError, PortTrouble, open_line
+from app.procedures.history import History
+from app.settings.profiles import ProfileRefused, parse_profile
+from app.store.fact_store import Store
+from app.system.files import write_whole
+from app.terminal import connection, console
+from app.terminal import records as command_journal
+from app.text.i18n import read_translations
+from app.text.messages import visible, visible_json
+from protocol.messages import Noise
+from protocol.stream import StreamParser
+from tests.cli.test_schemas import faults
+from tests.support.cli_line import Program, is_one_sentence
+from tests.support.processes import PROGRAM, ROOT, ran
+from tests.support.setup_files import tool
+from ui.files.file_dialogs import default_name
+
+pytest_plugins = ["tests.support.cli_fixtures"]
+pytestmark = pytest.mark.usefixtures("speaks_english", "user_files")
+ESCAPE = "\x1b]0;owned\x07\x9b31m\u202e\u2066"
+HUGE = ("1" + "0" * 4000, "0x" + "F" * 6000)
+
+
+# Words
+
+
+def test_the_help_lists_every_command(dps_s: Program) -> None:
+    told = dps_s(["--help"]).out
+    rows = [line.split()[0] for line in told.splitlines() if line.startswith("  ") and not line.startswith("  -")]
+    assert rows == [entry.name for entry in ENTRIES]
+
+
+@pytest.mark.parametrize("entry", ENTRIES, ids=[entry.name for entry in ENTRIES])
+def test_every_command_shows_an_example_that_it_takes(entry: SubCommand, dps_s: Program) -> None:
+    assert f"Example: dps-s {entry.name} {entry.example}".strip() in dps_s([entry.name, "--help"]).out
+    entry.parse_words(entry.example.split())
+
+
+@pytest.mark.parametrize(
+    ("words", "attribute"),
+    [("set a=1 --json b=2", "wishes"), ("decode 41 --json 75", "hex"), ("fired a --must b", "logs")],
+)
+def test_options_may_stand_between_other_words(words: str, attribute: str) -> None:
+    name, first, _, last = words.split()
+    assert getattr(BY_NAME[name].parse_words(words.split()[1:]), attribute) == [first, last]
+
+
+@pytest.mark.parametrize(
+    ("words", "expected"),
+    [
+        ([], {"demo": False, "port": None, "baud": 115200, "lang": None}),
+        (["gui", "--port", "P", "--baud", "9600", "--lang", "zh_CN"], {"port": "P", "baud": 9600, "lang": "zh_CN"}),
+        (["--offscreen-seconds", "2.5"], {"offscreen_seconds": 2.5}),
+    ],
+)
+def test_without_a_command_the_window_opens(
+    words: list[str], expected: dict[str, object], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    opened: list[dict[str, object]] = []
+
+    def open_window(args: argparse.Namespace) -> int:
+        opened.append(vars(args))
+        return 0
+
+    monkeypatch.setattr("app.cli.gui.run", open_window)
+    assert program.main(words) == 0
+    assert {name: opened[0][name] for name in expected} == expected
+
+
+# Ports
+
+
+ADAPTER = PortInfo("sim://only", "CP2102", vid=0x10C4, pid=0xEA60)
+OTHER = PortInfo("/dev/ttyUSB9", "CH340", vid=0x1A86, pid=0x7523)
+BOARD = PortInfo("/dev/ttyS0")
+
+
+def found(monkeypatch: pytest.MonkeyPatch, *ports: PortInfo) -> None:
+    monkeypatch.delenv(program.PORT, raising=False)
+    monkeypatch.setattr(port_list, "list_ports", lambda: list(ports))
+
+
+def test_the_only_adapter_is_taken_and_named(monkeypatch: pytest.MonkeyPatch, dps_s: Program) -> None:
+    found(monkeypatch, BOARD, ADAPTER)
+    printed = dps_s(["find", "--json"])
+    assert json.loads(printed.out)["baud_rate"] == 115200
+    assert printed.err == "Port sim://only (CP2102)\n"
+
+
+def test_the_environment_names_it(port: str, monkeypatch: pytest.MonkeyPatch, dps_s: Program) -> None:
+    found(monkeypatch, ADAPTER, OTHER)
+    monkeypatch.setenv(program.PORT, port)
+    printed = dps_s(["find"])
+    assert (printed.out, printed.err) == (f"{port}, 115200 baud\n", f"Port {port} (DPS_S_PORT)\n")
+    assert dps_s(["find", "--quiet"]).err == ""
+
+
+@pytest.mark.parametrize(
+    ("words", "ports", "code", "said"),
+    [
+        (["activate", "--yes"], (ADAPTER, OTHER), 2,
+         "There are several adapters: sim://only, /dev/ttyUSB9. Give --port.\n"),
+        (["read"], (BOARD,), 3, "There is no USB adapter. Plug it in, or give --port.\n"),
+        (["zero"], (), 2, "Nothing was done. Add --yes to do it.\n"),  # looks for no port
+    ],
+)  # fmt: skip
+def test_without_the_only_adapter_none_is_taken(
+    words: list[str], ports: tuple[PortInfo, ...], code: int, said: str, monkeypatch: pytest.MonkeyPatch, dps_s: Program
+) -> None:
+    found(monkeypatch, *ports)
+    assert dps_s(words, code).err == said
+
+
+def test_ports_for_programs_and_people(dps_s: Program, monkeypatch: pytest.MonkeyPatch) -> None:
+    one = PortInfo("/dev/ttyUSB0", "CP2102", "Silicon Labs", "0001", 0x10C4, 0xEA60, "1-2")
+    listed = [one]
+    monkeypatch.setattr("app.cli.ports.list_ports", lambda: listed)
+    told = json.loads(dps_s(["ports", "--json"]).out)
+    assert told == {"ports": [one._asdict()]}
+    assert faults("ports", told) == []
+    assert "/dev/ttyUSB0  CP2102  Silicon Labs  0001           10c4:ea60" in dps_s(["ports"]).out
+    listed.clear()
+    assert "No serial port." in dps_s(["ports"]).err
+
+
+@pytest.mark.parametrize(
+    "failing",
+    ["raise SystemError('boom')", "return [object()]", "import time; time.sleep(10)"],
+    ids=["error", "nonsense", "hangs"],
+)
+@pytest.mark.promise("k")
+def test_a_failing_list_of_ports_is_reported_in_one_sentence(failing: str, tmp_path: Path) -> None:
+    (tmp_path / "sitecustomize.py").write_text(
+        f"import serial.tools.list_ports as one\ndef comports(*_a, **_k):\n    {failing}\none.comports = comports\n",
+        encoding="utf-8",
+    )
+    path = os.pathsep.join((str(tmp_path), str(ROOT)))
+    ended = ran(*PROGRAM, "ports", "--json", PYTHONPATH=path, LANGUAGE="en", LC_ALL="C.UTF-8")
+    assert ended.returncode == console.NO_LINK, ended
+    assert json.loads(ended.stdout)["error"]["code"] == "no_port"
+    assert ended.stderr.strip() == NOT_LISTED
+
+
+def test_a_port_that_hangs_in_opening(dps_s: Program, monkeypatch: pytest.MonkeyPatch) -> None:
+    release = threading.Event()
+
+    def hang(self: serial.Serial) -> None:
+        release.wait()
+        raise OSError(errno.ENOENT, "gone")
+
+    monkeypatch.setattr(connection, "OPENING_LIMIT_S", 0.3)
+    monkeypatch.setattr(serial.Serial, "open", hang)
+    try:
+        said = dps_s(["read", "--port", "/dev/ttyS9"], 3).err
+    finally:
+        release.set()
+    assert "/dev/ttyS9 does not open within" in said
+    assert is_one_sentence(said)
+
+
+@pytest.mark.parametrize(
+    "address",
+    ["SPY:///dev/null?file={file}", "alt:///dev/null?class=PosixPollSerial", "hwgrep://.", "cp2110://0001:004a:00",
+     "nothing://x", "://", " capture://{file}"],
+)  # fmt: skip
+@pytest.mark.promise("g")
+def test_an_address_that_writes_files_or_loads_code_is_refused(address: str, tmp_path: Path, dps_s: Program) -> None:
+    address = address.format(file=tmp_path / "written")
+    with pytest.raises(PortError) as refused:
+        open_line(address, 115200)
+    assert refused.value.trouble is PortTrouble.UNSUPPORTED
+    said = dps_s(["read", "--port", address], 2).err
+    assert said.count("\n") == 1
+    assert "is no serial port" in said
+    assert list(tmp_path.glob("written")) == []
+
+
+@pytest.mark.promise("i")
+def test_what_was_recorded_is_no_port(tmp_path: Path, dps_s: Program, monkeypatch: pytest.MonkeyPatch) -> None:
+    address = f"capture://{tmp_path}/flight.mcap?speed=5"
+    for words in (
+        ["read", "--port", address],
+        ["record", "--port", address, str(tmp_path / "a.csv")],
+        ["preflight", "--port", address, "--port", "sim://b"],
+        ["gui", "--port", address],
+    ):
+        assert "dps-s FILE opens a file" in dps_s(words, 2).err
+    monkeypatch.setenv("DPS_S_PORT", address)
+    dps_s(["read"], 2)
+    assert not (tmp_path / "a.csv").exists()
+
+
+# What is printed
+
+
+def test_an_error_of_our_own_is_one_calm_line(dps_s: Program, monkeypatch: pytest.MonkeyPatch) -> None:
+    def fail(_args: argparse.Namespace) -> int:
+        raise ZeroDivisionError("a bug")
+
+    monkeypatch.setattr("app.cli.ports.run", fail)
+    printed = dps_s(["ports"], 1)
+    assert printed.out == ""
+    assert "a bug" in printed.err
+    assert printed.err.count("\n") == 1
+
+
+@pytest.mark.parametrize("words", [["preflight", "--json"], ["-v", "lock"], ["diff", "p.toml"], ["read"]])
+def test_a_reader_that_ended_takes_no_answer_for_yes(
+    words: list[str], port: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "p.toml").write_text("[settings]\nfreefall_time_s = 1.9\n", encoding="utf-8")
+    reading, writing = os.pipe()
+    os.close(reading)
+    with open(writing, "w", encoding="utf-8") as out:  # noqa: PTH123
+        monkeypatch.setattr(sys, "stdout", out)
+        assert program.main([*words, "--port", port]) == 4
+        monkeypatch.undo()
+
+
+def test_records_that_never_agree_are_said_to_be_uncertain(
+    port: str, dps_s: Program, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def read_history() -> Procedure[History]:
+        yield Inspect()
+        return History((), 1, is_answered=True)
+
+    monkeypatch.setattr("app.trigger_records.history.read_history", read_history)
+    printed = dps_s(["history", "--port", port, "--json"], 4)
+    assert json.loads(printed.out) == {"records": [], "empty_slots": 1, "answered": True, "complete": False}
+    assert "may be missing" in printed.err
+
+
+def test_colours_only_on_a_terminal_that_takes_them(port: str, dps_s: Program, monkeypatch: pytest.MonkeyPatch) -> None:
+    words = ["set", "freefall_time_s=0.1", "light_threshold_v=2", "--accept-risk", "--port", f"{port}?mute_codes=22"]
+    assert "\x1b" not in dps_s(words, 1).out
+    monkeypatch.setattr(sys.stdout, "isatty", lambda: True, raising=False)
+    monkeypatch.delenv("NO_COLOR", raising=False)
+    bad, good = dps_s(words, 1).out.splitlines()
+    assert bad.startswith("\x1b[31mfreefall_time_s ")
+    assert good.startswith("\x1b[32mlight_threshold_v ")
+    assert bad.endswith("\x1b[0m")
+    monkeypatch.setenv("NO_COLOR", "1")
+    assert "\x1b" not in dps_s(words, 1).out
+
+
+@pytest.mark.parametrize("words", [["-v", "find"], ["find", "--verbose", "--json"]])
+def test_verbose_says_what_is_asked(words: list[str], port: str, dps_s: Program) -> None:
+    printed = dps_s([*words, "--port", port])
+    assert f"{port}  115200 baud, open" in printed.err
+    assert "the module answers" in printed.err
+    assert "41 75" not in printed.err
+    assert printed.out.count("\n") == 1
+
+
+def test_twice_verbose_shows_every_frame_once(port: str, wire: list[bytes], dps_s: Program) -> None:
+    lines = dps_s(["-vv", "read", "--port", port, "--json"]).err.splitlines()
+    sent = [line for line in lines if " > 42 61 " in line]
+    assert [bytes.fromhex(line.split(" > ")[1][:17]) for line in sent] == wire
+    assert sum(" < 41 75 " in line for line in lines) == len(wire)
+    assert any("status: tilt 0°" in line for line in lines)
+
+
+def test_control_characters_are_shown_and_not_obeyed() -> None:
+    shown = visible(f"a{ESCAPE}\ud800\r\tb\n", keep="\n")
+    assert shown == ("a[U+001B]]0;owned[U+0007][U+009B]31m[U+202E][U+2066][U+D800]  b\n")
+    assert visible("M-07 伞仓 3.8 V …") == "M-07 伞仓 3.8 V …"
+    text = visible_json(json.dumps({ESCAPE: ESCAPE}, ensure_ascii=False))
+    assert text.isprintable()
+    assert json.loads(text) == {ESCAPE: ESCAPE}
+
+
+@pytest.mark.parametrize(
+    "words",
+    [
+        ["decode", ESCAPE],
+        ["read", "--port", f"spy://{ESCAPE}"],
+        ["read", "--port", "loop://", "--baud", ESCAPE],
+        ["set", f"freefall_time_s={ESCAPE}", "--port", "loop://"],
+        ["preflight", "--port", "loop://", "--profile", f"/{ESCAPE}.toml"],
+        ["verify", f"/{ESCAPE}"],
+        ["simulate", f"--{ESCAPE}"],
+        ["recordings", "export", ESCAPE, f"/nowhere/{ESCAPE}.csv"],
+        [ESCAPE],
+    ],
+    ids=lambda words: words[0] if words[0].isprintable() else "no command",
+)
+@pytest.mark.promise("g")
+def test_no_command_prints_typed_control_characters(words: list[str], dps_s: Program) -> None:
+    printed = dps_s(words, 2)
+    both = (printed.out + printed.err).replace("\n", "")
+    assert both
+    assert both.isprintable(), both
+
+
+def test_the_name_of_an_adapter_cannot_control_the_terminal(dps_s: Program, monkeypatch: pytest.MonkeyPatch) -> None:
+    one = SimpleNamespace(device="/dev/ttyUSB0", product=ESCAPE, description=None, manufacturer=ESCAPE,
+                          serial_number=ESCAPE, vid=1, pid=2, location="1-2")  # fmt: skip
+    monkeypatch.setattr("serial.tools.list_ports.comports", lambda: [one])
+    for words in ["ports"], ["ports", "--json"]:
+        assert dps_s(words).out.replace("\n", "").isprintable()
+
+
+HAN = r"[一-鿿]"
+# A half-width mark beside a Chinese character, or a space behind a full-width one; two spaces part columns.
+HALF_WIDTH = re.compile(
+    rf"{HAN}[,;:!?]|{HAN} ?\(|\({HAN}|{HAN}\)|[,;!?]{HAN}|[。，；：！？、] (?=[^\s→])|{HAN}\.(?:\s|$)",
+    re.MULTILINE,
+)
+
+
+def half_width(text: str) -> list[str]:
+    return [text[max(0, found.start() - 12) : found.end() + 12] for found in HALF_WIDTH.finditer(text)]
+
+
+def test_no_translation_has_half_width_punctuation() -> None:
+    texts = read_translations(tool("docs/generate", "translations").TS)
+    places = {chinese: re.sub(r" \(\*[^)]*\)|\(&[A-Z]\)|主机:端口", "", chinese) for chinese in texts.values()}
+    assert {chinese: half_width(text) for chinese, text in places.items() if half_width(text)} == {}
+
+
+# Signals
+
+
+posix_signals = pytest.mark.skipif(not hasattr(signal, "SIGALRM"), reason="no such signal")
+
+
+@posix_signals
+def test_a_pipe_that_nobody_reads_is_given_up(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(console, "PATIENCE_S", 0.1)
+    reading, writing = os.pipe()
+    with open(writing, "w", encoding="utf-8") as out:  # noqa: PTH123
+        monkeypatch.setattr(sys, "stdout", out)
+        with console.signals_noted():
+            signal.raise_signal(signal.SIGINT)
+            with pytest.raises(console.Signalled):
+                console.write("x" * 2_000_000)  # more than a pipe holds
+        monkeypatch.undo()
+    os.close(reading)
+
+
+@posix_signals
+def test_a_signal_after_the_last_frame_does_not_keep_the_result(
+    port: str, dps_s: Program, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    emit = console.emit
+
+    def interrupted(args: argparse.Namespace, answer: object, page: Iterable[console.Line]) -> None:
+        os.kill(os.getpid(), signal.SIGTERM)
+        emit(args, answer, page)
+
+    monkeypatch.setattr(console, "emit", interrupted)
+    default = signal.signal(signal.SIGTERM, lambda *_: pytest.fail("the signal would have ended the program"))
+    try:
+        assert "1.4: verified" in dps_s(["set", "freefall_time_s=1.4", "--port", port]).out
+    finally:
+        signal.signal(signal.SIGTERM, default)
+
+
+@posix_signals
+@pytest.mark.parametrize("words", [["set", "freefall_time_s=1.4"], ["activate", "--yes"]])
+def test_a_signal_before_the_port_is_opened_keeps_everything_from_being_sent(
+    words: list[str], port: str, dps_s: Program, monkeypatch: pytest.MonkeyPatch, wire: list[bytes]
+) -> None:
+    def interrupted_open(*, starts_late: bool = False) -> Store:
+        os.kill(os.getpid(), signal.SIGTERM)
+        return Store(starts_late=starts_late)
+
+    monkeypatch.setattr(command_journal, "Store", interrupted_open)
+    dps_s([*words, "--port", port], 128 + signal.SIGTERM)
+    assert wire == []
+
+
+# Files
+
+
+@pytest.mark.promise("g")
+def test_nothing_is_written_through_the_link_of_another_user(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    victim, link = tmp_path / "victim", tmp_path / "link"
+    victim.write_text("mine", encoding="utf-8")
+    link.symlink_to(victim)
+    write_whole(link, b"mine, too")
+    assert victim.read_text(encoding="utf-8") == "mine, too"
+    assert link.is_symlink()
+    monkeypatch.setattr(os, "geteuid", lambda: link.lstat().st_uid + 1)
+    write_whole(link, b"theirs")
+    assert victim.read_text(encoding="utf-8") == "mine, too"
+
+
+def test_a_name_of_82_chinese_characters_fits(tmp_path: Path) -> None:
+    path = tmp_path / f"{'伞' * 82}.csv"
+    write_whole(path, b"whole")
+    assert [one.name for one in tmp_path.iterdir()] == [path.name]
+    suggested = default_name("𠀀" * 300, ".mcap", datetime(2026, 1, 2, tzinfo=UTC))
+    write_whole(tmp_path / suggested, b"whole")
+
+
+@pytest.mark.parametrize("number", HUGE, ids=["decimal", "hexadecimal"])
+@pytest.mark.parametrize("line", ["[limits]\ntilt_max_deg = {}", "[settings]\nattitude_trigger = {}", "format = {}"])
+@pytest.mark.promise("g")
+def test_a_number_of_thousands_of_digits_is_refused_in_a_short_sentence(line: str, number: str) -> None:
+    with pytest.raises(ProfileRefused) as refused:
+        parse_profile(line.format(number).encode())
+    assert len(refused.value.sentence) < 200
+
+
+def test_any_count_of_consecutive_headers_is_one_rejection() -> None:
+    """Six megabytes of headers once took a minute, with a rejection for each."""
+    data, parser = b"Au" * 100_000, StreamParser()
+    found = [piece for first in range(0, len(data), 4097) for piece in parser.feed(data[first : first + 4097])]
+    found += parser.flush()
+    assert b"".join(piece.raw for piece in found) == data
+    assert all(isinstance(piece, Noise) for piece in found)

@@ -1,0 +1,242 @@
+"""`dps-s monitor | record | decode | fired`: what is watched, recorded, explained and judged, and how it ends."""
+
+import csv
+import io
+import json
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from app.captures.traffic import Way
+from app.recordings.library import RecordingLibrary
+from protocol.catalogue import SERIAL_OUTPUT
+from tests.support.cli_line import Program, bench_of, falls_after
+from tests.support.flights import log_bytes as made
+from tests.support.patience import PATIENCE_S, in_time
+from tests.support.processes import PROGRAM, running
+from tests.support.records.recordings_made import read_session
+
+pytest_plugins = ["tests.support.cli_fixtures"]
+pytestmark = pytest.mark.usefixtures("speaks_english", "hasty", "user_files")
+STATUS = "41 75 32 07 0A 00 01 44"
+
+
+@pytest.mark.parametrize("was_on", [False, True])
+def test_monitor_switches_the_stream_on_and_off_unless_it_was_on(
+    was_on: bool, port: str, dps_s: Program, wire: list[bytes]
+) -> None:
+    url = f"{port}?rate=200{'&stream_at_boot=yes' if was_on else ''}"
+    printed = dps_s(["monitor", "--port", url, "--seconds", "1.2", "--json"])
+    lines = [json.loads(line) for line in printed.out.splitlines()]
+    assert lines[0] == {"t_s": 0.0, "tilt_deg": 0, "acceleration_g": 1.0, "triggered": False, "active": False}
+    assert 50 < len(lines) < 300  # polled there are 12
+    times = [line["t_s"] for line in lines]
+    assert times == sorted(times)
+    assert 0.6 < times[-1] <= 1.2
+    sets = [frame for frame in wire if frame[2] == SERIAL_OUTPUT.code]
+    assert sets == ([] if was_on else [SERIAL_OUTPUT.set(True).encode(), SERIAL_OUTPUT.set(False).encode()])
+    assert bench_of(port).module.is_streaming is was_on
+
+
+# `dps-s record`, and `dps-s decode` of what it wrote.
+
+
+def record(dps_s: Program, port: str, path: Path, *more: str, code: int = 0, seconds: str = "0.9") -> str:
+    """What is said on standard error."""
+    words = ["record", "--port", f"{port}?rate=100", "--seconds", seconds, str(path), *more]
+    return dps_s(words, code).err
+
+
+def rows(path: Path) -> list[dict[str, str]]:
+    return list(csv.DictReader(io.StringIO(path.read_text(encoding="utf-8-sig"))))
+
+
+def test_csv_holds_the_stream_and_says_what_is_simulated(port: str, tmp_path: Path, dps_s: Program) -> None:
+    path = tmp_path / "a.csv"
+    assert "Simulated" in record(dps_s, port, path)
+    found = rows(path)
+    assert any(row["event"] == f"connected: {port}?rate=100 (simulated)" for row in found)
+    assert sum(bool(row["tilt_deg"]) for row in found) > 20
+    assert {row["triggered"] for row in found} == {"", "false"}
+    (entry,) = RecordingLibrary().entries()
+    assert entry.is_simulated
+    assert not bench_of(port).module.is_streaming
+    assert len(list(csv.DictReader(io.StringIO(dps_s(["recordings", "export", "latest", "-"]).out)))) == len(found)
+
+
+@pytest.mark.parametrize("text", ["precious", "\n"])
+def test_a_file_is_never_replaced_unasked(text: str, port: str, tmp_path: Path, dps_s: Program) -> None:
+    path = tmp_path / "a.csv"
+    path.write_text(text, encoding="utf-8")
+    assert "--append" in record(dps_s, port, path, code=2)
+    assert "has other columns" in record(dps_s, port, path, "--append", code=2)
+    assert path.read_text(encoding="utf-8") == text
+    record(dps_s, port, path, "--force")
+    assert rows(path)
+
+
+def test_where_the_line_goes_dead_what_came_is_kept(port: str, tmp_path: Path, dps_s: Program) -> None:
+    path, bench = tmp_path / "a.mcap", bench_of(port)
+    with falls_after(bench, 20, bench.unplug):
+        assert "unplugged" in dps_s(["record", "--port", port, str(path)], 3).err
+    ways = [entry.way for entry in read_session(path)]
+    assert ways.count(Way.OUT) >= 19 <= ways.count(Way.IN)
+
+
+def test_where_the_file_cannot_be_written_the_recording_is_kept(
+    port: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, dps_s: Program
+) -> None:
+    def full(*_args: object, **_values: object) -> None:
+        raise OSError(28, "No space left on device")
+
+    monkeypatch.setattr("app.recordings.recording.whole_file", full)
+    said = record(dps_s, port, tmp_path / "a.mcap", code=4)
+    (entry,) = RecordingLibrary().entries()
+    assert f"kept as recording {entry.name}" in said
+    assert entry.sample_count > 20
+
+
+def test_where_nothing_can_be_recorded_it_ends_at_once(
+    port: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, dps_s: Program
+) -> None:
+    monkeypatch.setattr("app.recordings.recorder.RESERVE_BYTES", 2**70)
+    with in_time(1.0):
+        said = record(dps_s, port, tmp_path / "a.csv", code=4, seconds="60")
+    assert "Not recording: the disk is full." in said
+    assert not bench_of(port).module.is_streaming
+
+
+def test_a_session_is_decoded_from_its_file(port: str, wire: list[bytes], tmp_path: Path, dps_s: Program) -> None:
+    path = tmp_path / "a.mcap"
+    record(dps_s, port, path)
+    lines = [json.loads(line) for line in dps_s(["decode", str(path), "--json"]).out.splitlines()]
+    entries = read_session(path)
+    for direction, way in (("host_to_module", ">"), ("module_to_host", "<")):
+        raw = b"".join(bytes.fromhex(line["hex"]) for line in lines if line["direction"] == direction)
+        assert raw == b"".join(entry.raw for entry in entries if entry.way.value == way)
+    host = [line["hex"] for line in lines if line["direction"] == "host_to_module"]
+    assert host == [frame.hex(" ").upper() for frame in wire[-len(host) :]]
+    assert [line["t_s"] for line in lines] == sorted(line["t_s"] for line in lines)
+    assert any(line["command"] == "cell_voltage" and "cell_voltage_v" in line for line in lines)
+
+
+@pytest.mark.parametrize(
+    ("name", "content", "said"),
+    [
+        ("not-there.hex", None, "not-there.hex cannot be read: "),
+        ("b.mcap", b"\x89MCAP0\r\n", "not a recording by this program"),
+        ("check.pdf", b"%PDF\xff\xfe", "cannot be read: unknown kind of file"),
+        ("-", b"Au\xff\xfe", "cannot be read: unknown kind of file"),
+    ],
+)
+def test_what_is_no_capture_is_said(
+    name: str, content: bytes | None, said: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, dps_s: Program
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    if content is not None:
+        Path(name).write_bytes(content)
+        monkeypatch.setattr(sys, "stdin", io.TextIOWrapper(io.BytesIO(content), encoding="utf-8"))
+    assert said in dps_s(["decode", name], 2).err
+
+
+def test_lines_come_while_the_input_goes_on_and_a_closed_output_is_no_error() -> None:
+    with running(*PROGRAM, "decode", "--json", "-") as decode:
+        decode.told.write(f"{STATUS}\n")
+        decode.told.flush()
+        assert json.loads(decode.out.readline())["hex"] == STATUS  # the input is still open
+        decode.out.close()
+        decode.told.write(f"{STATUS}\n")
+        decode.told.close()
+        assert decode.errors.read() == ""
+        assert decode.process.wait(timeout=PATIENCE_S) == 4
+
+
+# `dps-s fired`; docs/flight-logs.md has examples, which are executed.
+
+TIMES = np.arange(500) / 50
+
+
+@pytest.fixture
+def calm(tmp_path: Path) -> Path:
+    path = tmp_path / "calm.ulg"
+    path.write_bytes(made.ulog_bytes(made.ulog_attitude(TIMES, 12.0) + made.ulog_force(TIMES, 1.0)))
+    return path
+
+
+@pytest.fixture
+def crash(tmp_path: Path) -> Path:
+    """Tips over after 4 s to 61.4°, falls for 2 s after 6 s, and hits the ground from 20 m."""
+    path = tmp_path / "crash.bin"
+    falls = (TIMES >= 6) & (TIMES < 8)
+    force = np.select([falls, (TIMES >= 8) & (TIMES < 8.1)], [0.3, 9.0], 1.0)
+    rows = made.dataflash_attitude(TIMES, np.where(TIMES >= 4, 61.4, 5.0)) + made.dataflash_force(TIMES, force)
+    rows += made.dataflash_altitude(TIMES, 20 - 5 * np.clip(TIMES - 6, 0, 2) ** 2)
+    path.write_bytes(made.dataflash_bytes(rows))
+    return path
+
+
+def test_json_is_the_contract(calm: Path, crash: Path, dps_s: Program) -> None:
+    printed = dps_s(["fired", str(calm), str(crash), "--json"], 4)
+    first, second = map(json.loads, printed.out.splitlines())
+    assert printed.err.startswith(
+        "Judged with: attitude_threshold_deg=60 freefall_acceleration_g=0.5 freefall_time_s=1.6 "
+    )
+    assert first == {
+        "log": str(calm), "fires": [], "tilt_max_deg": 12.0, "longest_fall_s": 0.0, "not_judged_s": 0.0, "problems": [],
+        "answer": "does_not_fire",
+    }  # fmt: skip
+    fires = [
+        {"t_s": 4.0, "source": "attitude", "tilt_deg": 61},
+        {"t_s": 7.6, "source": "freefall", "tilt_deg": 61},
+    ]
+    assert second == {
+        "log": str(crash), "fires": fires, "tilt_max_deg": 61.4, "longest_fall_s": 1.98, "not_judged_s": 0.0,
+        "problems": [], "answer": "fires",
+    }  # fmt: skip
+
+
+def test_other_thresholds_and_what_the_vendors_do(calm: Path, crash: Path, dps_s: Program) -> None:
+    words = ("attitude_threshold_deg=62", "freefall_time_s=1.99", str(crash), str(calm))
+    printed = dps_s(["fired", "--thresholds", *words])
+    assert "0 of 2 fire." in printed.out
+    assert "Vendor defaults, not of a module: freefall_acceleration_g, attitude_trigger" in printed.out
+    dps_s(["fired", str(crash), "--thresholds", "attitude_trigger=false", "freefall_trigger=false"])
+    dps_s(["fired", str(crash), "--thresholds", "attitude_trigger=false"], 4)
+    assert "The vendor's defaults miss 0 of 1" in dps_s(["fired", str(crash), "--must"], 4).out
+
+
+@pytest.mark.parametrize(("word", "hint"), [
+    ("atitude_threshold_deg=62", " (did you mean attitude_threshold_deg?)"), ("light_threshold_v=1", ""),
+])  # fmt: skip
+def test_without_a_threshold_that_is_none_nothing_is_judged(crash: Path, dps_s: Program, word: str, hint: str) -> None:
+    printed = dps_s(["fired", str(crash), "--thresholds", word], 2)
+    assert printed.out == ""
+    assert printed.err.rstrip().endswith(hint)
+    named_alike = crash.with_name("a=b.ulg")
+    named_alike.write_bytes(crash.read_bytes())
+    dps_s(["fired", "--thresholds", "freefall_time_s=1.2", str(named_alike)], 4)  # a log all the same
+
+
+def test_what_cannot_be_read_is_said_and_the_others_are_judged(crash: Path, tmp_path: Path, dps_s: Program) -> None:
+    bad = tmp_path / "bad.bin"
+    bad.write_bytes(b"nothing")
+    printed = dps_s(["fired", str(tmp_path), "--json"], 4)
+    lines = [json.loads(line) for line in printed.out.splitlines()]
+    assert [(line["log"], line["answer"]) for line in lines] == [(str(bad), "unreadable"), (str(crash), "fires")]
+    assert (lines[0]["fires"], lines[0]["problems"]) == (None, ["no column names in the first line."])
+    assert f"\n{bad}: no column names in the first line.\n" in printed.err
+    crash.unlink()
+    dps_s(["fired", str(tmp_path)], 2)
+
+
+def test_a_log_that_holds_too_little_is_not_judged(tmp_path: Path, dps_s: Program) -> None:
+    """Without acceleration nobody knows of a fall; where it fires all the same, it fires."""
+    path = tmp_path / "tilt.csv"
+    path.write_text("time_s,tilt_deg\n" + "".join(f"{row / 10},20\n" for row in range(100)), encoding="utf-8")
+    line = json.loads(dps_s(["fired", str(path), "--json"], 2).out)
+    assert (line["answer"], line["fires"]) == ("not_judged", None)
+    assert line["not_judged_s"] == pytest.approx(9.9)
+    dps_s(["fired", str(path), "--thresholds", "freefall_trigger=false"])
+    dps_s(["fired", str(path), "--thresholds", "attitude_threshold_deg=15"], 4)
