@@ -208,7 +208,7 @@ def test_nothing_is_loaded_that_is_not_used() -> None:
         assert (run.returncode, run.stderr) == (0, ""), words
     unused = "importlib.metadata email zipfile hashlib xml logging.handlers json sqlite3 concurrent.futures numpy"
     with run_module() as module:
-        words = ("read", "--port", module.port)
+        words = ["read", "--port", module.port]
         run = ran_code(LOADED, f"{unused} PySide6 cryptography dataclasses", *words, **STRICT)
     assert (run.returncode, run.stderr) == (0, "")
 

@@ -1,0 +1,263 @@
+"""The log, files, clocks and the libraries of the system: nothing of them stops the program or loses what was said."""
+
+import logging
+import sys
+import threading
+import time
+from collections.abc import Callable, Iterator
+from datetime import UTC, datetime
+from pathlib import Path
+from types import SimpleNamespace
+
+import pytest
+from PySide6.QtWidgets import QApplication
+from pytestqt.qtbot import QtBot
+
+from app.diagnosis.support_bundle import Contents, bundle_files
+from app.system import gil_yield as pace
+from app.system import libraries as qt_libraries
+from app.system import logs
+from app.system.clock import steady_time, wall_offset_s
+from app.system.files import whole_file, write_whole
+from app.system.logs import MAX_LINES, Log, start_log
+from app.system.uncaught import UncaughtError, catch_uncaught_errors, report_uncaught_error
+from tests.support.cli_line import run_here
+from tests.support.records.recordings_made import asked
+from tests.support.window.live_bench import live_bench
+from ui.pages.diagnosis.traffic import Column, TrafficModel
+from ui.pages.live import page as live
+
+SAID = logging.getLogger("app.test")
+
+
+@pytest.fixture
+def begin() -> Iterator[Callable[[Path | None], Log]]:
+    """Starts logs that are stopped after the test."""
+    made: list[Log] = []
+    level = logging.getLogger().level
+
+    def start(folder: Path | None) -> Log:
+        made.append(start_log(folder))
+        return made[-1]
+
+    yield start
+    for log in made:
+        log.stop()
+    logging.getLogger().setLevel(level)
+
+
+def test_lines_go_into_the_platforms_file_and_the_last_ones_into_memory(
+    begin: Callable[[Path | None], Log], user_files: Path
+) -> None:
+    log = begin(None)
+    assert log.path.is_relative_to(user_files)
+    for number in range(MAX_LINES + 50):
+        SAID.info("the port %s is open", number)
+    assert log.trouble is None
+    assert f"app.test: the port {MAX_LINES + 49} is open" in log.text()
+    log.path.unlink()
+    assert len(log.text().splitlines()) == MAX_LINES
+
+
+def test_the_file_is_rotated(
+    begin: Callable[[Path | None], Log], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(logs, "FILE_BYTES", 2000)
+    log = begin(tmp_path)
+    for number in range(300):
+        SAID.info("line %d", number)
+    files = sorted(path.name for path in tmp_path.glob("dps-s.log*"))
+    assert files == ["dps-s.log", *(f"dps-s.log.{number}" for number in range(1, logs.MAX_FILES + 1))]
+    assert all(path.stat().st_size <= 2000 for path in tmp_path.glob("dps-s.log*"))
+    assert "line 299" in log.text()
+
+
+@pytest.mark.parametrize("harm", ["no folder", "a full disk"])
+def test_where_no_file_can_be_written_memory_has_the_lines(
+    harm: str, begin: Callable[[Path | None], Log], tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    if harm == "no folder":
+        (tmp_path / "logs").write_text("", encoding="utf-8")
+    elif Path("/dev/full").exists():
+        (tmp_path / "logs").mkdir()
+        (tmp_path / "logs" / "dps-s.log").symlink_to("/dev/full")
+    else:
+        pytest.skip("needs a device that is always full")
+    log = begin(tmp_path / "logs")
+    SAID.info("still here")
+    assert isinstance(log.trouble, OSError) is (harm == "no folder")
+    assert "still here" in log.text()
+    assert capsys.readouterr().err == ""
+
+
+# What nobody caught
+
+
+def test_errors_of_all_threads_are_logged_and_told(caplog: pytest.LogCaptureFixture) -> None:
+    told: list[UncaughtError] = []
+
+    def fall() -> None:
+        raise ValueError("from a thread")
+
+    undo = catch_uncaught_errors(told.append)
+    try:
+        thread = threading.Thread(target=fall, name="falling")
+        thread.start()
+        thread.join()
+        sys.excepthook(KeyError, KeyError("from the window"), None)
+        report_uncaught_error(RuntimeError("caught, so that the thread goes on"))
+    finally:
+        undo()
+    report_uncaught_error(RuntimeError("only logged"))
+    assert [one.summary.partition(":")[0] for one in told] == ["ValueError", "KeyError", "RuntimeError"]
+    assert told[0].thread == "falling"
+    assert "Traceback" in told[0].details
+    assert "only logged" in caplog.text
+
+
+posix_only = pytest.mark.skipif(sys.platform == "win32", reason="Windows has neither modes nor /dev")
+
+
+def write_half(path: Path) -> None:
+    with whole_file(path) as file:
+        file.write(b"new")
+        raise RuntimeError
+
+
+def test_what_ends_with_an_error_leaves_the_old_file(tmp_path: Path) -> None:
+    path = tmp_path / "file"
+    write_whole(path, b"old")
+    with pytest.raises(RuntimeError):
+        write_half(path)
+    assert path.read_bytes() == b"old"
+    assert list(tmp_path.iterdir()) == [path]
+
+
+@posix_only
+def test_who_may_read_a_file_stays(tmp_path: Path) -> None:
+    path = tmp_path / "file"
+    write_whole(path, b"old")
+    path.chmod(0o640)
+    write_whole(path, b"new")
+    assert path.stat().st_mode & 0o777 == 0o640
+    write_whole(path, b"secret", is_private=True)
+    assert path.stat().st_mode & 0o777 == 0o600
+
+
+@posix_only
+def test_a_device_is_written_to_and_not_replaced(tmp_path: Path) -> None:
+    write_whole(Path("/dev/null"), b"gone")
+    assert not Path("/dev/null").is_file()
+    link = tmp_path / "link"
+    link.symlink_to("/dev/null")
+    write_whole(link, b"gone")
+    assert link.is_symlink()
+
+
+@pytest.mark.parametrize("is_beside", [False, True])
+def test_only_work_beside_the_main_thread_rests(monkeypatch: pytest.MonkeyPatch, is_beside: bool) -> None:
+    now_s = [0.0]
+    rests: list[float] = []
+    monkeypatch.setattr(time, "sleep", rests.append)
+    monkeypatch.setattr(time, "perf_counter", lambda: now_s[0])
+
+    def work() -> None:
+        keeper = pace.GilYield()
+        for _ in range(30):
+            now_s[0] += pace.WORK_S / 10
+            keeper.checkpoint()
+
+    if is_beside:
+        thread = threading.Thread(target=work)
+        thread.start()
+        thread.join()
+    else:
+        work()
+    assert bool(rests) is is_beside
+
+
+HOUR_S = 3600.0
+
+
+def test_what_came_an_hour_ago_came_an_hour_ago(qapp: QApplication) -> None:
+    model = TrafficModel()
+    event = asked(steady_time() - HOUR_S)
+    model.append([event])
+    model.show_new()
+    capture = bundle_files(Contents(version="1", traffic=[event]))["capture.txt"]
+    began = datetime.fromisoformat(capture.splitlines()[0].removeprefix("# started: "))
+    assert abs((datetime.now(UTC) - began).total_seconds() - HOUR_S) < 2
+    shown = model.index(0, Column.TIME.value).data()
+    assert shown[:-4] in {f"{datetime.fromtimestamp(began.timestamp() + late_s):%H:%M:%S}" for late_s in (-1, 0, 1)}  # noqa: DTZ006
+
+
+def test_the_live_page_follows_a_clock_that_is_set(
+    qtbot: QtBot, qapp: QApplication, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    with live_bench(qtbot, qapp) as bench:
+        bench.say()
+        assert len(bench.page.data.tilt) == 1
+        wrong_s = bench.page.plot.canvas.wall_offset_s
+        assert abs(wrong_s - wall_offset_s()) < live.CLOCK_SET_S
+        monkeypatch.setattr(live, "wall_offset_s", lambda: wrong_s + HOUR_S)
+        bench.say()
+        assert bench.page.plot.canvas.wall_offset_s == wrong_s + HOUR_S
+        assert len(bench.page.data.tilt) == 2, "nothing is lost"
+
+
+SCREENS = ("DISPLAY", "WAYLAND_DISPLAY", "QT_QPA_PLATFORM", "XDG_SESSION_TYPE")
+MISSING = "Missing system libraries:"
+COMMAND = "Type: sudo apt-get install"
+
+
+@pytest.fixture
+def lacking(monkeypatch: pytest.MonkeyPatch) -> set[str]:
+    """A Debian without a screen; what is put into this set cannot be loaded there."""
+    absent: set[str] = set()
+    monkeypatch.setattr("sys.platform", "linux")
+    for name in SCREENS:
+        monkeypatch.delenv(name, raising=False)
+    monkeypatch.setattr("shutil.which", lambda name: f"/usr/bin/{name}")
+
+    def load(name: str) -> None:
+        if name in absent:
+            raise OSError(name)
+
+    monkeypatch.setattr(qt_libraries, "ctypes", SimpleNamespace(CDLL=load))
+    return absent
+
+
+@pytest.mark.parametrize("words", [[], ["gui", "--demo"], ["--port", "x"]])
+def test_a_window_without_a_screen_is_one_sentence(
+    lacking: set[str], capsys: pytest.CaptureFixture[str], words: list[str]
+) -> None:
+    assert run_here(capsys, words, 3).err == "No screen: neither DISPLAY nor WAYLAND_DISPLAY is set.\n"
+
+
+def test_all_that_is_missing_is_named_in_one_command(lacking: set[str], monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("DISPLAY", ":0")
+    assert qt_libraries.window_obstacle() is None
+    lacking |= {"libEGL.so.1", "libxcb-cursor.so.0"}
+    said = qt_libraries.window_obstacle()
+    assert said == f"{MISSING} libEGL.so.1, libxcb-cursor.so.0. {COMMAND} libegl1 libxcb-cursor0"
+    monkeypatch.setattr("shutil.which", lambda name: None)
+    assert (qt_libraries.window_obstacle() or "").endswith("libraries: libEGL.so.1, libxcb-cursor.so.0.")
+    lacking -= {"libEGL.so.1"}
+    monkeypatch.setenv("QT_QPA_PLATFORM", "offscreen")
+    assert qt_libraries.window_obstacle() is None
+
+
+def test_qt_that_cannot_be_imported_is_that_sentence_too(
+    lacking: set[str], monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    def fail(_: object) -> int:
+        raise ImportError("libEGL.so.1: cannot open shared object file: No such file or directory")
+
+    monkeypatch.setattr("app.cli.gui.run", fail)
+    lacking |= {"libEGL.so.1"}
+    assert run_here(capsys, ["gui"], 1).err == f"{MISSING} libEGL.so.1. {COMMAND} libegl1\n"
+    lacking.clear()
+    assert "Unexpected error" in run_here(capsys, ["gui"], 1).err
+
+
+# The system libraries that Qt needs on Linux: which, and whether they are there
