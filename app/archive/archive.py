@@ -121,8 +121,11 @@ def known_names(store: Store | None) -> StationNames:
     if store is None:
         return StationNames()
     try:
-        with all_facts(store) as facts:
-            return StationNames(store.station, tuple(dict.fromkeys(introductions(facts))))
+        names = store.read(introductions)
+        if (store.folder / OTHERS_FILE).exists():  # reading makes none
+            with all_facts(store) as facts:
+                names = introductions(facts)
+        return StationNames(store.station, tuple(dict.fromkeys(names)))
     except StoreTrouble as error:
         _log.warning("The names of stations cannot be read: %s", error)
         return StationNames()

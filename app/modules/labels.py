@@ -10,8 +10,8 @@ from app.text.messages import UserError, clean, message
 from app.text.template import page
 from protocol.translatable import marked
 
+# Of a longer name a scanner reads no QR code from a tape.
 MAX_NAME_LENGTH: Final = 60
-"""Characters; a longer name has no QR code that a scanner reads from a tape."""
 
 
 class Paper(NamedTuple):
@@ -27,19 +27,16 @@ class Paper(NamedTuple):
 
 
 A4: Final = Paper(210, 297, 12, 9)
+# By the width of the tape in mm; A4 as sheets of 24 labels, 70 by 37 mm.
 PAPERS: Final = {
     "62": Paper(62, 29, 2, 14),
     "24": Paper(60, 24, 3, 11),
     "A4": Paper(210, 297, 5, 14, columns=3, rows=8),
 }
-"""By the width of the tape in mm; A4 as sheets of 24 labels, 70 by 37 mm."""
+# Prints HTML texts as a PDF that carries the JSON of the last argument. Passed in by the composition root because Qt
+# prints. May raise `OSError` or `RuntimeError`.
 Printer = Callable[[Sequence[str], Paper, bytes | None], bytes]
-"""Prints HTML texts as a PDF that carries the JSON of the last argument. Passed in by the composition root because Qt
-prints. May raise `OSError` or `RuntimeError`."""
 _QR_MM: Final = 17
-_CSS_PX_PER_MM: Final = 96 / 25.4
-_QR_SCALE: Final = 20
-"""Pixels of the picture for a module of the code: sharp at 600 dpi."""
 
 
 class Label(NamedTuple):
@@ -53,21 +50,20 @@ class Label(NamedTuple):
 def label_body(label: Label) -> str:
     """The label as HTML. Raises `UserError` for a name without a usable QR code."""
     import segno
+    from markupsafe import Markup
 
     name = clean(label.name.strip())
     if not name or len(name) > MAX_NAME_LENGTH:
         text = marked("{name}: at most {count} characters.")
         raise UserError(text, name=message(marked("Name")), count=MAX_NAME_LENGTH)
-    from markupsafe import Markup
-
     code = segno.make(name, micro=False, error="m", encoding=None if name.isascii() else "utf-8")
     return page(
         "label.html",
         name=name,
         date=f"{label.at:%Y-%m-%d}",
         code=label.code,
-        side=round(_QR_MM * _CSS_PX_PER_MM),
-        picture=Markup(code.png_data_uri(scale=_QR_SCALE)),  # noqa: S704  of our own making
+        side=round(_QR_MM * 96 / 25.4),  # in pixels of CSS
+        picture=Markup(code.png_data_uri(scale=20)),  # noqa: S704  of our own making, and sharp at 600 dpi
     )
 
 
