@@ -82,7 +82,7 @@ def _is_clean(outcome: object) -> bool:
 def _is_line_good() -> Procedure[bool]:
     """Test with heartbeats whether the line loses or doubles frames."""
     is_good = True
-    for _ in range(LINE_HEARTBEATS):
-        outcome = yield Ask(HEARTBEAT.query())
+    for command in (HEARTBEAT,) * LINE_HEARTBEATS + (BOOT_COUNT,):  # which comes behind every copy of a heartbeat
+        outcome = yield Ask(command.query())
         is_good &= _is_clean(outcome)
     return is_good

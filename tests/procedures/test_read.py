@@ -224,6 +224,13 @@ def test_a_record_that_came_once_and_was_lost_later_is_still_listed() -> None:
 
 
 @pytest.mark.promise("f")
+def test_a_line_that_doubles_heartbeats_confirms_no_history() -> None:
+    history = settled_rig(history=1, double_codes="01", double_ms="2").run(read_history())
+    assert len(history.records) == 1
+    assert not history.is_confirmed
+
+
+@pytest.mark.promise("f")
 def test_a_query_that_is_never_answered_is_unknown_and_never_none() -> None:
     history = settled_rig(history=3, **{"mute-codes": "35"}).run(read_history())
     assert (history.is_answered, history.is_confirmed, history.all) == (False, False, ())

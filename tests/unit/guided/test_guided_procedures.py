@@ -6,12 +6,13 @@ Guided tests and the light calibration: nothing happened, all was constant, each
 import re
 from collections.abc import Callable, Mapping
 from types import MappingProxyType
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import pytest
 
 from app.engine.conversation import reason_message
 from app.engine.procedure import Report
+from app.flights.judge import TriggerLimits
 from app.guided import guided_tests
 from app.guided.guided_tests import (
     GUIDED_BY_KIND,
@@ -25,6 +26,7 @@ from app.guided.guided_tests import (
 from app.guided.results import GuidedKind, GuidedResult, GuidedVerdict
 from app.procedures.light import Band, CalibrationFault
 from app.procedures.stream import StreamSwitch, watch
+from app.simulator import module as simulator_module
 from app.text.messages import UserError
 from protocol.catalogue import Hazard
 from protocol.events import EndReason
@@ -81,6 +83,17 @@ def test_the_angle_at_which_it_fired_and_rearmed_is_measured_in_four_directions(
     assert all(abs(int(angles[-1]) - 70) <= 1 for angles in spans[::2])
     assert all(abs(int(angles[0]) - 60) <= 1 for angles in spans[1::2])
     assert len(rig.bench.module.memory.records) - before == 4
+
+
+@pytest.mark.promise("f")
+def test_a_module_that_fires_ten_degrees_later_than_it_was_set_fails(monkeypatch: pytest.MonkeyPatch) -> None:
+    def limits(attitude_threshold_deg: float, **others: Any) -> TriggerLimits:
+        return TriggerLimits(attitude_threshold_deg=attitude_threshold_deg + 10, **others)
+
+    monkeypatch.setattr(simulator_module, "TriggerLimits", limits)
+    done = result(guided(streaming(rate=50), GuidedKind.TILT))
+    assert done.verdict is GuidedVerdict.FAILED
+    assert rows(done)["Fires, forward"][1] == "failed"
 
 
 @pytest.mark.promise("f")
