@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import Final
 
 from PySide6.QtCore import Qt
-from PySide6.QtGui import QAction, QShowEvent
+from PySide6.QtGui import QAction
 from PySide6.QtWidgets import QBoxLayout, QLabel, QStackedWidget, QToolBar, QToolButton, QWhatsThis, QWidget
 
 from app.flights.judge import ASSUMPTIONS, RULES
@@ -62,7 +62,6 @@ class LogsPage(Page):
 
     def __init__(self, services: Services) -> None:
         super().__init__("logs")
-        self._services = services
         self.work = LogsWork(services.storage.library, self)
         self.ask_files: AskMany = ask_flight_logs
         self.ask_folder: AskMany = ask_folder
@@ -90,7 +89,6 @@ class LogsPage(Page):
         self.proposal = ProposalBar(services.exchange, self.work)
         self.strip = self.proposal.strip
         self.view = LogView(services.in_use)
-        self._are_kept_read = False
         # What a person opened last is one file, which is shown once it is read.
         self._is_single = False
         self._polls = 0
@@ -98,7 +96,6 @@ class LogsPage(Page):
         self._lay_out()
         work = self.work
         work.changed.connect(self.refresh_list)
-        work.changed.connect(self._keep_lists)
         work.loading_ended.connect(self._end_loading)
         self.thresholds.chosen.connect(work.choose)
         self.thresholds.judged.connect(self._refresh_proposal)
@@ -166,19 +163,6 @@ class LogsPage(Page):
         in_column(self._stack, of=self, margins=(Space.M, 0, Space.M, Space.S))
 
     # Opening
-
-    def showEvent(self, event: QShowEvent) -> None:
-        """The logs of the last start are read when the page is first seen."""
-        super().showEvent(event)
-        self.work.list_again()
-        if not self._are_kept_read:
-            self._are_kept_read = True
-            self.work.restore(self._services.preferences.flight_lists)
-
-    def _keep_lists(self) -> None:
-        if self._are_kept_read:
-            kept = tuple(f"{log.group.name} {log.name}" for log in self.work.wanted())
-            self._services.preferences.flight_lists = kept
 
     def choose_files(self) -> None:
         self.ask_files(self, self._folder, self.open_files)
@@ -254,7 +238,7 @@ class LogsPage(Page):
 
     def _refresh_notice(self) -> None:
         loading = self.work.loading
-        if self.work.is_loading:
+        if self.work.task.is_running:
             text = tr("Reading logs…")
             if loading.total is not None:
                 text = tr("{what} ({done} of {total})", what=text, done=loading.read, total=loading.total)
@@ -296,7 +280,6 @@ class LogsPage(Page):
         self.work.poll()
         if self._polls % 10 == 0:
             self.work.list_again()
-            self.work.read_waiting()
         self._polls += 1
         self._refresh_notice()
 
@@ -388,7 +371,7 @@ class LogsPage(Page):
     def ways_back(self) -> WaysBack:
         return (
             (self._stack.currentWidget() is self.view, self.view.close_log),
-            (self.work.is_loading, self.work.cancel),
+            (self.work.task.is_running, self.work.cancel),
             (self.result.is_busy, self.result.cancel_files),
             (self.result.result_notice(), self.result.dismiss),
         )

@@ -73,7 +73,7 @@ class ProposalBar(QFrame):
         elif proposal is None:
             self._say(Icon.INFORMATION, tr("No proposal yet"), [tr("Choose logs, then press N or M.")])
         elif unread:
-            head = tr("No proposal: {count} of {total} not read", count=len(unread), total=len(work.wanted()))
+            head = tr("No proposal: {count} of {total} not read", count=len(unread), total=len(work.logs))
             lines = [tr("Read or remove: {names}", names=_names(log.name for log in unread))]
             self._say(Icon.WARNING, head, lines, Meaning.ATTENTION)
         elif proposal.defaults is not None:

@@ -7,7 +7,7 @@ from collections import deque
 from collections.abc import Iterable
 from datetime import UTC, datetime
 from pathlib import Path
-from typing import Final, NamedTuple
+from typing import NamedTuple
 
 from PySide6.QtCore import QObject, Signal
 
@@ -18,9 +18,6 @@ from app.flights.table import CsvColumns
 from app.recordings.library import RecordingEntry, RecordingLibrary
 from app.text.messages import UserMessage, error_text
 from ui.core.background_task import BackgroundTask, Running
-
-# So many of the newest recordings are judged without being asked.
-MOST_JUDGED: Final = 100
 
 
 class LogFile(NamedTuple):
@@ -38,8 +35,6 @@ class LogFile(NamedTuple):
     head: tuple[str, ...] = ()
     # When the file was last changed.
     changed_at: datetime | None = None
-    # Of a recording in the library, how many it had when it was read; a running one grows.
-    samples: int = -1
 
     @property
     def is_waiting(self) -> bool:
@@ -68,12 +63,10 @@ class Reading:
     """Files and folders to read. `names`, `total` and `done` are written by the reading thread."""
 
     def __init__(
-        self, paths: Iterable[Path] = (), columns: CsvColumns | None = None, *, skipped: Iterable[str] = (),
-        is_asked: bool = True,
-    ) -> None:  # fmt: skip
-        """`skipped`: what is already read. `is_asked`: somebody waits for it."""
+        self, paths: Iterable[Path] = (), columns: CsvColumns | None = None, skipped: Iterable[str] = ()
+    ) -> None:
+        """`skipped`: what is already read."""
         self._paths, self._columns, self._skipped = tuple(paths), columns, frozenset(skipped)
-        self.is_asked = is_asked
         # None until they are counted.
         self.total: int | None = None
         self.names: tuple[str, ...] = ()
@@ -85,7 +78,7 @@ class Reading:
         self.why = ""
 
     def run(self, running: Running) -> None:
-        found = list(find_logs(self._paths)) if self.is_asked else self._paths
+        found = list(find_logs(self._paths))
         self.names = tuple(map(str, found))
         paths = [path for path in found if str(path) not in self._skipped]
         self.total = len(paths)
@@ -99,8 +92,7 @@ class Reading:
 
 
 class LogsWork(QObject):
-    """Reads orders one after another, and keeps what was read. `loading_ended` has the `Reading` of what a person
-    opened."""
+    """Reads orders one after another, and keeps what was read. `loading_ended` has the `Reading`."""
 
     changed = Signal()
     loading_ended = Signal(object)
@@ -120,32 +112,17 @@ class LogsWork(QObject):
         self.task: BackgroundTask[None] = BackgroundTask("dps-s logs", self)
         self.proposing: BackgroundTask[ThresholdProposal] = BackgroundTask("dps-s thresholds", self)
 
-    @property
-    def is_loading(self) -> bool:
-        """What a person opened."""
-        return self.task.is_running and self.loading.is_asked
-
     def side(self, group: FlightGroup) -> list[FlightSummary]:
         """Without what could not be read."""
         return [log.flight for log in self.logs.values() if log.group is group and log.flight is not None]
 
-    def wanted(self) -> list[LogFile]:
-        """A recording of the library is nobody's choice before it is on a side."""
-        folder = self.library.folder
-        unsorted = FlightGroup.UNSORTED
-        return [log for log in self.logs.values() if log.group is not unsorted or Path(log.name).parent != folder]
-
     def unread(self) -> list[LogFile]:
-        """What a person wanted to have judged, and what could not be read."""
-        return [log for log in self.wanted() if log.why_not is not None]
+        return [log for log in self.logs.values() if log.why_not is not None]
 
     def rows(self) -> list[LogRow]:
         entries = {str(entry.path): entry for entry in self.entries}
-        # One of the library that was judged and is gone was deleted.
-        wanted = {log.name for log in self.wanted()}
-        logs = (log for log in self.logs.values() if not log.is_waiting)
-        opened = [log.name for log in logs if log.samples < 0 or log.name in wanted]
-        names = list(dict.fromkeys((*entries, *opened)))
+        read = (log.name for log in self.logs.values() if not log.is_waiting)
+        names = list(dict.fromkeys((*entries, *read)))
         rows = []
         for name, label in zip(names, distinct_names([Path(name) for name in names]), strict=True):
             log, entry = self.logs.get(name, LogFile(name)), entries.get(name)
@@ -170,51 +147,28 @@ class LogsWork(QObject):
     # Reading
 
     def open(self, paths: Iterable[Path], columns: CsvColumns | None = None) -> None:
-        """Reads files and folders, without logs that are already there."""
-        read = [log.name for log in self.logs.values() if log.flight is not None]
-        self._orders.append(Reading(paths, columns, skipped=read))
-        if self.task.is_running and not self.loading.is_asked:
-            self.poll()
-            self.task.cancel()
+        """Reads files and folders, without logs that are already there; a recording may have grown."""
+        recordings = {str(entry.path) for entry in self.entries}
+        read = [log.name for log in self.logs.values() if log.flight is not None and log.name not in recordings]
+        self._orders.append(Reading(paths, columns, read))
         if not self.task.is_running:
             self._begin(self._orders.popleft())
-
-    def restore(self, kept: Iterable[str]) -> None:
-        """The logs of the last start, side and path each, which are read when nothing else is."""
-        for line in kept:
-            word, _, name = line.partition(" ")
-            self.logs[name] = LogFile(name, FlightGroup.__members__.get(word, FlightGroup.UNSORTED))
-        self.read_waiting()
-
-    def read_waiting(self) -> None:
-        """Reads what waits, and the newest recordings that are not judged yet; whatever a person opens goes first."""
-        if self.task.is_running:
-            return
-        waiting = [Path(log.name) for log in self.logs.values() if log.is_waiting]
-        for entry in self.entries[:MOST_JUDGED]:
-            log = self.logs.get(str(entry.path))
-            is_old = log is None or (not log.is_waiting and log.samples != entry.sample_count)
-            if is_old and entry.trouble is None and entry.sample_count > 0 and not entry.is_running:
-                waiting.append(entry.path)
-        if waiting:
-            self._begin(Reading(waiting, is_asked=False))
 
     def poll(self) -> None:
         """Takes over the logs that were read since."""
         done = self.loading.done
         if not done:
             return
-        samples = {str(one.path): one.sample_count for one in self.entries if not one.is_running}
         while done:
             log = done.popleft()
             known = self.logs.get(log.name, log)
-            self.logs[log.name] = log._replace(group=known.group, samples=samples.get(log.name, -1))
+            self.logs[log.name] = log._replace(group=known.group)
             self.loading.read += 1
         self.changed.emit()
 
     def cancel(self) -> None:
         """Returns at once; logs already read stay, logs being read are dropped."""
-        if self.is_loading:
+        if self.task.is_running:
             self._orders.clear()
             self.task.cancel()
             self.loading.was_cancelled = True
@@ -230,12 +184,9 @@ class LogsWork(QObject):
         self._change()
         if error is not None:
             ended.why = error_text(error)
-        if ended.is_asked:
-            self.loading_ended.emit(ended)
+        self.loading_ended.emit(ended)
         if self._orders:
             self._begin(self._orders.popleft())
-        elif error is None and not ended.was_cancelled:
-            self.read_waiting()
         if error is not None and not isinstance(error, OSError):
             raise error
 
@@ -251,7 +202,9 @@ class LogsWork(QObject):
         for name in names:
             self.logs[name] = self.logs.get(name, LogFile(name))._replace(group=group)
         self._change()
-        self.read_waiting()
+        waiting = [Path(log.name) for log in self.logs.values() if log.is_waiting]
+        if waiting:
+            self.open(waiting)
 
     def remove(self, names: Iterable[str]) -> None:
         """Removes logs from the list; the files stay."""

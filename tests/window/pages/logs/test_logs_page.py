@@ -99,17 +99,6 @@ def tilted(name: str, tilt_deg: float, seconds: float = 2.0) -> FlightLog:
 # Reading
 
 
-def test_the_logs_of_the_last_start_take_no_choice_away(desk: Desk, tmp_path: Path) -> None:
-    """Else Delete would take all of them out of the list, and `dps-s FILE` would show no file."""
-    single, *kept = (write_csv(tmp_path / f"{number}.csv", tilted("", 20)) for number in range(3))
-    desk.page.work.restore([f"MUST {path}" for path in kept])
-    desk.page.open_file(single)
-    desk.qtbot.waitUntil(desk.page.view.isVisible)
-    desk.qtbot.waitUntil(lambda: desk.on(MUST) == sorted(map(str, kept)))
-    desk.wait_read()
-    assert {row.name for row in desk.page.table.chosen()} <= {str(single)}
-
-
 def test_a_folder_is_read_and_a_table_asks_for_its_columns_in_one_line(desk: Desk, tmp_path: Path) -> None:
     page = desk.page
     assert page.list.empty.isVisible()
@@ -196,22 +185,6 @@ def test_cancel_is_immediate_and_late_results_change_nothing(
     assert desk.on(UNSORTED) == [str(paths[0])]
 
 
-def test_sides_and_their_logs_are_there_at_the_next_start(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
-    """Also a log that was not read yet when the program ended."""
-    paths = [write_csv(tmp_path / f"{name}.csv", tilted("tilt_deg", 20)) for name in ("a", "b", "c")]
-    with opened(qtbot, qapp, tmp_path) as desk:
-        desk.open(*paths)
-        desk.page.work.move([str(paths[0])], MUST_NOT)
-        desk.page.work.move([str(paths[1])], MUST)
-        desk.page.work.remove([str(paths[2])])
-    with opened(qtbot, qapp, tmp_path) as desk:
-        desk.page.work.cancel()  # before they are read
-    for _ in range(2):
-        with opened(qtbot, qapp, tmp_path) as desk:
-            desk.wait_read()
-            assert [desk.on(group) for group in FlightGroup] == [[], [str(paths[0])], [str(paths[1])]]
-
-
 # Sides and proposal
 
 
@@ -276,7 +249,7 @@ def test_map_and_list_follow_a_threshold(desk: Desk) -> None:
     desk.add(tilted("calm", 20), tilted("turn", 50))
     page = desk.page
     assert page.counts.text() == "Must not fire: 0 of 2 fire"
-    page._services.exchange.can_use = lambda: True
+    page.proposal._exchange.can_use = lambda: True
     page.thresholds.tilt.box.selectAll()
     desk.qtbot.keyClicks(page.thresholds.tilt.box, "45")
     assert page.work.limits.attitude_threshold_deg == 45
@@ -356,7 +329,7 @@ def test_a_single_file_is_shown_at_its_moment(desk: Desk, tmp_path: Path) -> Non
 
 @pytest.mark.promise("i")
 def test_thresholds_go_to_settings_as_edits(desk: Desk) -> None:
-    exchange, page = desk.page._services.exchange, desk.page
+    exchange, page = desk.page.proposal._exchange, desk.page
     desk.add(tilted("turn", 50))
     page.proposal.refresh()
     assert not page.proposal.use.isEnabled()  # there is no module to write to

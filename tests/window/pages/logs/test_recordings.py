@@ -46,15 +46,17 @@ def one(qtbot: QtBot, qapp: QApplication, tmp_path: Path, template: Path) -> Ite
 # The list
 
 
-def test_it_is_listed_searched_and_judged_without_being_asked(one: Desk) -> None:
+def test_it_is_listed_and_searched_and_judged_on_a_side(one: Desk) -> None:
     record(one.library.folder, module="", seconds=20)
     one.list_again(2)
     assert sorted(one.texts(LogColumn.NAME)) == ["Left wing", "ttyUSB0"]
     assert all(f"{NOON.astimezone():%m-%d %H:%M}" in text for text in one.texts(LogColumn.WHEN))
-    one.page.work.read_waiting()
-    one.until(lambda: sorted(one.texts(LogColumn.ANSWER)) == ["10.0 s", "1:00.0"])
-    assert one.said() == ""  # nobody asked for it
-    assert one.page.work.wanted() == []
+    one.page.table.selectAll()
+    one.page.table.setFocus()
+    one.qtbot.keyClick(one.page.table, Qt.Key.Key_M)
+    one.until(lambda: one.page.counts.text() == "Must fire: 2 of 2 fire in time")
+    assert sorted(one.texts(LogColumn.ANSWER)) == ["10.0 s", "1:00.0"]
+    assert one.said() == ""
     one.page.list.search.setText("left WING")
     assert one.texts(LogColumn.NAME) == ["Left wing"]
     one.page.list.search.setText("nothing like it")
@@ -70,14 +72,6 @@ def test_one_that_cannot_be_read_is_listed_with_its_reason_and_hinders_no_propos
     one.page.open_row(row)
     one.until(lambda: f"{broken.name} cannot be read" in one.page.view.verdict.text())
     assert one.page.view.plot is None
-
-
-def test_on_a_side_it_counts_and_is_there_at_the_next_start(one: Desk) -> None:
-    one.page.table.selectRow(0)
-    one.page.table.setFocus()
-    one.qtbot.keyClick(one.page.table, Qt.Key.Key_M)
-    one.until(lambda: one.page.counts.text() == "Must fire: 1 of 1 fire in time")
-    assert [log.name for log in one.page.work.wanted()] == [str(one.library.entries()[0].path)]
 
 
 # One recording
