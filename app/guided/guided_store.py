@@ -13,9 +13,7 @@ from app.store.rows import GuidedTestDone, TestValue
 from app.text.messages import clean
 
 
-def keep_test(
-    facts: Facts, result: GuidedResult, *, module: str | None, adapter: str, who: str, is_simulated: bool, program: str
-) -> None:
+def keep_test(facts: Facts, result: GuidedResult, *, module: str | None, who: str, is_simulated: bool) -> None:
     """Within `Store.write`."""
     measured = []
     for value in result.measured:
@@ -26,9 +24,7 @@ def keep_test(
         test=result.kind.value,
         verdict=result.verdict.value,
         who=clean(who),
-        adapter=clean(adapter),
         is_simulated=is_simulated,
-        program=program,
         measured=measured,
     )
     facts.add(test, module)

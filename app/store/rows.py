@@ -67,7 +67,6 @@ class ModuleVisited(Content, frozen=True, kw_only=True):
     is_confirmed: bool
     # How many trigger records of it were kept afterwards; those beyond are of a visit that was broken off.
     known: Count
-    settings: Settings = {}
 
 
 class TriggerRecordSeen(Content, frozen=True, kw_only=True):
@@ -133,9 +132,7 @@ class GuidedTestDone(Content, frozen=True, kw_only=True):
     test: Word
     verdict: Word
     who: Text = ""
-    adapter: Text = ""
     is_simulated: bool = False
-    program: Word = ""
     measured: list[TestValue] = []
 
 

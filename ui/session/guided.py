@@ -12,7 +12,6 @@ from functools import partial
 
 from PySide6.QtCore import QObject, Signal
 
-from app import version
 from app.engine.procedure import Cancelled, Job, Report
 from app.engine.worker import Batch
 from app.guided.guided_store import keep_test, last_tests
@@ -254,25 +253,16 @@ class Guided(QObject):
         return target is not None and target.is_simulated
 
     def _keep_result(self, result: GuidedResult) -> None:
-        store, target, who = self._storage.store, self._module.target, self._who
+        store, who, is_simulated = self._storage.store, self._who, self._is_simulated
         name = self.tested_as = self._module.name
         if not isinstance(store, Store):
             self.trouble = not_kept(store, name)
             return
-        adapter, is_simulated = "" if target is None else target.key, self._is_simulated
 
         def keep(facts: Facts) -> None:
             if name:
                 remember(facts, name)
-            keep_test(
-                facts,
-                result,
-                module=name or None,
-                adapter=adapter,
-                who=who,
-                is_simulated=is_simulated,
-                program=version(),
-            )
+            keep_test(facts, result, module=name or None, who=who, is_simulated=is_simulated)
 
         def fail(trouble: StoreTrouble) -> None:
             self.trouble = not_kept(trouble, name)

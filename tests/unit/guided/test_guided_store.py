@@ -44,10 +44,8 @@ def add(
             facts,
             result(kind, verdict),
             module=module or None,
-            adapter="usb",
             who="Li",
             is_simulated=sim,
-            program="1",
         )
     ).result()
 
