@@ -3470,16 +3470,8 @@
         <translation>某项条件不再满足</translation>
     </message>
     <message>
-        <source>a lithium cell has 3.5 V to 4.2 V</source>
-        <translation>锂电芯为 3.5 V 至 4.2 V</translation>
-    </message>
-    <message>
         <source>a number is needed</source>
         <translation>需要一个数</translation>
-    </message>
-    <message>
-        <source>a resting sensor wanders less</source>
-        <translation>静止的传感器漂移更小</translation>
     </message>
     <message>
         <source>acknowledged</source>
@@ -3518,10 +3510,6 @@
         <translation>已激活</translation>
     </message>
     <message>
-        <source>after 1000 ms the module counts as offline</source>
-        <translation>1000 ms 后模块即视为离线</translation>
-    </message>
-    <message>
         <source>after the impact</source>
         <translation>已在撞击之后</translation>
     </message>
@@ -3548,10 +3536,6 @@
     <message>
         <source>as read with the bay open</source>
         <translation>等于伞仓打开时的读数</translation>
-    </message>
-    <message>
-        <source>at rest it is 1 g</source>
-        <translation>静止时为 1 g</translation>
     </message>
     <message>
         <source>at {time:.2f} s: {why}</source>
@@ -3596,10 +3580,6 @@
     <message>
         <source>bench test</source>
         <translation>台架测试</translation>
-    </message>
-    <message>
-        <source>beyond it one side fires late</source>
-        <translation>超出则一侧开伞偏晚</translation>
     </message>
     <message>
         <source>boot count {now}, was {before}</source>
@@ -3890,10 +3870,6 @@
         <translation>模块未命名</translation>
     </message>
     <message>
-        <source>more noise can end a fall</source>
-        <translation>噪声更大会中断失重判断</translation>
-    </message>
-    <message>
         <source>more than one vehicle in one file</source>
         <translation>一个文件中有多架飞行器</translation>
     </message>
@@ -4152,10 +4128,6 @@
     <message>
         <source>now</source>
         <translation>现在</translation>
-    </message>
-    <message>
-        <source>of 20; a worse line may lose a setting</source>
-        <translation>共 20 次；更差的线路可能丢失参数</translation>
     </message>
     <message>
         <source>offline</source>

@@ -47,43 +47,34 @@ class ActivatedBy(Enum):
 
 
 class CheckLimit(NamedTuple):
-    """A limit of one check of the pre-flight check: what it is without a profile, what a profile may say, ends included
-    (outside the check would prove nothing), and why not more. Of a maximum a higher value is softer."""
+    """A limit of one check of the pre-flight check: what it is without a profile, and what a profile may say, ends
+    included (outside the check would prove nothing). Of a maximum a higher value is softer."""
 
     check: str
     usual: float
     low: float
     high: float
-    why: str
-    is_maximum: bool
     shown: str
+    is_maximum: bool = True
 
 
 # They are our choice; the vendor gives steps of the cell voltage only.
-LIMITS: Mapping[str, CheckLimit] = MappingProxyType({
-    # Of 20. A cable of a metre loses none.
-    "heartbeats_lost_max": CheckLimit(
-        "link_loss", 0, 0, 2, marked("of 20; a worse line may lose a setting"), is_maximum=True, shown="{:g}"),
-    # The slowest of 20: 27 ms at 4800 baud, 16 ms for a slow adapter, and a reserve.
-    "round_trip_max_ms": CheckLimit(
-        "round_trip", 100.0, 1, 500, marked("after 1000 ms the module counts as offline"), is_maximum=True,
-        shown="{:g} ms"),
-    "tilt_max_deg": CheckLimit(
-        "tilt", 5.0, 0, 15, marked("beyond it one side fires late"), is_maximum=True, shown="{:g}°"),
-    # Between the lowest and the highest value of two seconds.
-    "tilt_spread_max_deg": CheckLimit(
-        "tilt_spread", 2.0, 0, 5, marked("a resting sensor wanders less"), is_maximum=True, shown="{:g}°"),
-    "acceleration_min_g": CheckLimit(
-        "acceleration", 0.9, 0.8, 1.0, marked("at rest it is 1 g"), is_maximum=False, shown="{:g} g"),
-    "acceleration_max_g": CheckLimit(
-        "acceleration", 1.1, 1.0, 1.2, marked("at rest it is 1 g"), is_maximum=True, shown="{:g} g"),
-    # One step (0.1 g) each way.
-    "acceleration_spread_max_g": CheckLimit(
-        "acceleration_spread", 0.2, 0, 0.4, marked("more noise can end a fall"), is_maximum=True, shown="{:g} g"),
-    # The lowest of the three examples in the vendor's table (BE).
-    "cell_voltage_min_v": CheckLimit(
-        "cell_voltage", 3.8, 3.5, 4.2, marked("a lithium cell has 3.5 V to 4.2 V"), is_maximum=False, shown="{:.2f} V"),
-})  # fmt: skip
+LIMITS: Final[Mapping[str, CheckLimit]] = {
+    # Of 20. A cable of a metre loses none; a worse line than 2 may lose a setting.
+    "heartbeats_lost_max": CheckLimit("link_loss", 0, 0, 2, "{:g}"),
+    # The slowest of 20: 27 ms at 4800 baud, 16 ms for a slow adapter, and a reserve; after 1000 ms it is offline.
+    "round_trip_max_ms": CheckLimit("round_trip", 100.0, 1, 500, "{:g} ms"),
+    # Beyond 15° one side fires late.
+    "tilt_max_deg": CheckLimit("tilt", 5.0, 0, 15, "{:g}°"),
+    # Between the lowest and the highest value of two seconds. A resting sensor wanders less.
+    "tilt_spread_max_deg": CheckLimit("tilt_spread", 2.0, 0, 5, "{:g}°"),
+    "acceleration_min_g": CheckLimit("acceleration", 0.9, 0.8, 1.0, "{:g} g", is_maximum=False),
+    "acceleration_max_g": CheckLimit("acceleration", 1.1, 1.0, 1.2, "{:g} g"),
+    # One step (0.1 g) each way; more noise can end a fall.
+    "acceleration_spread_max_g": CheckLimit("acceleration_spread", 0.2, 0, 0.4, "{:g} g"),
+    # The lowest of the three examples in the vendor's table (BE); a lithium cell has 3.5 V to 4.2 V.
+    "cell_voltage_min_v": CheckLimit("cell_voltage", 3.8, 3.5, 4.2, "{:.2f} V", is_maximum=False),
+}
 
 
 class ManualLine(NamedTuple):

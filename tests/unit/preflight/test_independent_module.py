@@ -11,8 +11,9 @@ from app.limits.past import Past
 from app.modules.names import Remembered
 from app.preflight.checks import Case, CheckResult, Person
 from app.preflight.evidence import Evidence
-from app.preflight.run import run_preflight
+from app.preflight.run import activate_ready, run_preflight
 from app.preflight.verdict import Assessment, Verdict, assess
+from app.safety.journal import Act, Outcome
 from app.settings.profiles import Profile
 from app.text.messages import UserError
 from protocol.catalogue import BY_NAME
@@ -99,6 +100,19 @@ def test_a_status_that_30_or_31_contradicts_is_no_pass(instead: dict[int, str], 
     finding = next(one.finding for one in assessment.checks if one.check.id == against)
     assert finding.result is CheckResult.UNKNOWN
     assert finding.shown.in_english().startswith("30: " if against == "activation" else "31: ")
+
+
+def test_after_activating_30_has_to_agree_too() -> None:
+    rig = ModuleRig()
+    ready = check(rig)[1]
+    assert ready.verdict is Verdict.READY
+    rig.module.at_frame = lambda question: (
+        rig.module.options.instead.update({0x30: "01 00"}) if question.is_set else None
+    )
+    performed, evidence = rig.run(activate_ready(ready, FakeJournal(), rig.permit(Act.ACTIVATE)))
+    assert rig.module.settings[ACTIVATION] == 1
+    assert performed.outcome is Outcome.UNKNOWN
+    assert assess(case_of(evidence)).verdict is Verdict.NO_GO
 
 
 # Acknowledgements that come again (E4)

@@ -14,7 +14,7 @@ from app.preflight.checks import CHECKS, REPORTS_NEEDED, Case, CheckResult
 from app.preflight.evidence import HEARTBEATS, Evidence, TriggerFlag
 from app.preflight.run import STEPS, TRIGGERS, run_preflight
 from app.preflight.verdict import Verdict, assess, verdict_of
-from app.procedures.write import WAITING, WriteFault
+from app.procedures.write import WAITING, SettingChange, WriteContext, WriteFault, set_each
 from app.records.record import read_document, sign
 from app.records.verification import RecordState, StationNames, verify
 from app.safety.journal import Outcome
@@ -171,6 +171,13 @@ def test_what_came_of_enabling_the_triggers_is_known_and_logged(
     assert outcome is None or set(journal.outcomes.values()) == {outcome}
     sets = [request for request in rig.line.requests if request.command in TRIGGER_FLAGS]
     assert len(sets) == 2, "each is sent once"
+
+
+def test_what_was_disabled_in_this_conversation_is_known_as_disabled() -> None:
+    rig = settled_rig()
+    changes = [SettingChange(command, False) for command in TRIGGER_FLAGS]
+    rig.run(set_each(changes, WriteContext(journal=FakeJournal(), accepted_risks=frozenset(changes))))
+    assert [gather(rig).flags[key] for key in FLAGS] == [TriggerFlag(False)] * 2
 
 
 # What moves, and what ends it

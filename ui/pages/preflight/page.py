@@ -12,7 +12,7 @@ from tempfile import mkdtemp
 from typing import Final
 
 from PySide6.QtCore import Qt, Signal
-from PySide6.QtWidgets import QLineEdit, QMenu, QPushButton, QSizePolicy, QStackedWidget, QTabBar, QToolButton, QWidget
+from PySide6.QtWidgets import QLineEdit, QMenu, QPushButton, QSizePolicy, QTabBar, QToolButton, QWidget
 
 from app.modules.labels import Printer
 from app.preflight.checks import Person
@@ -217,7 +217,8 @@ class PreflightPage(Page):
         self.tabs.setCurrentIndex(VIEWS.index(view))
 
     def _on_view(self, row: int) -> None:
-        self._stack.setCurrentIndex(row)
+        for number, part in enumerate(self._parts):  # no stack: that would be as high as the highest of them
+            part.setVisible(number == row)
         self.form.setVisible(self.view != "past")
         if self.view == "past":
             self.past.open()
@@ -508,9 +509,7 @@ class PreflightPage(Page):
         buttons = in_row(*row, spacing=Space.S, margins=(Space.M, Space.XS))
         parts = ((self.list, 1), self.strip, self.activation, buttons)
         checks = in_column(*parts, of=self._checks, spacing=0, margins=0)
-        self._stack = QStackedWidget()
-        for view in (self._checks, self.guided, self.past):
-            self._stack.addWidget(view)
+        self._parts = (self._checks, self.guided, self.past)
         head = in_column(header, spacing=Space.XS, margins=edges)
         if is_text_large():  # they scroll with the rows, so that the main button stays in sight
             for part in (self.form, self.strip, self.banner):
@@ -518,4 +517,5 @@ class PreflightPage(Page):
         else:
             head.addWidget(self.form)
             checks.insertLayout(0, in_row(self.banner, margins=edges))
-        in_column(head, (self._stack, 1), of=self, spacing=0, margins=0)
+        in_column(head, *((part, 1) for part in self._parts), of=self, spacing=0, margins=0)
+        self._on_view(0)
