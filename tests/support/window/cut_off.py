@@ -1,12 +1,9 @@
-"""Finds texts that do not fit: cut off, outside their parent, overlapping, or behind a scroll bar.
-
-Every finding is one line that names the widget. An elided text passes if its tooltip or accessible name has all of it.
-"""
+"""Finds texts that do not fit, and areas that scroll sideways. A shortened text passes if its tooltip or its name for
+screen readers has all of it."""
 
 from collections.abc import Iterator
-from typing import NamedTuple
 
-from PySide6.QtCore import QPoint, QRect, Qt
+from PySide6.QtCore import QRect, Qt
 from PySide6.QtGui import QFont, QFontMetrics
 from PySide6.QtWidgets import (
     QAbstractButton,
@@ -30,26 +27,11 @@ from PySide6.QtWidgets import (
 
 from tests.support.window.controls import visible_in
 from tests.support.window.steps import let_lay_out
-from ui.widgets.controls import ElidedLabel
-from ui.widgets.readout import PaintedWidget
 
-_SLACK_PX = 1
-_OVER_THE_PAGE = ("connect_panel",)
-"""Widgets that may lie over others."""
-
-
-class Text(NamedTuple):
-    """A text in sight, measured along a line or across its lines. `is_told`: a shortened one is whole elsewhere."""
-
-    text: str
-    needs_px: float
-    room_px: float
-    is_told: bool = False
-    across: str = ""
-
-    @property
-    def fits(self) -> bool:
-        return self.is_told or self.needs_px <= self.room_px + _SLACK_PX
+SLACK_PX = 1
+OVER_THE_PAGE = ("connect_panel",)
+# A text, what it needs and what it has, and what else tells all of it.
+Measured = tuple[str, float, float, str]
 
 
 def cut_off(root: QWidget, texts: list[str] | None = None) -> list[str]:
@@ -58,201 +40,129 @@ def cut_off(root: QWidget, texts: list[str] | None = None) -> list[str]:
     let_lay_out(root)
     found: list[str] = []
     for widget in (root, *visible_in(root)):
-        if not widget.visibleRegion().isEmpty() or _scrolls(widget):
-            measured = list(_texts_of(widget))
-            faults = [f"{one.text!r} needs {one.needs_px:.0f} px{one.across}, has {one.room_px:.0f}"
-                      for one in measured if not one.fits]  # fmt: skip
-            found += [f"{_named(widget)}: {fault}" for fault in (*faults, *_faults(widget))]
+        if widget.visibleRegion().isEmpty() and not is_in_scroll_area(widget):
+            continue
+        name = " < ".join(one.objectName() or type(one).__name__ for one in (widget, widget.parentWidget() or widget))
+        told = f"{widget.toolTip()}\n{widget.accessibleName()}\n{widget.accessibleDescription()}"
+        for text, needs_px, has_px, also in measured(widget):
+            is_told = bool(text) and text.replace("&", "") in told + also
+            if needs_px > has_px + SLACK_PX and not is_told:
+                found.append(f"{name}: {text!r} needs {needs_px:.0f} px, has {has_px:.0f}")
             if texts is not None:
-                texts += [one.text for one in measured]
+                texts.append(text)
+        found += [f"{name}: {fault}" for fault in faults_of_place(widget)]
     return found
 
 
-def _texts_of(widget: QWidget) -> Iterator[Text]:
+def measured(widget: QWidget) -> Iterator[Measured]:
+    metrics = widget.fontMetrics()
     match widget:
         case QLabel() if widget.text() and widget.pixmap().isNull():
-            yield from _in_label(widget)
+            text, room = widget.text(), widget.contentsRect()
+            if widget.wordWrap():
+                yield text, widget.heightForWidth(widget.width()), widget.height(), ""
+                # The longest word, as Qt breaks paths; Chinese breaks anywhere.
+                text = max(text.replace("/", "/ ").split(), key=metrics.horizontalAdvance, default="")
+                if any(ord(letter) > 0x2E80 for letter in text):
+                    return
+            else:
+                yield text, metrics.tightBoundingRect(text).height() * (text.count("\n") + 1), widget.height(), ""
+            yield text, along(text, metrics), room.width(), ""
         case QAbstractButton() if not isinstance(widget.parent(), QHeaderView | QTableView | QTabBar | QToolBar):
-            yield from _in_button(widget)
+            if len(widget.text()) != 1:  # "+" has room enough
+                hint = widget.sizeHint() if widget.text() else widget.minimumSizeHint()
+                yield widget.text(), hint.width(), widget.width(), ""
+                yield widget.text(), min(hint.height(), 22), widget.height(), ""
         case QComboBox():
-            yield _in_combo(widget)
+            option, part = QStyleOptionComboBox(), QStyle.SubControl.SC_ComboBoxEditField
+            widget.initStyleOption(option)
+            room = widget.style().subControlRect(QStyle.ComplexControl.CC_ComboBox, option, part, widget)
+            yield widget.currentText(), along(widget.currentText(), metrics), room.width(), ""
         case QLineEdit() if not isinstance(widget.parent(), QComboBox):
-            is_number = isinstance(widget.parent(), QAbstractSpinBox)
-            text = widget.displayText() if is_number else widget.placeholderText()
-            room_px = widget.contentsRect().width() - widget.textMargins().left() - widget.textMargins().right()
-            yield _along(text, widget.fontMetrics(), room_px, is_told=_is_told(widget, text))
+            margins = widget.textMargins().left() + widget.textMargins().right()
+            text = widget.displayText() if isinstance(widget.parent(), QAbstractSpinBox) else widget.placeholderText()
+            yield text, along(text, metrics), widget.contentsRect().width() - margins, ""
         case QTabBar():
             for index in range(widget.count()):
-                yield _along(widget.tabText(index), widget.fontMetrics(), widget.tabRect(index).width())
-        case QHeaderView() if widget.orientation() is Qt.Orientation.Horizontal:
-            yield from _in_header(widget)
+                yield widget.tabText(index), along(widget.tabText(index), metrics), widget.tabRect(index).width(), ""
         case QGroupBox():
-            yield _along(widget.title(), widget.fontMetrics(), widget.width())
-        case QListView() if _has_model(widget):
-            yield from _in_rows(widget)
-        case QTableView() if _has_model(widget):
-            yield from _in_cells(widget)
+            yield widget.title(), along(widget.title(), metrics), widget.width(), ""
+        case QHeaderView() if widget.orientation() is Qt.Orientation.Horizontal:
+            for section in range(widget.count()):
+                if not widget.isSectionHidden(section):
+                    roles = Qt.ItemDataRole.DisplayRole, Qt.ItemDataRole.ToolTipRole
+                    text, tip = (
+                        str(widget.model().headerData(section, widget.orientation(), one) or "") for one in roles
+                    )
+                    yield text, along(text, metrics), widget.sectionSize(section) - 8, tip
+        case QListView() | QTableView() if has_model(widget):
+            yield from in_view(widget)
 
 
-def _along(text: str, metrics: QFontMetrics, room_px: int, *, is_told: bool = False, beside_px: int = 0) -> Text:
-    """The longest line of `text` needs its length, and `beside_px` for what stands beside it."""
-    return Text(text, max(map(metrics.horizontalAdvance, text.split("\n"))) + beside_px, room_px, is_told)
-
-
-def _in_label(label: QLabel) -> Iterator[Text]:
-    """A label cuts off what has no room; only our own elided one may, if its tooltip has the whole text."""
-    text, room, metrics = label.text(), label.contentsRect(), label.fontMetrics()
-    if label.wordWrap():
-        is_told = isinstance(label, ElidedLabel) and _is_told(label, text)
-        yield Text(text, label.heightForWidth(label.width()), label.height(), is_told, across=" of height")
-        longest = max(text.replace("/", "/ ").split(), key=metrics.horizontalAdvance, default="")  # as Qt breaks paths
-        if not _has_chinese(longest):
-            yield _along(longest, metrics, room.width())
-        return
-    high = metrics.tightBoundingRect(text).height() * (text.count("\n") + 1)
-    yield Text(text, high, label.height(), across=" of height")
-    yield _along(text, metrics, room.width(), is_told=isinstance(label, ElidedLabel) and _is_told(label, text))
-
-
-def _in_button(button: QAbstractButton) -> Iterator[Text]:
-    text, hint = button.text(), button.sizeHint() if button.text() else button.minimumSizeHint()
-    if len(text) == 1:  # "+" has room enough
-        return
-    yield Text(text, hint.width(), button.width(), _is_told(button, text))
-    yield Text(text, min(hint.height(), 22), button.height(), across=" of height")
-
-
-def _in_combo(box: QComboBox) -> Text:
-    option = QStyleOptionComboBox()
-    box.initStyleOption(option)
-    part = QStyle.SubControl.SC_ComboBoxEditField
-    room = box.style().subControlRect(QStyle.ComplexControl.CC_ComboBox, option, part, box)
-    text = box.currentText()
-    return _along(text, box.fontMetrics(), room.width(), is_told=_is_told(box, text))
-
-
-def _in_header(header: QHeaderView) -> Iterator[Text]:
-    model = header.model()
-    for section in range(header.count()):
-        if not header.isSectionHidden(section):
-            text, told = (
-                str(model.headerData(section, header.orientation(), role) or "")
-                for role in (Qt.ItemDataRole.DisplayRole, Qt.ItemDataRole.ToolTipRole)
-            )
-            room_px = header.sectionSize(section) - 8
-            yield _along(text, header.fontMetrics(), room_px, is_told=bool(text) and text in told)
-
-
-def _in_rows(view: QListView) -> Iterator[Text]:
-    model, metrics = view.model(), view.fontMetrics()
-    for row in range(model.rowCount()):
-        index = model.index(row, 0)
-        text, place = str(index.data() or ""), view.visualRect(index)
-        if view.wordWrap():
-            room = QRect(0, 0, place.width(), 10_000)
-            high = metrics.boundingRect(room, Qt.TextFlag.TextWordWrap.value, text).height()
-            yield Text(text, high, place.height(), across=" of height")
-        else:
-            icon_px = view.iconSize().width() + 8 if index.data(Qt.ItemDataRole.DecorationRole) else 0
-            is_told = text in str(index.data(Qt.ItemDataRole.ToolTipRole) or "")
-            yield _along(text, metrics, place.width(), is_told=is_told, beside_px=icon_px)
-
-
-def _in_cells(view: QTableView) -> Iterator[Text]:
-    """Cells may be elided if the tooltip has the whole text."""
+def in_view(view: QListView | QTableView) -> Iterator[Measured]:
     model = view.model()
+    columns = range(model.columnCount()) if isinstance(view, QTableView) else range(1)  # a list's is private
     for row in range(min(20, model.rowCount())):
-        for column in range(model.columnCount()):
+        for column in columns:
             index = model.index(row, column)
-            text = str(index.data() or "")
-            if view.isColumnHidden(column) or not text:
+            text, tip = str(index.data() or ""), str(index.data(Qt.ItemDataRole.ToolTipRole) or "")
+            if not text or (isinstance(view, QTableView) and view.isColumnHidden(column)):
                 continue
             own = index.data(Qt.ItemDataRole.FontRole)
             metrics = QFontMetrics(own if isinstance(own, QFont) else view.font())
             icon_px = view.iconSize().width() if index.data(Qt.ItemDataRole.DecorationRole) else 0
-            is_told = text in str(index.data(Qt.ItemDataRole.ToolTipRole) or "")
-            yield _along(text, metrics, view.columnWidth(column), is_told=is_told, beside_px=icon_px)
-            yield Text(text, metrics.height(), view.rowHeight(row), across=" of height")
+            place = view.visualRect(index)
+            if isinstance(view, QListView) and view.wordWrap():
+                room = QRect(0, 0, place.width(), 10_000)
+                yield (
+                    text,
+                    metrics.boundingRect(room, Qt.TextFlag.TextWordWrap.value, text).height(),
+                    place.height(),
+                    "",
+                )
+            else:
+                width = view.columnWidth(column) if isinstance(view, QTableView) else place.width()
+                yield text, along(text, metrics) + icon_px, width, tip
+                yield text, metrics.height(), place.height() if place.height() else metrics.height(), ""
 
 
-def _faults(widget: QWidget) -> Iterator[str]:
-    if isinstance(widget, PaintedWidget):
-        least = widget.minimumSizeHint()
-        if widget.width() < least.width() - _SLACK_PX or widget.height() < least.height() - _SLACK_PX:
-            yield f"has {widget.width()}x{widget.height()}, wants {least.width()}x{least.height()}"
+def along(text: str, metrics: QFontMetrics) -> int:
+    return max(map(metrics.horizontalAdvance, text.split("\n")))
+
+
+def faults_of_place(widget: QWidget) -> Iterator[str]:
     if isinstance(widget, QAbstractScrollArea) and not isinstance(widget, QTableView):
         bar = widget.horizontalScrollBar()
         if bar.maximum() > 0:
             yield f"scrolls sideways by {bar.maximum()} px"
-    yield from _beyond_parent(widget)
-    yield from _overlaps(widget)
-
-
-def _beyond_parent(widget: QWidget) -> Iterator[str]:
-    parent = widget.parentWidget()
-    if parent is None or widget.isWindow() or isinstance(parent.parentWidget(), QAbstractScrollArea):
-        return
-    if isinstance(widget, QScrollBar) or isinstance(parent, QAbstractScrollArea | QComboBox | QAbstractSpinBox):
-        return
-    if not parent.rect().adjusted(-1, -1, 1, 1).contains(widget.geometry()) and widget.geometry().isValid():
-        yield f"{_place(widget.geometry())} is outside its parent of {parent.width()}x{parent.height()}"
-
-
-def _overlaps(parent: QWidget) -> Iterator[str]:
-    """Yield the pairs of children that overlap."""
-    if isinstance(parent, QAbstractScrollArea | QAbstractSpinBox | QComboBox | QHeaderView | QLineEdit):
+    if isinstance(widget, QAbstractScrollArea | QAbstractSpinBox | QComboBox | QHeaderView | QLineEdit):
         return
     children = [
-        child
-        for child in parent.children()
-        if isinstance(child, QWidget)
-        and child.isVisible()
-        and not child.isWindow()
-        and child.objectName() not in _OVER_THE_PAGE
-        and not child.objectName().startswith("qt_")
-    ]
+        one
+        for one in widget.children()
+        if isinstance(one, QWidget) and one.isVisible() and not one.isWindow() and not isinstance(one, QScrollBar)
+        and one.objectName() not in OVER_THE_PAGE and not one.objectName().startswith("qt_")
+    ]  # fmt: skip
+    around = widget.rect().adjusted(-1, -1, 1, 1)
+    is_viewport = isinstance(widget.parentWidget(), QAbstractScrollArea)
     for number, one in enumerate(children):
+        if not is_viewport and one.geometry().isValid() and not around.contains(one.geometry()):
+            yield f"{one.objectName()} is outside of it"
         for other in children[number + 1 :]:
             common = one.geometry().intersected(other.geometry())
-            if common.width() > _SLACK_PX and common.height() > _SLACK_PX:
-                yield f"{_named(one)} and {_named(other)} overlap by {common.width()}x{common.height()}"
+            if common.width() > SLACK_PX and common.height() > SLACK_PX:
+                yield f"{one.objectName()} and {other.objectName()} overlap"
 
 
-def _has_model(view: QAbstractItemView) -> bool:
-    """Return whether a view has a model; Qt's annotations say that it always has one."""
+def has_model(view: QAbstractItemView) -> bool:
+    """Qt's annotations say that a view always has one."""
     model: object = view.model()
     return model is not None
 
 
-def _is_told(widget: QWidget, text: str) -> bool:
-    """Return whether the tooltip or the accessible name has the whole text."""
-    whole = f"{widget.toolTip()}\n{widget.accessibleName()}\n{widget.accessibleDescription()}"
-    return bool(text) and text.replace("&", "") in whole
-
-
-def _scrolls(widget: QWidget) -> bool:
-    """Return whether it is in a scroll area, so that it can be scrolled into sight."""
+def is_in_scroll_area(widget: QWidget) -> bool:
+    """It can be scrolled into sight."""
     parent: QWidget | None = widget
-    while parent is not None:
-        if isinstance(parent, QAbstractScrollArea):
-            return True
+    while parent is not None and not isinstance(parent, QAbstractScrollArea):
         parent = parent.parentWidget()
-    return False
-
-
-def _has_chinese(text: str) -> bool:
-    return any(ord(letter) > 0x2E80 for letter in text)
-
-
-def _named(widget: QWidget) -> str:
-    names: list[str] = []
-    one: QWidget | None = widget
-    while one is not None and len(names) < 3:
-        names.append(one.objectName() or type(one).__name__)
-        one = one.parentWidget()
-    return " < ".join(names)
-
-
-def _place(rect: QRect) -> str:
-    corner = QPoint(rect.topLeft())
-    return f"{rect.width()}x{rect.height()} at {corner.x()}, {corner.y()}"
+    return parent is not None
