@@ -119,10 +119,11 @@ class WatchedLine(SimulatedLine):
         bench: SimulatedBench,
         baud_rate: int,
         on_leaving: Callable[[Request], None] = lambda _request: None,
+        port: str = "sim",
     ) -> None:
         super().__init__(clock, baud_rate=baud_rate, bench=bench)
         self.plug_number, self._on_leaving, self._parser = bench.plug_number, on_leaving, StreamParser()
-        self.opened_at = clock()
+        self.opened_at, self.port = clock(), port
         self.told_active: tuple[float, bool] | None = None
         """When the module told last whether it is ACTIVE, and whether it is."""
         bench.wire.clear(clock())
@@ -146,7 +147,7 @@ class WatchedLine(SimulatedLine):
 
     def _check(self) -> None:
         if not self.bench.is_plugged_in or self.bench.plug_number != self.plug_number:
-            raise PortError(PortTrouble.LOST, "sim", "unplugged")
+            raise PortError(PortTrouble.LOST, self.port, "unplugged")
 
 
 class ThreadlessWorker(worker.Worker):

@@ -123,7 +123,7 @@ def in_view(view: QListView | QTableView) -> Iterator[Measured]:
             else:
                 width = view.columnWidth(column) if isinstance(view, QTableView) else place.width()
                 yield text, along(text, metrics) + icon_px, width, tip
-                yield text, metrics.height(), place.height() if place.height() else metrics.height(), ""
+                yield text, metrics.height(), place.height() or metrics.height(), ""
 
 
 def along(text: str, metrics: QFontMetrics) -> int:
