@@ -8,7 +8,7 @@ import pytest
 from app.engine.procedure import Ask, Await, Cancelled, Pause, Procedure
 from app.procedures.lock import lock
 from app.procedures.read import read_everything
-from protocol.catalogue import ACTIVATION, BY_NAME, HEARTBEAT, LOCK, STATUS, Request
+from protocol.catalogue import ACTIVATION, BY_NAME, HEARTBEAT, HEARTBEAT_REPLY, LOCK, STATUS, Request
 from protocol.events import Answered, OutcomeUnknown, Unanswered
 from protocol.link import LinkMisused
 from tests.support.line.link_bench import BOOTS
@@ -58,6 +58,21 @@ def test_an_answer_that_came_while_the_computer_was_busy_is_in_time() -> None:
     (answered,) = rig.run(ask(LIGHT.query()))
     assert isinstance(answered, Answered)
     assert rig.conversation.is_going
+
+
+@pytest.mark.promise("f")
+def test_bytes_that_were_read_when_the_computer_had_slept_are_nobodys() -> None:
+    rig = settled_rig()
+    frames = rig.session.link_view().counters.frames
+
+    def sleep(longest_s: float, gather_s: float) -> bytes:
+        rig.clock.now_s += 60.0
+        return HEARTBEAT_REPLY
+
+    rig.line.read = sleep  # type: ignore[method-assign]
+    rig.session.step()
+    assert not rig.conversation.is_going
+    assert rig.session.link_view().counters.frames == frames
 
 
 # Whose turn it is
