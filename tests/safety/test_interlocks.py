@@ -116,33 +116,6 @@ def test_every_act_has_its_conditions_and_words() -> None:
         assert (Interlock.INTENT_DURABLE in CONDITIONS[act]) is is_dangerous
 
 
-def sentences(act: Act, **known: Any) -> list[str]:
-    inputs = InterlockInputs(now=NOW, **({"conversation": TALK} | known))
-    return [refusal.sentence for refusal in refusals(act, inputs)]
-
-
-@pytest.mark.parametrize(
-    ("changes", "overtaken_at", "sentence"),
-    [
-        ({"is_spent": True}, None, "Confirm again: already used."),
-        ({"conversation": 8}, None, "Confirm again: it may be another module."),
-        ({}, NOW, "Confirm again: LOCK was pressed."),
-        ({"granted_at": NOW - 10.0}, None, "Confirm again: 10.0 s old."),
-        ({"is_rehearsal": True}, None, "Nothing is sent."),
-        ({"act": Act.ACTIVATE}, None, "Not confirmed."),
-        ({}, NOW - 1.0, None),
-        ({}, None, None),
-    ],
-)
-def test_why_a_permit_is_void(changes: dict[str, Any], overtaken_at: float | None, sentence: str | None) -> None:
-    given: dict[str, Any] = {"act": Act.SHUTDOWN, "origin": Origin.CONFIRMATION, "granted_at": NOW - 0.5}
-    permit = Permit(**({"conversation": TALK} | given | changes))
-    said = sentences(
-        Act.SHUTDOWN, permit=permit, overtaken_at=overtaken_at, status_age_s=0.0, is_status_fresh=True, active=False
-    )
-    assert said == ([] if sentence is None else [sentence])
-
-
 def view(known: Known, ended: Ended | None = None) -> ConversationView:
     return ConversationView(TALK, values=MappingProxyType({"active": known, "tilt_deg": known}), ended=ended)
 

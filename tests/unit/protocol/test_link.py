@@ -363,7 +363,6 @@ def test_16_on_a_slow_line_no_commands_are_allowed(reply_s: float, allows: bool)
     assert bench.link.allows_commands is allows
 
 
-@pytest.fixture
 def test_a_question_is_answered_once_with_its_round_trip(bench: Bench) -> None:
     assert bench.begin_to_ask(named("attitude_threshold").query()) == bytes.fromhex("42 61 20 01 00 21")
     bench.hear(encode_reply(0x20, 60), after_s=0.004)

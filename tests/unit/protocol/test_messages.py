@@ -343,14 +343,6 @@ def test_cuts_change_neither_frames_nor_rejected_bytes(
     assert rejected(pieces) == rejected(whole)
 
 
-@given(nasty_streams | st.binary(max_size=200), st.lists(st.integers(0, 200), max_size=5), asked_requests)
-@pytest.mark.promise("g")
-def test_every_byte_is_in_exactly_one_piece_in_order(data: bytes, places: list[int], asked: Request | None) -> None:
-    pieces = parse(*cut(data, places), asked=asked)
-    assert b"".join(piece.raw for piece in pieces) == data
-    assert all(piece.raw and piece.raw == data[piece.offset :][: len(piece.raw)] for piece in pieces)
-
-
 @pytest.mark.parametrize(
     ("hex_text", "reason"),
     [
@@ -426,8 +418,11 @@ def test_e03_a_record_that_is_damaged_behind_its_sixth_byte_is_no_voltage(asked:
 
 
 @settings(max_examples=5000 if IS_THOROUGH else 500)
-@given(nasty_streams, st.lists(st.integers(0, 200), max_size=20), asked_requests, st.booleans())
-def test_both_decoders_agree_on_nasty_streams(
+@pytest.mark.promise("g")
+@given(
+    nasty_streams | st.binary(max_size=200), st.lists(st.integers(0, 200), max_size=20), asked_requests, st.booleans()
+)
+def test_both_decoders_agree_and_every_byte_is_in_exactly_one_piece_in_order(
     data: bytes, places: list[int], asked: Request | None, follows_host: bool
 ) -> None:
     parser = StreamParser(asked=asked, follows_host=follows_host)
@@ -435,6 +430,9 @@ def test_both_decoders_agree_on_nasty_streams(
     for chunk in cut(data, places):
         pieces += parser.feed(chunk)
         assert parser.pending <= MOST_PENDING
-    found = [(piece.offset, piece.raw) for piece in pieces + parser.flush() if isinstance(piece, Frame)]
+    pieces += parser.flush()
+    assert b"".join(piece.raw for piece in pieces) == data
+    assert all(piece.raw and piece.raw == data[piece.offset :][: len(piece.raw)] for piece in pieces)
+    found = [(piece.offset, piece.raw) for piece in pieces if isinstance(piece, Frame)]
     code = None if asked is None else asked.command.code
     assert found == reference_decoder.frames(data, asked=code, follows_host=follows_host)
