@@ -57,7 +57,6 @@ def refuse_without_yes(args: argparse.Namespace, act: Act) -> None:
 
 
 def print_outcome(args: argparse.Namespace, act: Act, done: Performed | Locked) -> int:
-    """Returns the exit code."""
     code = console.ANSWER_NO
     if isinstance(done, Locked):
         if done.is_locked:

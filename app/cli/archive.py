@@ -146,10 +146,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def run(args: argparse.Namespace) -> int:
-    """Raises `UserError` if the records of this computer cannot be read."""
     with opened_store() as (store, _troubles):
-        code: int = args.function(args, store)
-    return code
+        return int(args.function(args, store))
 
 
 def run_status(args: argparse.Namespace, store: Store) -> int:
@@ -179,12 +177,10 @@ def run_status(args: argparse.Namespace, store: Store) -> int:
     ]
     ahead = marked("{station} wrote with a clock that is ahead: that counts for nothing.")
     page += [tr(ahead, station=station) for station in answer.stations_ahead]
-    console.emit(args, answer, page)
-    return console.SUCCESS
+    return console.emit(args, answer, page)
 
 
 def run_sync(args: argparse.Namespace, store: Store) -> int:
-    """Both directions."""
     address = args.place or store.state("server")
     if address is None:
         raise console.Refused(tr("No server is set: give {example}.", example=SERVER))
@@ -213,12 +209,10 @@ def run_report(args: argparse.Namespace, store: Store) -> int:
         check = state.last_check
         at, verdict = (local_time(check.at, MINUTE), check.words.translated()) if check else ("", tr("none"))
         lines.append((state.name, at, verdict, str(state.trigger_records), state.due_words))
-    console.emit(args, answer, console.columns(lines))
-    return console.SUCCESS
+    return console.emit(args, answer, console.columns(lines))
 
 
 def run_module(args: argparse.Namespace, store: Store) -> int:
-    """The history of one module."""
     events = module_history(store, args.module)
     if not events:
         raise _unknown(args.module)
@@ -229,20 +223,17 @@ def run_module(args: argparse.Namespace, store: Store) -> int:
         told = event.text.in_english()
         answer.events.append(ArchiveEventJson(row.made_at, station, row.kind, row.id, told, event.content))
         lines.append((local_time(row.made_at), station[:9], event.text.translated()))
-    console.emit(args, answer, [args.module, *console.columns(lines)])
-    return console.SUCCESS
+    return console.emit(args, answer, [args.module, *console.columns(lines)])
 
 
 def run_service(args: argparse.Namespace, store: Store) -> int:
-    """Keep what a person did to a module; print what is due."""
     on = args.on or local_now().date()
     content = serviced(ServiceKind(args.what), on=on, due=args.due, who=args.who, note=args.note)
     if not module_history(store, args.module):
         raise _unknown(args.module)
     store.add(content, args.module).result()
     told = service_summary(content)
-    console.emit(args, ServicedJson(module=args.module, told=told.in_english()), [told.translated()])
-    return console.SUCCESS
+    return console.emit(args, ServicedJson(module=args.module, told=told.in_english()), [told.translated()])
 
 
 def _unknown(module: str) -> console.Refused:

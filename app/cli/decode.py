@@ -24,9 +24,10 @@ from app.captures.traffic import Explained, Explainer, NotHex, TextReader, Way, 
 from app.terminal import console
 from app.terminal.results import CommandName, Count, Hex, Result, Value
 from app.text.i18n import tr
-from app.text.messages import ErrorCode, UserError, error_text
+from app.text.messages import UserError
 from protocol.catalogue import BY_NAME, COMMANDS, RECORD_PART, STATUS_PARTS
 from protocol.messages import Direction, Frame, Noise
+from protocol.translatable import marked
 
 SHOWN_BYTES = 16  # the length of the longest frame
 _DIRECTIONS = {Way.OUT: Direction.HOST_TO_MODULE, Way.IN: Direction.MODULE_TO_HOST}
@@ -101,10 +102,10 @@ def run(args: argparse.Namespace) -> int:
             is_whole = _print_rows(map(reader.feed, lines), reader, is_json=args.json)
     except NotHex as error:
         raise console.Refused(tr("{word}: neither hex nor a file", word=error.word)) from error
-    except (OSError, UnicodeDecodeError, UserError) as error:
-        why = tr("unknown kind of file") if isinstance(error, UnicodeDecodeError) else error_text(error)
-        text = tr("{file} cannot be read: {why}.", file=words[0], why=why)
-        raise console.Refused(text, ErrorCode.UNREADABLE) from error
+    except UnicodeDecodeError as error:
+        raise console.unreadable(words[0], UserError(marked("unknown kind of file"))) from error
+    except (OSError, UserError) as error:
+        raise console.unreadable(words[0], error) from error
     for number, fault in reader.faults:
         console.notify(tr("Line {number} is left out: {why}.", number=number, why=tr(fault)))
     return console.SUCCESS if is_whole and not reader.faults else console.PARTIAL

@@ -32,9 +32,9 @@ def run(args: argparse.Namespace) -> int:
     with connected(args.port, first, is_greeted=False) as opened:
         console.note_wait(tr("Each rate may take some seconds."))
         search = opened.run(find_rate(first), outlives=True)
-    is_found = search.baud_rate is not None
-    page = [tr("{port}, {rate} baud", port=args.port, rate=search.baud_rate)] if is_found else []
-    console.emit(args, FindJson.of(search), page)
-    if not is_found:
-        console.notify(no_module_found(args.port))
-    return console.SUCCESS if is_found else console.NO_LINK
+    if search.baud_rate is not None:
+        page = [tr("{port}, {rate} baud", port=args.port, rate=search.baud_rate)]
+        return console.emit(args, FindJson.of(search), page)
+    console.emit(args, FindJson.of(search), [])
+    console.notify(no_module_found(args.port))
+    return console.NO_LINK

@@ -6,7 +6,7 @@ import os
 from pathlib import Path
 
 from app.terminal import console
-from app.text.i18n import LANGUAGES, tr
+from app.text.i18n import LANGUAGES
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -25,8 +25,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(args: argparse.Namespace) -> int:
     if args.file is not None and not args.file.is_file():
-        why = os.strerror(errno.EISDIR if args.file.is_dir() else errno.ENOENT)
-        raise console.Refused(tr("{file} cannot be read: {why}.", file=args.file, why=why))
+        number = errno.EISDIR if args.file.is_dir() else errno.ENOENT
+        raise console.unreadable(args.file, OSError(number, os.strerror(number)))
     from app.system.libraries import window_obstacle
 
     obstacle = window_obstacle()

@@ -44,5 +44,4 @@ def run(args: argparse.Namespace) -> int:
         usb = "" if port.vid is None or port.pid is None else f"{port.vid:04x}:{port.pid:04x}"
         kind = in_brackets(tr("flight controller")) if is_flight_controller(usb) else ""
         rows.append((port.device, port.description + kind, port.maker, port.serial_number, usb))
-    console.emit(args, PortsJson(ports), console.columns(rows) if ports else [])
-    return console.SUCCESS
+    return console.emit(args, PortsJson(ports), console.columns(rows) if ports else [])

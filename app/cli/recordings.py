@@ -73,8 +73,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def run(args: argparse.Namespace) -> int:
-    code: int = args.function(args, RecordingLibrary())
-    return code
+    return int(args.function(args, RecordingLibrary()))
 
 
 def run_list(args: argparse.Namespace, library: RecordingLibrary) -> int:
@@ -90,8 +89,7 @@ def run_list(args: argparse.Namespace, library: RecordingLibrary) -> int:
         rows.append((entry.name, begun, duration, reports, size, entry.port, entry.module, remarks(entry)))
     if not entries:
         console.note(tr("No recordings yet"))
-    console.emit(args, answer, console.columns(rows) if entries else [])
-    return console.SUCCESS
+    return console.emit(args, answer, console.columns(rows) if entries else [])
 
 
 def run_export(args: argparse.Namespace, library: RecordingLibrary) -> int:
@@ -105,9 +103,8 @@ def run_export(args: argparse.Namespace, library: RecordingLibrary) -> int:
         files = []
     except UserError as error:
         raise console.Refused(error.message, ErrorCode.UNREADABLE) from error
-    if args.json:
-        console.emit(args, ExportJson([entry.name], files, is_whole), [])
-    return console.SUCCESS if is_whole else console.PARTIAL
+    code = console.SUCCESS if is_whole else console.PARTIAL
+    return console.emit(args, ExportJson([entry.name], files, is_whole), [], code) if args.json else code
 
 
 def run_delete(args: argparse.Namespace, library: RecordingLibrary) -> int:
@@ -118,17 +115,13 @@ def run_delete(args: argparse.Namespace, library: RecordingLibrary) -> int:
         library.delete(entry)
     except (UserError, OSError) as error:
         raise console.Refused(labelled(entry.name, error_text(error)), ErrorCode.REFUSED) from error
-    console.emit(args, DeletedJson([entry.name]), [entry.name])
-    return console.SUCCESS
+    return console.emit(args, DeletedJson([entry.name]), [entry.name])
 
 
 def _recording(library: RecordingLibrary, name: str) -> RecordingEntry:
-    """The recording of this name. Raises `Refused` if there is none, or several."""
     entries = library.entries()
-    found = [entry for entry in entries if entry.name == name]
+    found = list(entries[:1]) if name == LATEST else [entry for entry in entries if entry.name == name]
     found = found or [entry for entry in entries if name and entry.name.startswith(name)]
-    if name == LATEST:
-        found = list(entries[:1])
     if not found:
         raise console.Refused(tr("No recording is named “{name}”.", name=name))
     if len(found) > 1:
@@ -140,8 +133,6 @@ def _recording(library: RecordingLibrary, name: str) -> RecordingEntry:
 
 
 def add_export(parser: argparse.ArgumentParser) -> None:
-    """The file, and what becomes of one that is there."""
-
     def export_path(text: str) -> Path:
         path = Path(text)
         if path.suffix.lower() in (MCAP, CSV) or path == STANDARD_OUTPUT:
@@ -156,7 +147,7 @@ def add_export(parser: argparse.ArgumentParser) -> None:
 
 
 def refuse_unwritable(args: argparse.Namespace) -> None:
-    """Checks the file before anything is recorded. Raises `Refused`."""
+    """Before anything is recorded. Raises `Refused`."""
     path: Path = args.file
     if path == STANDARD_OUTPUT:
         if args.json:  # there is one standard output

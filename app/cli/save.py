@@ -45,12 +45,11 @@ class ModuleSettings(NamedTuple):
     missing: Mapping[str, str]
 
     def notify_missing(self) -> int:
-        """Print the readable settings that were not read; returns the exit code."""
+        """Say which readable settings were not read; returns the exit code."""
         names = [command.key for command in READABLE_SETTINGS if command.key in self.missing]
-        if not names:
-            return console.SUCCESS
-        console.notify(tr("Could not read: {names}. Read again or check the wiring.", names=join_names(names)))
-        return console.PARTIAL
+        if names:
+            console.notify(tr("Could not read: {names}. Read again or check the wiring.", names=join_names(names)))
+        return console.PARTIAL if names else console.SUCCESS
 
 
 def read_module(port: str, baud_rate: int | None) -> ModuleSettings:

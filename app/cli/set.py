@@ -36,8 +36,8 @@ from app.safety.consequences import Weight, consequences
 from app.safety.journal import Act
 from app.settings.profiles import SETTINGS_BY_KEY
 from app.terminal import console
-from app.terminal.connection import OpenPort, connected
-from app.terminal.records import Records, records_of
+from app.terminal.connection import connected
+from app.terminal.records import records_of
 from app.terminal.results import Result, SettingName, Value
 from app.terminal.setting_words import parse_settings, settings_of_profile, typed
 from app.text.i18n import tr
@@ -127,19 +127,16 @@ def warn(wishes: Sequence[SettingChange]) -> None:
 
 
 def _show(wishes: Sequence[SettingChange], args: argparse.Namespace) -> int:
-    """Read the settings and print what would change; sends queries only."""
+    """Sends queries only."""
     module = read_module(args.port, args.baud)
-    results: dict[str, SetResultJson] = {}
-    rows: list[tuple[str, ...]] = []
+    answer, rows = SetJson({}), list[tuple[str, str]]()
     for wish in wishes:
         key, before = wish.command.key, module.values.get(wish.command.key)
         error = None if before == wish.value else "not written: dry run"
-        results[key] = SetResultJson(wish.value, None, before, None, error)
-        if error is None:
-            rows.append((key, labelled(typed(wish.value), tr("unchanged"))))
-        else:
-            rows.append((key, labelled(f"{typed(before)} → {typed(wish.value)}", tr("not written (dry run)"))))
-    console.emit(args, SetJson(results), console.columns(rows))
+        answer.results[key] = SetResultJson(wish.value, None, before, None, error)
+        changed = labelled(f"{typed(before)} → {typed(wish.value)}", tr("not written (dry run)"))
+        rows.append((key, labelled(typed(wish.value), tr("unchanged")) if error is None else changed))
+    console.emit(args, answer, console.columns(rows))
     return module.notify_missing()
 
 
@@ -155,35 +152,34 @@ def _write(wishes: Sequence[SettingChange], args: argparse.Namespace) -> tuple[W
             keep_as_found=records.keep_as_found,
         )
         report = opened.run(write_all([wish for wish in wishes if wish.command is not BAUD_RATE], context))
-        if report.interrupted is None:
+        interrupted, refusals = report.interrupted, report.refusals
+        if interrupted is None:
             with suppress(Interrupted):
                 is_doubled = opened.run(is_answered_twice())
+        results = {result.command: result for result in report.results}
         for wish in wishes:
-            if wish.command is BAUD_RATE:
-                report = _write_rate(wish, report, opened, records)
-    results = {result.command: result for result in report.results}
+            if wish.command is not BAUD_RATE:
+                continue
+            if wish.value == old_rate:
+                # The module just answered at this rate: a dangerous frame that changes nothing is not sent.
+                results[BAUD_RATE] = Written(*wish, SetReply.UNNEEDED, old_rate, fault=None)
+            elif refusals or interrupted is not None:
+                fault = WriteFault.NOT_ALLOWED if refusals else WriteFault.NOT_SENT
+                results[BAUD_RATE] = Written(*wish, fault=fault)
+            else:
+                # Last, as the conversation ends with it.
+                permit = permit_for(Act.CHANGE_BAUD, opened)
+                change = change_baud(int(wish.value), records.journal, permit=permit)
+                try:
+                    changed = opened.run(change, outlives=True)
+                    results[BAUD_RATE], refusals = changed.written, changed.refusals
+                except Interrupted as error:
+                    interrupted = error
+                    results[BAUD_RATE] = Written(*wish, SetReply.NOTHING, fault=WriteFault.INTERRUPTED)
     before = {**report.before, "baud_rate": old_rate}
-    return replace(report, before=before, results=tuple(results[wish.command] for wish in wishes)), is_doubled
-
-
-def _write_rate(wish: SettingChange, report: WriteReport, opened: OpenPort, records: Records) -> WriteReport:
-    """The report with the baud rate as its last result."""
-    rate, interrupted, refusals = int(wish.value), report.interrupted, report.refusals
-    if rate == opened.connection.baud_rate:
-        # The module just answered at this rate: a dangerous frame that changes nothing is not sent.
-        result = Written(BAUD_RATE, rate, SetReply.UNNEEDED, rate, fault=None)
-    elif refusals or interrupted is not None:
-        result = Written(*wish, fault=WriteFault.NOT_ALLOWED if refusals else WriteFault.NOT_SENT)
-    else:
-        permit = permit_for(Act.CHANGE_BAUD, opened)
-        try:
-            changed = opened.run(change_baud(rate, records.journal, permit=permit), outlives=True)
-        except Interrupted as error:
-            interrupted = error
-            result = Written(BAUD_RATE, rate, SetReply.NOTHING, fault=WriteFault.INTERRUPTED)
-        else:
-            result, refusals = changed.written, changed.refusals
-    return replace(report, results=(*report.results, result), interrupted=interrupted, refusals=refusals)
+    in_order = tuple(results[wish.command] for wish in wishes)
+    report = replace(report, before=before, results=in_order, interrupted=interrupted, refusals=refusals)
+    return report, is_doubled
 
 
 def _sentence(written: Written, report: WriteReport) -> str:

@@ -16,7 +16,7 @@ from app.store.station import shown_key
 from app.terminal import console
 from app.terminal.records import existing_store, say_notice
 from app.terminal.results import Result, Time
-from app.text.messages import ErrorCode, UserError, error_text, message
+from app.text.messages import ErrorCode, UserError, message
 from protocol.translatable import marked
 
 
@@ -58,8 +58,7 @@ def run(args: argparse.Namespace) -> int:
         text = message(marked("No pre-flight record: {why}."), why=error.message)
         raise console.Refused(text, ErrorCode.UNREADABLE) from error
     except (OSError, ValueError) as error:  # ValueError: a NUL in the name
-        text = message(marked("{file} cannot be read: {why}."), file=args.file, why=error_text(error))
-        raise console.Refused(text, ErrorCode.UNREADABLE) from error
+        raise console.unreadable(args.file, error) from error
     told: dict[str, Any] = {
         "state": found.state,
         "report": found.is_report,
@@ -75,5 +74,6 @@ def run(args: argparse.Namespace) -> int:
         known = "known_station" if told["names"] else "unknown_key"
         told["signed_by"] = "this_station" if found.is_own else known
     answer = msgspec.convert(msgspec.to_builtins(told), VerifyJson)
-    console.emit(args, answer, [sentence.translated() for sentence in found.sentences()])
-    return console.SUCCESS if found.state is RecordState.INTACT else console.ANSWER_NO
+    page = [sentence.translated() for sentence in found.sentences()]
+    code = console.SUCCESS if found.state is RecordState.INTACT else console.ANSWER_NO
+    return console.emit(args, answer, page, code)

@@ -81,7 +81,6 @@ state = _Run()
 
 
 def start(args: argparse.Namespace) -> None:
-    """Called before a command runs."""
     state.verbosity = -1 if getattr(args, "quiet", False) else getattr(args, "verbose", 0)
     state.has_result = False
     state.said.clear()
@@ -133,7 +132,6 @@ def name(text: str) -> str:
 
 
 def baud_rate(text: str) -> int | None:
-    """The rate; None for "auto"."""
     if text.lower() == AUTO:
         return None
     if text.isdecimal() and int(text) in RATES:
@@ -159,7 +157,6 @@ def tcp_address(text: str) -> tuple[str, int]:
 
 
 def add(parser: Any, *switches: str) -> None:
-    """Usual switches by their names."""
     for switch in switches:
         parser.add_argument(switch, action="store_true", help=_SWITCHES[switch])
 
@@ -170,7 +167,6 @@ def add_file(parser: Any, option: str, **options: Any) -> None:
 
 
 def add_port(parser: Any) -> None:
-    """--port and --baud."""
     text = "serial port, socket:// or rfc2217:// address, or sim://; default: DPS_S_PORT, or the only adapter"
     port = parser.add_argument("-p", "--port", type=name, metavar="P", action="append", help=text)
     port.complete = {"bash": "_dps_s_ports", "zsh": "_dps_s_ports"}
@@ -197,12 +193,15 @@ def add_verbosity(parser: Any) -> None:
 
 
 def refuse_without(option: str) -> NoReturn:
-    """Raises `Refused`, which says what option is missing."""
     raise Refused(message(marked("Nothing was done. Add {option} to do it."), option=option))
 
 
+def unreadable(file: object, error: Exception) -> Refused:
+    text = message(marked("{file} cannot be read: {why}."), file=file, why=error_text(error))
+    return Refused(text, ErrorCode.UNREADABLE)
+
+
 def refuse_existing(path: Path, *, is_forced: bool, options: str = "--force") -> None:
-    """Raises `Refused` where the file is there, and nobody said what becomes of it."""
     if not is_forced and os.path.lexists(path):
         raise Refused(message(marked("{file} exists: use {options}."), file=path, options=options))
 
@@ -249,7 +248,6 @@ def signals_noted() -> Iterator[None]:
 
 
 def check_signals() -> None:
-    """Raises `Signalled` if a signal was noted."""
     if state.signal is not None:
         raise Signalled(state.signal)
 
@@ -281,7 +279,7 @@ def notify(sentence: str) -> None:
 
 
 def notify_once(sentence: str) -> None:
-    """Like `notify`, once in a command."""
+    """Once in a command."""
     if sentence not in state.said:
         state.said.add(sentence)
         notify(sentence)
@@ -343,9 +341,11 @@ def write_lines(lines: Iterable[Line]) -> None:
     write(text)
 
 
-def emit(args: argparse.Namespace, answer: object, page: Iterable[Line]) -> None:
-    """Print the answer, a structure, as one JSON object where --json was given, else the page: lines for people."""
+def emit(args: argparse.Namespace, answer: object, page: Iterable[Line], code: int = SUCCESS) -> int:
+    """Print the answer, a structure, as one JSON object where --json was given, else the page: lines for people. Return
+    the exit code."""
     write_lines([as_json(answer)] if args.json else page)
+    return code
 
 
 def as_json(value: object) -> str:
