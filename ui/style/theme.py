@@ -133,93 +133,65 @@ class Theme(NamedTuple):
         return QColor(self.text if meaning is None else self.meanings[meaning].ink)
 
 
-# The curves are Okabe and Ito's blue, bluish green and reddish purple, made darker or lighter until they have
-# the contrast; their vermilion is left out, because beside it the red of danger would say nothing.
-LIGHT: Final = Theme(
-    name="light",
-    is_dark=False,
-    window="#F4F5F7",
-    surface="#FFFFFF",
-    sunken="#EBEDF0",
-    raised="#F4F5F7",
-    text="#15181C",
-    muted="#565E69",
-    disabled="#85898F",
-    border="#7F8792",
-    divider="#DCDFE4",
-    selection="#DCE7F6",
-    primary="#22272E",
-    on_primary="#FFFFFF",
-    curves=("#0072B2", "#00805C", "#A14B7D"),
-    meanings=MappingProxyType(
-        {
-            Meaning.GOOD: Tint("#1B7449", "#1B7449", "#FFFFFF", "#E6F4EC"),
-            Meaning.ATTENTION: Tint("#855200", "#F3B434", "#1F1600", "#FDF3DC"),
-            Meaning.DANGER: Tint("#B3163E", "#B3163E", "#FFFFFF", "#FCEBEA"),
-            Meaning.INFORMATION: Tint("#1B5FB5", "#1B5FB5", "#FFFFFF", "#E8F0FB"),
-            Meaning.UNKNOWN: Tint("#565E69", "#565E69", "#FFFFFF", "#EBEDF0"),
-        }
-    ),
-    line_px=1,
-    border_px=1,
+# Light, dark, sunlight; in the order of the fields of `Theme`.
+_COLOURS: Final = (
+    ("#F4F5F7", "#121519", "#FFFFFF"),  # window
+    ("#FFFFFF", "#1A1E23", "#FFFFFF"),  # surface
+    ("#EBEDF0", "#0D0F12", "#F1F1F1"),  # sunken
+    ("#F4F5F7", "#242A31", "#F1F1F1"),  # raised
+    ("#15181C", "#E9ECEF", "#000000"),  # text
+    ("#565E69", "#A3ABB6", "#333333"),  # muted
+    ("#85898F", "#767D86", "#6E6E6E"),  # disabled
+    ("#7F8792", "#737D8A", "#000000"),  # border
+    ("#DCDFE4", "#2B3138", "#000000"),  # divider
+    ("#DCE7F6", "#23405F", "#FFE48A"),  # selection
+    ("#22272E", "#E9ECEF", "#000000"),  # primary
+    ("#FFFFFF", "#15181C", "#FFFFFF"),  # on_primary
 )
-DARK: Final = Theme(
-    name="dark",
-    is_dark=True,
-    window="#121519",
-    surface="#1A1E23",
-    sunken="#0D0F12",
-    raised="#242A31",
-    text="#E9ECEF",
-    muted="#A3ABB6",
-    disabled="#767D86",
-    border="#737D8A",
-    divider="#2B3138",
-    selection="#23405F",
-    primary="#E9ECEF",
-    on_primary="#15181C",
-    curves=("#56B4E9", "#2FC69B", "#E08FBC"),
-    meanings=MappingProxyType(
-        {
-            Meaning.GOOD: Tint("#4FC48C", "#4FC48C", "#04150D", "#15301F"),
-            Meaning.ATTENTION: Tint("#F0B441", "#F0B441", "#1F1600", "#33290F"),
-            Meaning.DANGER: Tint("#FF8A85", "#CF3439", "#FFFFFF", "#3A1D1E"),
-            Meaning.INFORMATION: Tint("#74B3FA", "#74B3FA", "#04121F", "#15283E"),
-            Meaning.UNKNOWN: Tint("#A3ABB6", "#A3ABB6", "#121519", "#242A31"),
-        }
-    ),
-    line_px=1,
-    border_px=1,
+# Okabe and Ito's blue, bluish green and reddish purple, made darker or lighter until they have the contrast; their
+# vermilion is left out, because beside it the red of danger would say nothing.
+_CURVES: Final = (
+    ("#0072B2", "#00805C", "#A14B7D"),
+    ("#56B4E9", "#2FC69B", "#E08FBC"),
+    ("#004A77", "#00543C", "#70244F"),
 )
-SUNLIGHT: Final = Theme(
-    name="sunlight",
-    is_dark=False,
-    window="#FFFFFF",
-    surface="#FFFFFF",
-    sunken="#F1F1F1",
-    raised="#F1F1F1",
-    text="#000000",
-    muted="#333333",
-    disabled="#6E6E6E",
-    border="#000000",
-    divider="#000000",
-    selection="#FFE48A",
-    primary="#000000",
-    on_primary="#FFFFFF",
-    curves=("#004A77", "#00543C", "#70244F"),
-    meanings=MappingProxyType(
-        {
-            Meaning.GOOD: Tint("#00502C", "#00502C", "#FFFFFF", "#E2F5EA"),
-            Meaning.ATTENTION: Tint("#5C3A00", "#FFCB00", "#000000", "#FFF1C9"),
-            Meaning.DANGER: Tint("#8C0030", "#8C0030", "#FFFFFF", "#FFE9E7"),
-            Meaning.INFORMATION: Tint("#003C8A", "#003C8A", "#FFFFFF", "#E4EEFC"),
-            Meaning.UNKNOWN: Tint("#000000", "#000000", "#FFFFFF", "#FFFFFF"),
-        }
+_MEANINGS: Final = {
+    Meaning.GOOD: (
+        Tint("#1B7449", "#1B7449", "#FFFFFF", "#E6F4EC"),
+        Tint("#4FC48C", "#4FC48C", "#04150D", "#15301F"),
+        Tint("#00502C", "#00502C", "#FFFFFF", "#E2F5EA"),
     ),
-    line_px=2,
-    border_px=2,
-)
-THEMES: Final = (LIGHT, DARK, SUNLIGHT)
+    Meaning.ATTENTION: (
+        Tint("#855200", "#F3B434", "#1F1600", "#FDF3DC"),
+        Tint("#F0B441", "#F0B441", "#1F1600", "#33290F"),
+        Tint("#5C3A00", "#FFCB00", "#000000", "#FFF1C9"),
+    ),
+    Meaning.DANGER: (
+        Tint("#B3163E", "#B3163E", "#FFFFFF", "#FCEBEA"),
+        Tint("#FF8A85", "#CF3439", "#FFFFFF", "#3A1D1E"),
+        Tint("#8C0030", "#8C0030", "#FFFFFF", "#FFE9E7"),
+    ),
+    Meaning.INFORMATION: (
+        Tint("#1B5FB5", "#1B5FB5", "#FFFFFF", "#E8F0FB"),
+        Tint("#74B3FA", "#74B3FA", "#04121F", "#15283E"),
+        Tint("#003C8A", "#003C8A", "#FFFFFF", "#E4EEFC"),
+    ),
+    Meaning.UNKNOWN: (
+        Tint("#565E69", "#565E69", "#FFFFFF", "#EBEDF0"),
+        Tint("#A3ABB6", "#A3ABB6", "#121519", "#242A31"),
+        Tint("#000000", "#000000", "#FFFFFF", "#FFFFFF"),
+    ),
+}
+
+
+def _theme(name: str, column: int) -> Theme:
+    colours = (row[column] for row in _COLOURS)
+    meanings = MappingProxyType({meaning: tints[column] for meaning, tints in _MEANINGS.items()})
+    thickness = 2 if name == "sunlight" else 1
+    return Theme._make((name, name == "dark", *colours, _CURVES[column], meanings, thickness, thickness))
+
+
+LIGHT, DARK, SUNLIGHT = THEMES = _theme("light", 0), _theme("dark", 1), _theme("sunlight", 2)
 
 _in_use: Theme = LIGHT
 _zoom = 1.0

@@ -2,19 +2,17 @@
 
 from pathlib import Path
 
-import pytest
 from PySide6.QtCore import Qt
 from PySide6.QtWidgets import QApplication
 from pytestqt.qtbot import QtBot
 
 from app.diagnosis.causes import NextStep
 from app.diagnosis.link_state import LinkState, LinkText, Phase, link_state, link_text
-from app.engine.conversation import ConversationView, How, Known
+from app.engine.conversation import ConversationView
 from app.engine.target import Target
 from app.engine.transport import PortError, PortTrouble
 from app.engine.worker import Connection, PortState
 from app.procedures.find import Silence
-from protocol.events import Ended, EndReason
 from tests.support.window.fake_ports import VALUES, fake_window
 from tests.support.window.fakes_ui import (
     ADAPTER,
@@ -66,24 +64,6 @@ def test_each_trouble_has_its_sentence_and_its_next_step() -> None:
     assert {state.phase for state, _said in silent.values()} == {Phase.SILENT}
     assert len({said.what for _state, said in silent.values()}) == len(Silence)
     assert silent[Silence.GARBAGE][1].step is NextStep.FIND_RATE
-
-
-@pytest.mark.parametrize(
-    ("ended", "lag_s", "phase", "word"),
-    [
-        (Ended(EndReason.SILENT, 10.0), None, Phase.OFFLINE, "12 s"),
-        (None, 1.62, Phase.LATE, "1.5 s"),
-        (None, 0.2, Phase.ONLINE, "Connected"),
-    ],
-)
-def test_silent_and_late_modules_are_not_called_connected(
-    ended: Ended | None, lag_s: float | None, phase: Phase, word: str
-) -> None:
-    known = {"active": Known(value=True, how=How.STREAMED, at=21.99)}
-    view = ConversationView(number=1, ended=ended, values=known, lag_s=lag_s)
-    state, said = said_of(conversation=view)
-    assert state.phase is phase
-    assert word in said.word
 
 
 # The panel

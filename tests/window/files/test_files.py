@@ -15,7 +15,6 @@ from threading import Thread
 
 import pytest
 from PySide6.QtCore import QMessageLogContext, QModelIndex, Qt, QtMsgType, qInstallMessageHandler
-from PySide6.QtGui import QImage
 from PySide6.QtWidgets import (
     QAbstractItemView,
     QApplication,
@@ -266,19 +265,6 @@ def test_saved_values_are_those_at_the_time_of_the_click(live: Bench, tmp_path: 
     live.qtbot.waitUntil(lambda: not live.page.job.is_writing)
     assert ",99," not in path.read_text("utf-8-sig")
     assert ",12," in path.read_text("utf-8-sig")
-
-
-def test_the_picture_has_a_caption(live: Bench, tmp_path: Path) -> None:
-    live.say()
-    live.connector.current.module.name = "M-07"
-    assert "  ·  M-07  ·  /dev/ttyUSB0 · 115200 baud  ·  " in live.page.footer_text()
-    path = tmp_path / "live.png"
-    suggested = save(live, "live_save_png", path)
-    assert (suggested[0].name.split()[:2], suggested[0].suffix) == (["dps-s", "M-07"], ".png")
-    picture = QImage(str(path))
-    assert live.page.plot.canvas.height() < picture.height()
-    foot = picture.copy(0, picture.height() - 28, picture.width(), 28)
-    assert len({foot.pixel(x, y) for x in range(foot.width()) for y in range(foot.height())}) > 2  # it has text
 
 
 def test_a_long_saving_can_be_cancelled(live: Bench, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

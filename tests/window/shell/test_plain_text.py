@@ -6,14 +6,12 @@ from pathlib import Path
 import pytest
 from PySide6.QtCore import QPoint, Qt
 from PySide6.QtTest import QTest
-from PySide6.QtWidgets import QApplication, QDialog, QLabel, QMessageBox, QToolTip, QWidget
+from PySide6.QtWidgets import QApplication, QDialog, QLabel, QToolTip, QWidget
 from pytestqt.qtbot import QtBot
 
 from tests.support.window.fakes_ui import connect, simulated, window
-from tests.support.window.steps import find
 from tests.window.lock.test_lock_everywhere import DIALOGS, Bench
-from ui.files import file_dialogs
-from ui.main import PAGES, Assembly
+from ui.main import PAGES
 
 NAME = '<h1 style="color:green">GO</h1><img src="/usr/share/pixmaps/a.png">'
 
@@ -89,25 +87,3 @@ def assert_shown_as_it_is(widget: QWidget, text: str) -> None:
     assert tip.width() >= tip.minimumSizeHint().width()
     QToolTip.hideText()
     QTest.qWait(1)
-
-
-@pytest.mark.promise("g")
-def test_a_file_that_would_be_replaced_is_named_plainly(
-    qtbot: QtBot, qapp: QApplication, tmp_path: Path, user_files: Path
-) -> None:
-    user_files.mkdir(parents=True, exist_ok=True)
-    path = user_files / "<h1>GO<h1>.csv"
-    path.touch()
-    with window(qapp, tmp_path, entries=()) as assembly:
-        assert_named_plainly(qtbot, assembly, path)
-
-
-def assert_named_plainly(qtbot: QtBot, assembly: Assembly, path: Path) -> None:
-    file_dialogs.ask_path(assembly.window, "Save…", path, "*.csv", bool)
-    dialog = find(assembly.window, QDialog, "save_dialog")
-    dialog.accept()  # asks whether the file is to be replaced
-    box = find(dialog, QMessageBox)
-    said = [label for label in box.findChildren(QLabel) if path.name in label.text()]
-    assert said
-    assert {label.textFormat() for label in said} == {Qt.TextFormat.PlainText}
-    dialog.reject()

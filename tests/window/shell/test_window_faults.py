@@ -3,10 +3,8 @@ event.
 """
 
 import gc
-import itertools
 import logging
 import sys
-import time
 from collections import Counter, deque
 from collections.abc import Callable, Iterator
 from contextlib import ExitStack, contextmanager
@@ -14,7 +12,7 @@ from pathlib import Path
 from unittest.mock import patch
 
 import pytest
-from PySide6.QtCore import QEvent, QObject, QTimer
+from PySide6.QtCore import QEvent, QObject
 from PySide6.QtWidgets import QApplication
 from pytestqt.qtbot import QtBot
 
@@ -23,39 +21,16 @@ from app.engine.target import Target
 from app.safety.journal import Act
 from app.system.uncaught import catch_uncaught_errors
 from tests.support.window.fake_ports import VALUES, FakePorts, FakeWorker, fake_window
-from tests.support.window.fakes_ui import ADAPTER, ListedPorts, connect, simulated, window
+from tests.support.window.fakes_ui import ADAPTER, connect, simulated, window
 from tests.support.window.steps import find, notice_text
 from ui.main import PAGES, Assembly
 from ui.pages.live.page import LivePage
 
-BEAT_MS = 10
-LONGEST_STALL_S = 5.0
-"""A list of ten seconds would show, a busy machine does not."""
 POSIX_ONLY = pytest.mark.skipif(sys.platform == "win32", reason="pseudo-terminals are POSIX")
 
 
 def notice_of(assembly: Assembly) -> str:
     return notice_text(assembly.window.notice_bar)
-
-
-def test_a_blocked_list_of_ports_blocks_nothing_else(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
-    ports, beats = ListedPorts(ADAPTER), list[float]()
-    ports.hold()
-    timer = QTimer()
-    timer.setInterval(BEAT_MS)
-    timer.timeout.connect(lambda: beats.append(time.monotonic()))
-    with simulated("patient"), window(qapp, tmp_path, listed=ports) as assembly:
-        qtbot.waitUntil(lambda: ports.looks == 1)
-        timer.start()
-        assembly.window.go_to("empty")
-        connect(qtbot, assembly, "sim://patient")
-        qtbot.waitUntil(lambda: len(beats) > 50)
-        timer.stop()
-        assert not assembly.watcher.has_listed
-        assert ports.looks == 1
-        ports.release()
-        qtbot.waitUntil(lambda: assembly.watcher.has_listed)
-    assert max(after - before for before, after in itertools.pairwise(beats)) < LONGEST_STALL_S
 
 
 @POSIX_ONLY

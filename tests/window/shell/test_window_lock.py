@@ -80,17 +80,6 @@ def test_it_is_repeated_and_shown_until_the_module_reports_it(one: Rig) -> None:
     assert confirmed.sent == 6
 
 
-def test_lock_pressed_again_is_sent_at_once(one: Rig) -> None:
-    times = lossy(one.bench, 1)
-    lock = one.assembly.window.top_bar.lock
-    press(one.qtbot, lock)
-    one.until(lambda: len(times) >= 1)
-    press(one.qtbot, lock)
-    one.until(lambda: "LOCKED" in one.assembly.window.status_bar.passing.text())
-    assert not one.bench.module.state.is_active
-    assert len(times) >= 2
-
-
 def test_escape_does_not_end_it(one: Rig) -> None:
     times = lossy(one.bench, 4)
     press(one.qtbot, one.assembly.window.top_bar.lock)
@@ -160,17 +149,6 @@ def test_after_a_minute_it_is_not_sent_any_more(one: Rig) -> None:
     assert one.bench.module.state.is_active
     assert port.lock.owed is not None
     assert "treat the module as ACTIVE" in notice_text(one.assembly.window.notice_bar)
-
-
-@pytest.mark.promise("l")
-def test_pressed_while_the_port_is_lost_it_goes_first_when_it_is_back(one: Rig) -> None:
-    port = one.assembly.ports.current
-    one.bench.unplug()
-    one.until(lambda: not port.is_open)
-    port.lock.press()
-    one.until(lambda: port.lock.owed is not None)
-    one.bench.plug()
-    one.until(lambda: not one.bench.module.state.is_active)
 
 
 @pytest.mark.promise("l")

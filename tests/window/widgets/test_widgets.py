@@ -32,7 +32,7 @@ from ui.plots.gauge import TiltGauge
 from ui.style.icons import Icon
 from ui.style.theme import LIGHT, Meaning
 from ui.widgets.controls import ElidedLabel, control, scroll_area, set_role
-from ui.widgets.readout import Freshness, Readout, StateChip
+from ui.widgets.readout import Freshness, Readout
 
 
 @pytest.fixture(autouse=True)
@@ -43,16 +43,6 @@ def in_light(qapp: QApplication) -> None:
 def picture(widget: QWidget) -> QImage:
     widget.resize(widget.sizeHint())
     return widget.grab().toImage()
-
-
-def colours(image: QImage) -> dict[str, int]:
-    """How many pixels have each colour."""
-    found: dict[str, int] = {}
-    for x in range(image.width()):
-        for y in range(image.height()):
-            name = image.pixelColor(x, y).name().upper()
-            found[name] = found.get(name, 0) + 1
-    return found
 
 
 def test_a_readout_names_caption_value_unit_limit_and_note(qtbot: QtBot) -> None:
@@ -107,20 +97,6 @@ def test_fresh_stale_and_unknown_differ_in_shape(qtbot: QtBot) -> None:
                     image.setPixelColor(x, y, QColor("black" if is_drawn else "white"))
             assert image not in shapes
             shapes.append(image)
-
-
-def test_only_attention_and_danger_are_filled(qtbot: QtBot) -> None:
-    chip = StateChip("Lock")
-    qtbot.addWidget(chip)
-    for meaning in (Meaning.ATTENTION, Meaning.DANGER):
-        chip.show_state("ACTIVE", Icon.ACTIVE, meaning)
-        assert colours(picture(chip))[LIGHT.tint(meaning).fill] > 800
-    for quiet in (None, Meaning.GOOD, Meaning.INFORMATION, Meaning.UNKNOWN):
-        chip.show_state("LOCKED", Icon.LOCK, quiet)
-        assert colours(picture(chip))[LIGHT.surface] > 800
-    chip.show_state("ACTIVE", Icon.ACTIVE, Meaning.ATTENTION, stale_age="12 s ago")
-    assert colours(picture(chip)).get(LIGHT.tint(Meaning.ATTENTION).fill, 0) == 0
-    assert chip.accessibleName() == "Lock: ACTIVE, 12 s ago"
 
 
 def test_the_picture_of_a_button_has_the_colour_of_its_text_in_every_role(qtbot: QtBot) -> None:
