@@ -51,10 +51,10 @@ CLOCKS = timedelta(minutes=15)
 # A contradiction that is older is history: nobody can answer for it any more.
 DOUBT_DAYS = 180
 _OUTCOMES: Mapping[str, str] = {
-    Outcome.CONFIRMED.value: marked("confirmed"),
-    Outcome.REFUSED.value: marked("refused"),
-    Outcome.UNKNOWN.value: marked("may have been carried out"),
-    Outcome.NOT_SENT.value: marked("not sent"),
+    Outcome.CONFIRMED.value: marked("{what}: confirmed."),
+    Outcome.REFUSED.value: marked("{what}: refused."),
+    Outcome.UNKNOWN.value: marked("{what}: may have been carried out."),
+    Outcome.NOT_SENT.value: marked("{what}: not sent."),
 }
 
 
@@ -193,8 +193,7 @@ def module_history(store: Store, name: str) -> list[HistoryEvent]:
             case ActIntended():
                 plain["outcome"] = outcomes.get(one.row.id, Outcome.UNKNOWN.value)
                 what = _act(content, plain["outcome"], settings)
-                done = message(_OUTCOMES[plain["outcome"]])
-                text = _with_note(message(marked("{value}: {why}."), value=what, why=done), content.note)
+                text = _with_note(message(_OUTCOMES[plain["outcome"]], what=what), content.note)
             case PreflightCheck():
                 del plain["document"]
                 line = check_line(one, fired)
@@ -243,7 +242,7 @@ def _settings_seen(before: Mapping[str, Value], now: Mapping[str, Value], *, has
     if changes:
         return message(marked("Read since: {what}."), what=joined(changes))
     every = joined([setting_message(key, value) for key, value in sorted(now.items())])
-    return message(marked("{value}: {why}."), value=message(marked("Settings")), why=every)
+    return message(marked("Settings: {settings}."), settings=every)
 
 
 def _act(intent: ActIntended, outcome: str, settings: dict[str, Value]) -> UserMessage:

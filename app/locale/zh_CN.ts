@@ -2492,6 +2492,10 @@
         <translation>尚未写入的参数：{count} 项。</translation>
     </message>
     <message>
+        <source>Settings: {settings}.</source>
+        <translation>参数：{settings}。</translation>
+    </message>
+    <message>
         <source>Settings: {what}.</source>
         <translation>设置：{what}。</translation>
     </message>
@@ -3850,10 +3854,6 @@
         <translation>电压低</translation>
     </message>
     <message>
-        <source>may have been carried out</source>
-        <translation>可能已执行</translation>
-    </message>
-    <message>
         <source>may have fired</source>
         <translation>可能已触发</translation>
     </message>
@@ -4618,6 +4618,10 @@
         <translation>{file} 需要本程序的更新版本。</translation>
     </message>
     <message>
+        <source>{file}: the name of a report ends in .pdf.</source>
+        <translation>{file}：报告的文件名须以 .pdf 结尾。</translation>
+    </message>
+    <message>
         <source>{folder} cannot be made: {why}.</source>
         <translation>无法创建 {folder}：{why}。</translation>
     </message>
@@ -4980,6 +4984,22 @@
     <message>
         <source>{what} {uptime} after power-on of boot {boot}, {link}, {voltage}</source>
         <translation>第 {boot} 次开机后 {uptime}：{what}，{link}，{voltage}</translation>
+    </message>
+    <message>
+        <source>{what}: confirmed.</source>
+        <translation>{what}：已确认。</translation>
+    </message>
+    <message>
+        <source>{what}: may have been carried out.</source>
+        <translation>{what}：可能已执行。</translation>
+    </message>
+    <message>
+        <source>{what}: not sent.</source>
+        <translation>{what}：未发送。</translation>
+    </message>
+    <message>
+        <source>{what}: refused.</source>
+        <translation>{what}：被拒绝。</translation>
     </message>
     <message>
         <source>{why} Say which column holds what, in which unit: {cure} (columns: {columns}).</source>

@@ -21,7 +21,7 @@ from app.store.station import shown_key
 from app.system.clock import DAY, local_time
 from app.system.files import write_whole
 from app.text.i18n import tr
-from app.text.messages import UserError, in_brackets, join_sentences, message, message_from_json
+from app.text.messages import UserError, in_brackets, join_sentences, message_from_json
 from app.text.template import page
 from protocol.translatable import marked
 
@@ -93,8 +93,7 @@ def check_target(path: Path, kind: str = FORMAT) -> None:
     """Raises `UserError` where the PDF, and its JSON beside it, cannot be written there: only files of this kind are
     replaced."""
     if path.suffix.lower() != ".pdf":
-        why = message(marked("expected {expected}"), expected=".pdf")
-        raise UserError(marked("{value}: {why}."), value=path.name, why=why)
+        raise UserError(marked("{file}: the name of a report ends in .pdf."), file=path.name)
     if not path.parent.is_dir():
         raise UserError(marked("There is no folder {folder}."), folder=path.parent)
     for target in (path, path.with_suffix(".json")):
