@@ -10,18 +10,16 @@ demo test check setup translations package:
 # Campaigns, which take minutes to hours.
 bench: setup
 	$(CAMPAIGN) tests.bench $(ARGS)
-soak: setup
-	$(CAMPAIGN) tests.campaigns.$@ $(ARGS)
 readers: setup
 	$(CAMPAIGN) tests.files.readers $(ARGS)
-commands hands lines walk: setup
+commands hands lines soak walk: setup
 	$(CAMPAIGN) tests.campaigns $@ $(ARGS)
 
 # All tests with all that they otherwise take a part of, then all campaigns, whatever fails before.
 nightly: setup
 	failed=0; \
 	HYPOTHESIS_PROFILE=thorough $(PYTHON) packaging/bootstrap.py test || failed=1; \
-	$(CAMPAIGN) tests.campaigns.soak --seconds 1800 || failed=1; \
+	$(CAMPAIGN) tests.campaigns soak --seconds 1800 || failed=1; \
 	$(CAMPAIGN) tests.campaigns hands --rounds 2000 || failed=1; \
 	$(CAMPAIGN) tests.campaigns commands --rounds 1500 || failed=1; \
 	$(CAMPAIGN) tests.campaigns walk --rounds 100 || failed=1; \

@@ -21,6 +21,7 @@ if os.environ.get("LC_ALL") in ("C", "POSIX"):
 
 import pytest
 from hypothesis import settings
+from hypothesis.database import DirectoryBasedExampleDatabase
 from pytestqt.qtbot import QtBot
 
 from app.text import i18n
@@ -55,8 +56,10 @@ odd_module.install()
 for wait in QtBot.waitUntil, QtBot.waitSignal:
     (wait.__kwdefaults__ or {})["timeout"] = round(PATIENCE_S * 1000)
 
-settings.register_profile("quick", max_examples=50, deadline=None, derandomize=True)
-settings.register_profile("thorough", max_examples=2000, deadline=None)
+# The quick one tries the same examples each time. The other one has new ones each time, and keeps what failed.
+KEPT = DirectoryBasedExampleDatabase(Path(__file__).parent.parent / "build" / "hypothesis")
+settings.register_profile("quick", max_examples=50, deadline=None, derandomize=True, database=None)
+settings.register_profile("thorough", max_examples=2000, deadline=None, database=KEPT, print_blob=True)
 settings.load_profile(os.environ.get("HYPOTHESIS_PROFILE", "quick"))
 
 

@@ -1,16 +1,11 @@
-"""`python -m tests.campaigns.soak`: the whole window, a stream, and all that can go wrong on a line.
-
-    python -m tests.campaigns.soak --seconds 1800
+"""The whole window, a stream, and all that can go wrong on a line, in real time.
 
 The module runs in another process. Faults, silences, restarts, unplugging and plugging in come at random; the window
-comes back each time by itself. In the end the line is honest, and then not one frame may be lost. Exit code 1 for an
-exception or an error in the log, a frame lost in the end, a thread that stays, memory that grows, or a window that does
-not come back.
+comes back each time by itself. In the end the line is honest, and then not one frame may be lost. Nothing may be in the
+log as an error, no thread stays, and memory does not grow.
 """
 
-import argparse
 import logging
-import os
 import random
 import statistics
 import sys
@@ -25,7 +20,6 @@ from app.engine.ports import PortInfo
 from app.engine.target import Target
 from app.engine.worker import PortState
 from tests.bench.kit import LIMIT_S, LoopWatch, Traffic, resident_mb, turn_for, turn_until, window_apart
-from tests.campaigns.confined import confined_home
 from tests.support.module_apart import ModuleApart, module_apart
 from ui.core.port_watcher import PortWatcher
 from ui.main import Assembly, WindowOptions, start
@@ -140,7 +134,7 @@ class Mistakes(logging.Handler):
         self.texts.append(logging.Formatter("%(name)s: %(message)s").format(record))
 
 
-def _run(seconds: float, seed: int) -> list[str]:
+def soak(seconds: float, seed: int) -> list[str]:
     before, mistakes = set(threading.enumerate()), Mistakes()
     with tempfile.TemporaryDirectory() as folder:
         link = Path(folder) / "module"
@@ -152,24 +146,7 @@ def _run(seconds: float, seed: int) -> list[str]:
         with module_apart(link, STREAM) as module, window_apart(options, PortWatcher(listed)) as assembly:
             start(assembly, options)
             turn_for(2.0)  # the pages are made
-            soak = Soak(assembly, module, seed)
-            soak.run(seconds)
+            soaked = Soak(assembly, module, seed)
+            soaked.run(seconds)
     left = [thread.name for thread in set(threading.enumerate()) - before]
-    return [*soak.complaints, *mistakes.texts, *(f"a thread stayed: {name}" for name in left)]
-
-
-def main() -> int:
-    parser = argparse.ArgumentParser(prog="python -m tests.campaigns.soak", description=__doc__.partition("\n")[0])
-    parser.add_argument("--seconds", type=float, default=60.0, help="(default: %(default)s)")
-    parser.add_argument("--seed", type=int, default=1, help="the same seed, the same troubles")
-    args = parser.parse_args()
-    if not os.environ.keys() & {"DISPLAY", "WAYLAND_DISPLAY"}:
-        os.environ.setdefault("QT_QPA_PLATFORM", "offscreen")
-    complaints = _run(args.seconds, args.seed)
-    print("\n".join(complaints) or "all as it should be")
-    return 1 if complaints else 0
-
-
-if __name__ == "__main__":
-    with confined_home():
-        sys.exit(main())
+    return [*soaked.complaints, *mistakes.texts, *(f"a thread stayed: {name}" for name in left)]

@@ -18,7 +18,7 @@ from app.sharing import Reader
 from protocol.catalogue import COMMANDS
 from tests.cli.test_schemas import faults
 from tests.module.line import Line, now
-from tests.module.module import ACTIVATION, OUTPUT, RECORDS, STATUS, Module
+from tests.module.module import ACTIVATION, BY_PWM, MOST_RECORDS, OUTPUT, RECORDS, STATUS, Module
 from tests.module.wire import FROM_HOST, with_sum
 from tests.support.patience import PATIENCE_S
 from tests.support.processes import PROGRAM, Running, ran, running
@@ -119,15 +119,19 @@ def test_lock_passes_at_once_and_is_told(shared: Shared) -> None:
 
 
 def test_lock_overtakes_a_question_that_is_being_answered(shared: Shared) -> None:
+    for _ in range(MOST_RECORDS):
+        shared.module.trigger(now(), BY_PWM)
+    shared.module.options.record_gap_s = 0.2
+    log = shared.module.log
     with shared.reader() as one, shared.reader() as other:
         ask(one, BOOTS_QUERY)
         other.sendall(RECORDS_QUERY)
-        while not (records := shared.module.log.got(RECORDS)):
+        while not log.sent(RECORDS):
             time.sleep(0.001)
         ask(one, LOCK)
-        (lock, *_) = shared.module.log.got(ACTIVATION)
-    # More records are waited for during half a second.
-    assert lock.at_s - records[0].at_s < 0.4
+        while len(log.sent(RECORDS)) < MOST_RECORDS:
+            time.sleep(0.01)
+    assert log.got(ACTIVATION)[0].at_s < log.sent(RECORDS)[-1].at_s
 
 
 def test_each_reader_gets_its_own_answers_and_all_get_the_stream(shared: Shared) -> None:
