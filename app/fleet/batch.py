@@ -161,6 +161,7 @@ class BatchRun:
             if status.active:
                 return Provisioned(message(marked("The module is ACTIVE: lock it first.")), boot_count)
             settings = {key: value for key, value in before.settings.values.items() if key != BOOT_COUNT.key}
+            # Without a serial number only these tell a new module from one that was provisioned before.
             for module in known:
                 is_same = all(module.settings.get(key) == value for key, value in settings.items())
                 was = module.boot_count
@@ -198,6 +199,7 @@ class BatchRun:
                 why = joined(filed.assessment.titles_against)
             elif remembered(facts, name) is not None:
                 why = message(TAKEN, module=name)
+        # A name is spent only on what is READY: the next module gets it otherwise.
         module = None if why else name
         if evidence.began_at is not None:
             keep_check(facts, filed if module else judge(replace(self.person, module=None), Past(module=None)))

@@ -95,6 +95,7 @@ class Card:
     @property
     def need(self) -> Need:
         """The most urgent thing for a person to do."""
+        # In this order: what may fire or has fired, then what cannot be known, then what a check said.
         held, state, phase = self.verdict, self.activation.state, self.link.phase
         verdict = None if held is None else held.verdict
         if self.conversation.reported[0] is True:

@@ -44,7 +44,7 @@ class CheckResult(Enum):
     FAIL = "fail"
     # Does not stand against GO.
     WARN = "warn"
-    # Counts as failed.
+    # Counts as failed: what nobody could read may be the one thing that is wrong.
     UNKNOWN = "unknown"
 
 
@@ -340,12 +340,14 @@ def _trigger_records(case: Case) -> Finding:
     limit, history = case.under_name(reviewed), evidence.history
     if history is None:
         return case.unread("trigger_records", limit)
+    # Before a brown-out while firing it may not have written its record.
     if evidence.may_have_fired:
         why = message(marked("may have fired before the restart"))
         return _unknown(why, limit, message(marked("Judge its records, then close the notice.")))
     if history.is_answered:
         new = (Counter(record.raw for record in history.all) - past.reviewed).total()
         shown = message(marked("{new} of {total} not reviewed"), new=new, total=len(history.all))
+        # Before the first GO nobody knows what these records are; after it a new one is a trigger in between.
         if new and not case.person.are_records_reviewed:
             return _judged(new, shown, limit, is_fine=False) if past.has_check else _unknown(shown, limit)
         if not history.is_confirmed:
@@ -415,6 +417,7 @@ def _fingerprint(case: Case) -> Finding:
     if case.profile.approved_fingerprint is None:
         limit = case.under_name(limit)
     code = case.settings_code
+    # Never a code of what is partly known: it would be approved and then never come again.
     if code is None:
         return case.unread(next(key for key in FINGERPRINT_KEYS if key not in case.evidence.values), limit)
     if code != approved and case.person.are_settings_approved:

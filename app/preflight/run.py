@@ -3,11 +3,8 @@
     20 heartbeats -> settings, who is there -> trigger records -> the two trigger flags, only when asked
                   -> cell, charge, light -> two seconds of status -> settings, who is there, once more
 
-The flags are known some seconds after they were set, because on some lines an answer comes twice
-(`protocol.stale_replies`). What decides is asked twice, because the 8-bit checksum lets some damaged frames pass: two
-answers that differ end the conversation. An interruption makes the check void, and that is the whole treatment of
-restarts, silences and exchanged modules. Nothing that the check sends activates, locks, fires, zeroes, shuts down or
-changes the rate.
+An interruption makes the check void, and that is the whole treatment of restarts, silences and exchanged modules.
+Nothing that the check sends activates, locks, fires, zeroes, shuts down or changes the rate.
 """
 
 import logging
@@ -88,6 +85,8 @@ def _collect(evidence: Evidence, begin: EngineView, *, is_enabling: bool, journa
         elif outcome.round_trip_s is not None:
             evidence.round_trips_s.append(outcome.round_trip_s)
 
+    # What decides is asked twice, here and at the end, because the 8-bit checksum lets some damaged frames pass: two
+    # answers that differ end the conversation.
     yield from step(1, marked("Settings"))
     evidence.first = yield from read_state()
     evidence.note_state(evidence.first)
@@ -106,6 +105,7 @@ def _collect(evidence: Evidence, begin: EngineView, *, is_enabling: bool, journa
             why = why_not_verified(written, report)
             evidence.flags[written.command.key] = TriggerFlag(True) if why is None else TriggerFlag(why=why)
 
+    # In turn, so that a charger that is plugged in meanwhile is seen in the round in which it changed the voltage.
     yield from step(4, marked("Cell voltage"))
     for command in SLOW * VALUE_ROUNDS:
         reading = yield from ask_value(command)
@@ -129,6 +129,7 @@ def _collect(evidence: Evidence, begin: EngineView, *, is_enabling: bool, journa
     if not has_stream and _streamed(after) - _streamed(before) > len(evidence.reports) / 2:
         evidence.is_answered_twice = True
 
+    # On some lines an answer comes twice (`protocol.stale_replies`): only by now a copy would have told.
     yield from await_flags_known(Report(5, STEPS, ""))
     yield from step(6, marked("Settings"))
     evidence.last = yield from read_state()

@@ -48,6 +48,7 @@ def verdict_named(name: object) -> Verdict:
 
 def verdict_of(*, is_fine: bool, is_active: bool | None) -> Verdict:
     """`is_fine`: no check or manual item stands against it. `is_active`: as last reported by the module."""
+    # Whether it fires has to be known: neither word is said of a module that does not report it.
     if not is_fine or is_active is None:
         return Verdict.NO_GO
     return Verdict.GO if is_active else Verdict.READY
@@ -180,6 +181,7 @@ def void_reason(assessment: Assessment, conversation: ConversationView, now: flo
     key = _changed(assessment, conversation, now)
     if key is not None:
         return changed(UserMessage(TITLES[key]))
+    # Also from the future: the clock that judges would be another one.
     return None if 0.0 <= now - evidence.ended_at <= VALID_FOR_S else TOO_OLD
 
 

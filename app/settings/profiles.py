@@ -278,6 +278,7 @@ def save_profile(path: Path, profile: Profile, *, source: Path | None = None) ->
     if source is not None:
         with suppress(OSError):
             before = _content(source).decode("utf-8-sig", "replace")
+    # Read again before it is written: what a person would find refused tomorrow is refused now.
     text = profile_text(profile, before.replace("\r\n", "\n"))
     parse_profile(text.encode())
     write_whole(path, (text.replace("\n", "\r\n") if "\r\n" in before else text).encode())

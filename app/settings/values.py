@@ -1,9 +1,4 @@
-"""Values of settings as typed and as shown, what the vendor says about them, and the checksum of all of them.
-
-It covers only the settings that can be read back: with the others (E8) the code of a module would depend on what was
-written in this session. It has eight characters without 0, O, 1 and I: seven of a hash and a check character, which
-detects any single wrong character and nearly all swapped neighbours.
-"""
+"""Values of settings as typed and as shown, what the vendor says about them, and the checksum of all of them."""
 
 from collections.abc import Mapping
 from decimal import Decimal, InvalidOperation
@@ -119,6 +114,9 @@ def advice_text(command: Command) -> str:
     return " · ".join(parts)
 
 
+# It covers only the settings that can be read back: with the others (E8) the code of a module would depend on what was
+# written in this session. Without 0, O, 1 and I, as it is read out over the radio: seven of a hash and a check
+# character, which detects any single wrong character and nearly all swapped neighbours.
 ALPHABET = "23456789ABCDEFGHJKLMNPQRSTUVWXYZ"
 HASHED_CHARACTERS = 7
 

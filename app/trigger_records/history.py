@@ -1,8 +1,4 @@
-"""Trigger records: the merged history of a module, records as sentences, what is kept of them, and the CSV file.
-
-A module keeps nine records. `merge` adds those on the module to those seen before. Records have no number, and two
-triggers may have equal bytes, so records are aligned and counted, never identified by their bytes alone.
-"""
+"""Trigger records: the merged history of a module, records as sentences, what is kept of them, and the CSV file."""
 
 from collections import Counter
 from collections.abc import Iterable, Mapping, Sequence
@@ -63,6 +59,10 @@ JUDGEMENT_WORDS = {
 
 
 # Merging
+
+
+# A module keeps nine records. They have no number, and two triggers may have equal bytes, so records are aligned and
+# counted, never identified by their bytes alone.
 
 
 class Merged(NamedTuple):

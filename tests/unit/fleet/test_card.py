@@ -26,15 +26,13 @@ from app.procedures.read import read_everything
 from app.procedures.write import WriteContext, write_all
 from app.safety.journal import Outcome
 from app.safety.last_known import Activation, SeenActivation
-from app.settings.form import Match
 from app.settings.profiles import ManualLine, Profile
-from app.text.i18n import CHINESE, ENGLISH, set_language
 from protocol.catalogue import BAUD_RATE, BY_NAME
 from protocol.events import Ended, EndReason
 from protocol.fields import Value
 from tests.support.journals import FakeJournal
 from tests.support.line.exchange import ExchangedRig
-from tests.support.line.sim_line import settled_rig
+from tests.support.line.sim_line import Rig, settled_rig
 from tests.support.records.preflight_rig import check
 
 NOW = 100.0
@@ -116,57 +114,37 @@ PROFILE = Profile(
 )
 
 
-def test_a_profile_is_compared_written_and_verified_on_each() -> None:
-    rigs = {
-        "a": settled_rig(),
-        "b": settled_rig(mute_codes=f"{BY_NAME['freefall_time'].code:02X}"),
-        "c": settled_rig(active=True),
-    }
-    results: dict[str, AppliedProfile] = {}
-    for port, rig in rigs.items():
-        rig.run(read_everything())
-        rows = differences(PROFILE, rig.conversation, rig.clock())
-        assert {row.command.key for row in rows} == PROFILE.settings.keys() - {BAUD_RATE.key}
-        assert {row.match for row in rows} <= {Match.DIFFERENT, Match.UNKNOWN}
-        results[port] = outcome_of(rig.run(write_all(changes_of(rows), WriteContext(journal=FakeJournal()))))
-    assert results["a"].state is Applied.ACKNOWLEDGED  # the trigger cannot be read back, and that is said
-    assert BY_NAME["attitude_trigger"].title in results["a"].sentence
-    assert results["b"].state is Applied.FAILED
-    assert results["c"].state is Applied.REFUSED  # active: nothing is written
-    set_language(CHINESE)
-    assert results["a"].sentence.startswith("未回读：")
-    assert results["c"].sentence == "模块已激活：请先锁定。"
-    set_language(ENGLISH)
-    line = result_line(results.items())
-    assert line.startswith("1 written: a · 1 refused: c (The module is ACTIVE")
-    assert " · 1 FAILED: b (" in line
-    rig = rigs["a"]
-    assert differences(PROFILE, rig.conversation, rig.clock()) == []
+def applied(rig: Rig, *, is_cancelled: bool = False) -> AppliedProfile:
+    """The profile written to a module that was read before."""
+    rig.run(read_everything())
+    rows = differences(PROFILE, rig.conversation, rig.clock())
+    assert {row.command.key for row in rows} == PROFILE.settings.keys() - {BAUD_RATE.key}
+    job = rig.job(write_all(changes_of(rows), WriteContext(journal=FakeJournal())))
+    rig.step_for(0.05)
+    if is_cancelled:
+        job.cancel()
+    rig.step_until(lambda: job.has_ended)
+    return outcome_of(job.outcome())
 
 
 @pytest.mark.promise("a")
-def test_a_profile_of_which_a_part_was_written_says_why_the_rest_is_unknown() -> None:
-    """Another module answers in the middle."""
-    for frame in (18, 24):
-        rig = ExchangedRig(frame)
-        rig.run(read_everything()) if frame > 20 else None
-        changes = changes_of(differences(PROFILE, rig.conversation, rig.clock()))
-        applied = outcome_of(rig.run(write_all(changes, WriteContext(journal=FakeJournal()))))
-        assert applied.state is Applied.FAILED
-        assert applied.sentence.startswith("The module was silent for a moment. Not verified: ")
-        assert rig.to_second == []
-
-
-def test_what_a_person_cancelled_is_never_fine() -> None:
-    rig = settled_rig()
-    changes = changes_of(differences(PROFILE, rig.conversation, rig.clock()))
-    job = rig.job(write_all(changes, WriteContext(journal=FakeJournal())))
-    rig.step_for(0.05)
-    job.cancel()
-    rig.step_until(lambda: job.has_ended)
-    found = outcome_of(job.outcome())
-    assert found.state is Applied.FAILED
-    assert found.sentence.startswith("Cancelled: the rest is unknown. Not verified: ")
-    set_language(CHINESE)
-    assert "未知" in found.sentence
-    set_language(ENGLISH)
+def test_a_profile_is_compared_written_and_verified_on_each_and_never_called_fine_otherwise() -> None:
+    sound = settled_rig()
+    results = {
+        "a": applied(sound),
+        "b": applied(settled_rig(mute_codes=f"{BY_NAME['freefall_time'].code:02X}")),
+        "c": applied(settled_rig(active=True)),
+        "d": applied(settled_rig(), is_cancelled=True),
+        "e": applied(exchanged := ExchangedRig(24)),  # another module answers in the middle
+    }
+    assert [one.state for one in results.values()] == [
+        *(Applied.ACKNOWLEDGED, Applied.FAILED, Applied.REFUSED, Applied.FAILED, Applied.FAILED),
+    ]
+    assert BY_NAME["attitude_trigger"].title in results["a"].sentence  # it cannot be read back, and that is said
+    assert results["d"].sentence.startswith("Cancelled: the rest is unknown. Not verified: ")
+    assert results["e"].sentence.startswith("The module was silent for a moment. Not verified: ")
+    assert exchanged.to_second == []
+    line = result_line(results.items())
+    assert line.startswith("1 written: a · 1 refused: c (The module is ACTIVE")
+    assert " · 3 FAILED: b (" in line
+    assert differences(PROFILE, sound.conversation, sound.clock()) == []

@@ -163,6 +163,14 @@ def test_an_interrupted_visit_is_not_counted_twice(facts: Facts) -> None:
     assert len(visit.new or ()) == 1
 
 
+def test_a_lossy_reading_removes_no_record(facts: Facts) -> None:
+    store, number = KeptTriggers(facts), "M-07"
+    life = [raw(boot, 5) for boot in range(4)]
+    for slots, is_confirmed in ((life, True), ([life[0], life[2]], False), (life, True)):
+        visit = store.store_visit(number, slots, port="p", boot_count=4, is_confirmed=is_confirmed)
+    assert [record.raw for record in visit.records] == life
+
+
 def test_modules_of_different_names_are_kept_apart(facts: Facts) -> None:
     store, one, other = KeptTriggers(facts), "M-07", "M-08"
     store.store_visit(one, [raw(1, 1)], port="p", boot_count=1, is_confirmed=True)
