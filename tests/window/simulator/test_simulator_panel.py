@@ -51,39 +51,17 @@ def type_into(qtbot: QtBot, box: QAbstractSpinBox | QLineEdit, text: str) -> Non
     qtbot.keyClick(box, Qt.Key.Key_Return)
 
 
-def test_tilt_by_slider_and_by_number(qtbot: QtBot, panel: SimulatorPanel, bench: SimulatedBench) -> None:
+def test_every_control_does_what_it_says(qtbot: QtBot, panel: SimulatorPanel, bench: SimulatedBench) -> None:
     panel.tilt.slider.setFocus()
     qtbot.keyClick(panel.tilt.slider, Qt.Key.Key_Right)
     assert bench.world.tilt_deg == 1
     type_into(qtbot, panel.tilt.box, "70")
-    assert bench.world.tilt_deg == 70
-    assert panel.tilt.slider.value() == 70
-
-
-def test_cell_voltage(qtbot: QtBot, panel: SimulatorPanel, bench: SimulatedBench) -> None:
+    assert (bench.world.tilt_deg, panel.tilt.slider.value()) == (70, 70)
     type_into(qtbot, panel.cell.box, "3.60")
     assert bench.world.cell_v == pytest.approx(3.6)
-
-
-def test_drop(qtbot: QtBot, panel: SimulatorPanel, bench: SimulatedBench, clock: FakeClock) -> None:
-    type_into(qtbot, panel.fall_height, "30")
-    click(qtbot, panel.drop)
-    assert bench.world.is_falling(bench.clock())
-    assert not panel.drop.isEnabled()
-    clock.now_s += 10
-    panel.refresh()
-    assert panel.drop.isEnabled()
-
-
-def test_bay_charger_and_wobble(qtbot: QtBot, panel: SimulatorPanel, bench: SimulatedBench) -> None:
     for box in (panel.bay, panel.charger, panel.lifelike):
         click(qtbot, box)
-    assert bench.world.bay_is_open
-    assert bench.world.has_external_power
-    assert bench.world.is_lifelike
-
-
-def test_restart_unplug_and_switch(qtbot: QtBot, panel: SimulatorPanel, bench: SimulatedBench) -> None:
+    assert (bench.world.bay_is_open, bench.world.has_external_power, bench.world.is_lifelike) == (True, True, True)
     click(qtbot, panel.restart)
     assert bench.module.memory.boot_count == 38
     click(qtbot, panel.unplugged)
@@ -97,38 +75,39 @@ def test_restart_unplug_and_switch(qtbot: QtBot, panel: SimulatorPanel, bench: S
     assert bench.module.is_on
 
 
+def test_drop(qtbot: QtBot, panel: SimulatorPanel, bench: SimulatedBench, clock: FakeClock) -> None:
+    type_into(qtbot, panel.fall_height, "30")
+    click(qtbot, panel.drop)
+    assert bench.world.is_falling(bench.clock())
+    assert not panel.drop.isEnabled()
+    clock.now_s += 10
+    panel.refresh()
+    assert panel.drop.isEnabled()
+
+
 def test_faults_of_the_line(qtbot: QtBot, panel: SimulatorPanel, bench: SimulatedBench) -> None:
     for name, box in panel.faults.items():
-        click(qtbot, box)
-        assert getattr(bench.module.setup, name)
-        click(qtbot, box)
-        assert not getattr(bench.module.setup, name)
-    bench.change(mute=True)
-    panel.refresh()
-    assert panel.faults["mute"].isChecked()
+        for is_on in (True, False):
+            click(qtbot, box)
+            assert bool(getattr(bench.module.setup, name)) is is_on
 
 
 def test_the_pwm_input_fires_an_active_module(qtbot: QtBot, panel: SimulatorPanel, bench: SimulatedBench) -> None:
-    click(qtbot, panel.trigger)
-    assert not bench.module.is_triggered
-    bench.module.activate(is_active=True)
-    click(qtbot, panel.trigger)
-    assert bench.module.is_triggered
+    for is_active in (False, True):
+        bench.module.activate(is_active=is_active)
+        click(qtbot, panel.trigger)
+        assert bench.module.is_triggered is is_active
 
 
-def test_it_follows_what_happens_to_the_module(qtbot: QtBot, panel: SimulatorPanel, bench: SimulatedBench) -> None:
-    bench.set_world(tilt_deg=33)
-    bench.set_world(bay_is_open=True)
-    qtbot.waitUntil(lambda: panel.tilt.value == 33 and panel.bay.isChecked())
-    assert bench.world.tilt_deg == 33
-
-
-def test_it_does_not_change_a_number_under_the_fingers(panel: SimulatorPanel, bench: SimulatedBench) -> None:
+def test_it_follows_what_happens_but_not_under_the_fingers(
+    qtbot: QtBot, panel: SimulatorPanel, bench: SimulatedBench
+) -> None:
     panel.cell.box.setFocus()
     before = panel.cell.value
-    bench.set_world(cell_v=3.2)
-    panel.refresh()
-    assert panel.cell.value == before
+    bench.set_world(tilt_deg=33, bay_is_open=True, cell_v=3.2)
+    bench.change(mute=True)
+    qtbot.waitUntil(lambda: panel.tilt.value == 33 and panel.bay.isChecked())
+    assert (panel.faults["mute"].isChecked(), panel.cell.value, bench.world.tilt_deg) == (True, before, 33)
     panel.drop.setFocus()
     panel.refresh()
     assert panel.cell.value == pytest.approx(3.2)
@@ -137,5 +116,4 @@ def test_it_does_not_change_a_number_under_the_fingers(panel: SimulatorPanel, be
 def test_without_a_module_it_says_so_and_is_off(qtbot: QtBot) -> None:
     panel = SimulatorPanel()
     qtbot.addWidget(panel)
-    assert not panel.tilt.isEnabled()
-    assert panel.summary.text() == "No simulated module"
+    assert (panel.tilt.isEnabled(), panel.summary.text()) == (False, "No simulated module")
