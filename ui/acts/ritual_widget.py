@@ -12,7 +12,7 @@ from itertools import pairwise
 from types import TracebackType
 from typing import Final
 
-from PySide6.QtCore import QEvent, QObject, QRectF, QSize, Qt, QTimer, Signal
+from PySide6.QtCore import QEvent, QObject, QRectF, Qt, QTimer, Signal
 from PySide6.QtGui import QColor, QFontMetrics, QHideEvent, QKeyEvent, QMouseEvent, QPainterPath, QPaintEvent
 from PySide6.QtWidgets import QFrame, QGridLayout, QLabel, QProgressBar, QStackedLayout, QStyle, QStylePainter, QWidget
 
@@ -59,8 +59,6 @@ _ENDED: Final = {
     Input.CONDITION_OPENED: marked("a condition is not met"),
     Input.FAILED: marked("program error"),
 }
-# Large enough for a gloved finger.
-_HOLD_SIZE: Final = QSize(180, 44)
 _Hook = Callable[[type[BaseException], BaseException, TracebackType | None], object]
 
 
@@ -72,13 +70,10 @@ class HoldButton(StepButton):
     hold_started = Signal()
     hold_ended = Signal()
 
-    def __init__(self, *texts: str) -> None:
-        """With room for the longest of these texts, so that the size never changes."""
+    def __init__(self) -> None:
         super().__init__()
         self._share = 0.0
         self._held_by_key = False
-        self._texts = texts
-        self.setProperty("role", "danger")
         self.setFocusPolicy(Qt.FocusPolicy.StrongFocus)
 
     def show_share(self, share: float) -> None:
@@ -96,15 +91,6 @@ class HoldButton(StepButton):
         super().cancel_press()
         if was_held:
             self.hold_ended.emit()
-
-    def sizeHint(self) -> QSize:
-        hint, metrics = super().sizeHint(), self.fontMetrics()
-        longest = max(map(metrics.horizontalAdvance, self._texts), default=0)
-        width = hint.width() - metrics.horizontalAdvance(self.text()) + longest
-        return QSize(width, 0).expandedTo(_HOLD_SIZE).expandedTo(hint)
-
-    def minimumSizeHint(self) -> QSize:
-        return self.sizeHint()
 
     def mousePressEvent(self, event: QMouseEvent) -> None:
         event.accept()
@@ -239,31 +225,24 @@ class RitualWidget(QFrame):
         self.countdown = control(QProgressBar(), "ritual_countdown", says=tr("Disarms in"))
         self.countdown.setTextVisible(False)
         self.countdown.setRange(0, round(ARMED_FOR_S * 1000))
-        self.choose = control(
-            StepButton(tr("Deploy…")),
-            "ritual_choose",
-            role="danger",
-            slot=partial(self._choose, is_rehearsal=False),
-            tip=tr("Arm, then hold for two seconds. Letting go, Esc or leaving the page sends nothing."),
-        )
-        self.rehearse = control(
-            StepButton(tr("Rehearse…")),
-            "ritual_rehearse",
-            tip=tr("Nothing is sent."),
-            slot=partial(self._choose, is_rehearsal=True),
-        )
+        tip = tr("Arm, then hold for two seconds. Letting go, Esc or leaving the page sends nothing.")
+        self.choose = control(StepButton(tr("Deploy…")), "ritual_choose", role="danger", tip=tip)
+        self.choose.chosen.connect(partial(self._choose, is_rehearsal=False))
+        self.rehearse = control(StepButton(tr("Rehearse…")), "ritual_rehearse", tip=tr("Nothing is sent."))
+        self.rehearse.chosen.connect(partial(self._choose, is_rehearsal=True))
         self.arm = control(StepButton(tr("Arm for 10 s")), "ritual_arm", role="danger", slot=self._arm)
-        hold = HoldButton(tr("Hold to DEPLOY"), tr("Hold to rehearse"))
-        self.hold = control(hold, "ritual_hold", tip=tr("Mouse or space bar"))
+        self.hold = control(HoldButton(), "ritual_hold", role="danger", tip=tr("Mouse or space bar"))
+        # Large enough for a gloved finger, and for either text.
+        self.hold.setMinimumSize(180, 44)
+        for text in (tr("Hold to rehearse"), tr("Hold to DEPLOY")):
+            self.hold.setText(text)
+            self.hold.ensurePolished()
+            self.hold.setMinimumSize(self.hold.minimumSize().expandedTo(self.hold.sizeHint()))
         self.hold.hold_started.connect(self._press)
         self.hold.hold_ended.connect(self._release)
-        self.cancel = control(
-            StepButton(tr("Cancel"), is_safe=True),
-            "ritual_cancel",
-            tip=tr("Nothing is sent."),
-            key="Esc",
-            slot=partial(self.disarm, Input.CANCEL),
-        )
+        cancel = StepButton(tr("Cancel"), is_safe=True)
+        self.cancel = control(cancel, "ritual_cancel", tip=tr("Nothing is sent."), key="Esc")
+        self.cancel.chosen.connect(partial(self.disarm, Input.CANCEL))
         self.notice_bar = named(NoticeBar(), "ritual_said")
         self._ports.changed.connect(self._watch)
         self._ports.shown.connect(self._on_another_module)

@@ -51,9 +51,8 @@ class FleetPage(Page):
             changed.connect(self._timer.refresh_seen)
 
     def _lay_out(self) -> None:
-        self.lock_all = control(
-            QPushButton(tr("LOCK ALL")), "fleet_lock_all", picture=Icon.LOCK, role="primary", slot=self._lock_all
-        )
+        self.lock_all = control(QPushButton(tr("LOCK ALL")), "fleet_lock_all", picture=Icon.LOCK, role="primary")
+        self.lock_all.clicked.connect(self._lock_all)
         self.summary = text_label("fleet_summary", "strong")
         head = self.make_header(tr("Fleet"), self.lock_all)
         head.row.insertWidget(1, self.summary, 3)
@@ -65,13 +64,11 @@ class FleetPage(Page):
         self.board.addActions([self.show_marked, self.disconnect_marked])
         self.add = AddPort(self.members, self._ports.watcher.refresh)
         self.check = control(QPushButton(tr("Check selected")), "fleet_check", picture=Icon.CHECKLIST, slot=self._check)
-        self.open_profile = control(
-            QPushButton(tr("Profile…")), "fleet_profile", picture=Icon.SETTINGS, slot=self._choose_profile
-        )
+        self.open_profile = control(QPushButton(tr("Profile…")), "fleet_profile", picture=Icon.SETTINGS)
+        self.open_profile.clicked.connect(self._choose_profile)
         self.empty = EmptyState("fleet_empty", Icon.FLEET, tr("Not connected"), tr("Add the port of each module."))
-        self.first = control(
-            QPushButton(tr("Connect all ports")), "fleet_connect_all", role="primary", slot=self.members.connect_all
-        )
+        self.first = control(QPushButton(tr("Connect all ports")), "fleet_connect_all", role="primary")
+        self.first.clicked.connect(self.members.connect_all)
         self.empty.column.insertWidget(4, self.first, 0, Qt.AlignmentFlag.AlignHCenter)
         self.notice_bar = named(NoticeBar(), "fleet_said")
         connected = QWidget()

@@ -74,22 +74,11 @@ class LivePage(Page):
         # In the header, where room is kept for it: the plots never move.
         self.strip = named(NoticeBar(is_foot=True), "live_notice")
         retain_size(self.strip)
-        self.csv = control(
-            QToolButton(),
-            "live_save_csv",
-            says=tr("Save values…"),
-            keys="Ctrl+S",
-            picture=Icon.TABLE,
-            slot=self._save_values,
-        )
-        self.png = control(
-            QToolButton(),
-            "live_save_png",
-            says=tr("Save picture…"),
-            keys="Ctrl+Shift+S",
-            picture=Icon.CAMERA,
-            slot=self._save_picture,
-        )
+        self.csv = control(QToolButton(), "live_save_csv", says=tr("Save values…"), keys="Ctrl+S", picture=Icon.TABLE)
+        self.csv.clicked.connect(self._save_values)
+        says = tr("Save picture…")
+        self.png = control(QToolButton(), "live_save_png", says=says, keys="Ctrl+Shift+S", picture=Icon.CAMERA)
+        self.png.clicked.connect(self._save_picture)
         self.saving, self.exporting = self.csv, self.png
         self._lay_out()
         Shortcut(self.plot.pause, "Ctrl+P", self.plot.time_range.toggle_pause, holder=self._content)
@@ -115,14 +104,9 @@ class LivePage(Page):
                 "3. Pre-flight: before each flight, until it says GO."
             )
         )
-        self.choose = control(
-            QPushButton(tr("Choose a port…")),
-            "live_choose_port",
-            key="Ctrl+K",
-            picture=Icon.PLUG,
-            role="primary",
-            slot=self.ports_wanted,
-        )
+        choose = QPushButton(tr("Choose a port…"))
+        self.choose = control(choose, "live_choose_port", key="Ctrl+K", picture=Icon.PLUG, role="primary")
+        self.choose.clicked.connect(self.ports_wanted)
         retain_size(self.choose)
         self.empty.column.insertLayout(4, in_row(1, (self._way, 6), 1, margins=Space.S))
         self.empty.column.insertLayout(5, in_row(1, self.choose, 1))

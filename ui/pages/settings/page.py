@@ -86,14 +86,9 @@ class SettingsPage(Page):
         self.as_found = header.add_rare(
             "settings_as_found", tr("Restore initial"), lambda: self.work.fill(self.module.as_found or {})
         )
-        self.measure = control(
-            QToolButton(),
-            "light_threshold_measure",
-            text=tr("Measure"),
-            says=tr("Measure the light threshold"),
-            role="narrow",
-            slot=self._measure,
-        )
+        says = tr("Measure the light threshold")
+        self.measure = control(QToolButton(), "light_threshold_measure", text=tr("Measure"), says=says, role="narrow")
+        self.measure.clicked.connect(self._measure)
         # In the place of the default, which the light threshold does not have.
         self.rows[_LIGHT].buttons.insertWidget(1, self.measure)
         self.open = control(QPushButton(tr("Open…")), "profile_open", keys="Ctrl+O", slot=self._choose_and_open)
@@ -108,10 +103,10 @@ class SettingsPage(Page):
         self.write = control(
             QPushButton(tr("Write")),
             "settings_write",
-            tip=tr("Write and verify"),
             picture=Icon.DROP,
-            keys="Ctrl+Return; Ctrl+Enter",
             role="primary",
+            tip=tr("Write and verify"),
+            keys="Ctrl+Return; Ctrl+Enter",
             slot=self._write,
         )
         profile = (named(QLabel(tr("Profile")), "profile_title_label", "small"), self.open, self.save)

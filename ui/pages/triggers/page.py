@@ -155,9 +155,8 @@ class TriggersPage(Page):
         self.list = SearchedRows("triggers", self.table, Icon.HISTORY)
         self.read = control(QPushButton(tr("Read")), "triggers_read", keys="F5", picture=Icon.HISTORY, role="primary")
         self.read.clicked.connect(lambda _is_checked: self.work.read())
-        self.export = control(
-            QPushButton(tr("Export…")), "triggers_export", keys="Ctrl+S", picture=Icon.SAVE, slot=self._export
-        )
+        self.export = control(QPushButton(tr("Export…")), "triggers_export", keys="Ctrl+S", picture=Icon.SAVE)
+        self.export.clicked.connect(self._export)
         self.saving = self.exporting = self.export
         head = self.make_header(tr("Triggers"), self.list.search, self.read)
         says = in_row((self.count, 1), self.name_field, spacing=Space.M)
@@ -278,13 +277,9 @@ class TriggersDetail(QFrame):
         judging, columns = QGridLayout(), 3 if is_text_large() else len(Judgement) + 1
         for number, judgement in enumerate((None, *Judgement)):
             name = "none" if judgement is None else judgement.name.lower()
-            button = self.buttons[judgement] = control(
-                QToolButton(),
-                f"triggers_judge_{name}",
-                text=tr("not reviewed") if judgement is None else tr(JUDGEMENT_WORDS[judgement]),
-                role="choice",
-                is_checkable=True,
-            )
+            text = tr("not reviewed") if judgement is None else tr(JUDGEMENT_WORDS[judgement])
+            button = control(QToolButton(), f"triggers_judge_{name}", text=text, role="choice", is_checkable=True)
+            self.buttons[judgement] = button
             button.clicked.connect(partial(self._judge, judgement))
             judging.addWidget(button, number // columns, number % columns)
         self.note = control(QLineEdit(), "triggers_note", says=tr("Note"), tip=tr("Note"))
