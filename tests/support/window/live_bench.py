@@ -13,7 +13,6 @@ from protocol.fields import Value
 from tests.support.window.fake_ports import VALUES, FakePorts, FakeWorker, fake_services, show_alone
 from tests.support.window.steps import Driver
 from ui.pages.live.page import LivePage
-from ui.services.context import Services
 from ui.session.ports import Ports
 
 OPEN = Connection(PortState.OPEN, "/dev/ttyUSB0", 115200)
@@ -33,8 +32,6 @@ class Bench(Driver):
     qtbot: QtBot
     page: LivePage
     ports: FakePorts
-    services: Services
-    stream_hz: float = 50.0
 
     @property
     def connector(self) -> Ports:
@@ -57,25 +54,17 @@ class Bench(Driver):
         return self.page
 
     def say(self, *samples: StatusSample, is_streaming: bool = True, leave_out: str = "", **values: Value) -> None:
-        """Hand over a batch with these values, and wait until the page shows it; see `hand_over`."""
-        taken = len(self.page.data.tilt)
-        self.hand_over(*samples, is_streaming=is_streaming, leave_out=leave_out, **values)
-        self.qtbot.waitUntil(lambda: len(self.page.data.tilt) > taken)
-        self.page.refresh()
-        self.page.draw()
-
-    def hand_over(
-        self, *samples: StatusSample, is_streaming: bool = True, leave_out: str = "", **values: Value
-    ) -> None:
-        """Hand over a batch with these values, and with a sample of them unless samples are given."""
+        """Hand over a batch with these values, and a sample of them unless samples are given; the page shows it."""
         known = {key: value for key, value in (KNOWN | values).items() if key != leave_out}
-        worker = self.worker
+        worker, taken = self.worker, len(self.page.data.tilt)
         worker.connection, worker.number, worker.ended = OPEN, max(1, worker.number), None
         worker.values = {key: Known(value, How.READ, self.now_s) for key, value in known.items()}
-        worker.stream_hz = self.stream_hz if is_streaming else 0.0
+        worker.stream_hz = 50.0 if is_streaming else 0.0
         state = known.get("triggered") is True, known.get("active") is True
         one = StatusSample(self.now_s, int(known["tilt_deg"]), float(known["acceleration_g"]), *state)
         worker.hand_over(samples=samples or (one,))
+        self.qtbot.waitUntil(lambda: len(self.page.data.tilt) > taken)
+        self.pass_time(0.0)
 
     def pass_time(self, seconds: float) -> None:
         self.now_s += seconds
@@ -89,6 +78,6 @@ def live_bench(qtbot: QtBot, qapp: QApplication) -> Iterator[Bench]:
     with fake_services(qapp) as (ports, services):
         page = LivePage(services)
         show_alone(qtbot, services, page, 876, 500)
-        yield Bench(qtbot, page, ports, services)
+        yield Bench(qtbot, page, ports)
         qtbot.waitUntil(lambda: not page.job.is_writing)
         page.hide()

@@ -58,13 +58,7 @@ class Desk(Rig):
         """Return the value that the module holds, in the field's unit."""
         command = BY_NAME[name]
         assert command.write is not None
-        match name:
-            case "attitude_trigger":
-                return self.bench.module.state.attitude_is_enabled
-            case "freefall_trigger":
-                return self.bench.module.state.freefall_is_enabled
-            case _:
-                return command.write.decode(getattr(self.bench.module.memory, name))
+        return command.write.decode(getattr(self.bench.module.memory, name))
 
     def go_to(self, key: str) -> None:
         self.assembly.window.go_to(key)
