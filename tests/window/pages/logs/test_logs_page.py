@@ -1,10 +1,11 @@
-"""The Logs page: reading, sides, map, proposal, use of thresholds, one log."""
+"""The Logs page: reading, sides, map, proposal, use of thresholds, one log; recordings shown, exported, deleted."""
 
 import threading
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
+from shutil import copyfile
 
 import numpy as np
 import pytest
@@ -12,44 +13,67 @@ from PySide6.QtCore import QPoint, QPointF, Qt
 from PySide6.QtWidgets import QApplication
 from pytestqt.qtbot import QtBot
 
+import app.__main__ as program
 from app.flights.flight_log import FlightLog
 from app.flights.judge import TriggerLimits
 from app.flights.judging import FlightGroup, summarise
 from app.flights.read_log import SummarisedLog
+from app.recordings.library import recordings_folder
+from app.text.i18n import CHINESE
+from tests.files.recordings.test_damage import chunks_in
+from tests.support.cli_line import Printed
 from tests.support.flights.made_flights import crash, made_flight, ordinary_flight, write_csv, write_logs
-from tests.support.window.fakes_ui import page_entries, window
-from tests.support.window.steps import await_child, drop, given, let_lay_out, notice_text, press
-from ui.main import Assembly
+from tests.support.records.recordings_made import HEADING, NOON, batch, recorder_in, report, talk
+from tests.support.window.controls import moved, places
+from tests.support.window.cut_off import cut_off
+from tests.support.window.fake_ports import fake_services, show_alone
+from tests.support.window.fakes_ui import WAIT_MS, connect, page_entries, simulated, window
+from tests.support.window.steps import Driver, await_child, choosing, given, let_lay_out, notice_text, press
+from tests.support.window.walk import SMALL_SCREEN
+from ui.main import WindowOptions
+from ui.pages.live.page import LivePage
 from ui.pages.logs import work as work_module
 from ui.pages.logs.page import LogsPage
 from ui.pages.logs.rows import LogColumn
 from ui.pages.logs.work import LogFile, LogRow
+from ui.plots.lanes import Span
+from ui.services.storage import Storage
+from ui.style.theme import Choice, Meaning
 
+pytest_plugins = ["tests.support.cli_fixtures"]
 UNSORTED, MUST_NOT, MUST = FlightGroup
 
 
 @dataclass
-class Desk:
+class Desk(Driver):
+    """The page without a main window or a port."""
+
     qtbot: QtBot
-    assembly: Assembly
+    storage: Storage
     page: LogsPage
+
+    @property
+    def root(self) -> LogsPage:
+        return self.page
 
     def add(self, *logs: FlightLog, group: FlightGroup = MUST_NOT) -> None:
         """Adds flights as if they had been read."""
         self.page.work.logs |= {log.name: LogFile(log.name, flight=summarise(log)) for log in logs}
         self.page.work.move([one.name for one in logs], group)
-        self.wait_proposal()
+        self.wait_read()
 
     def open(self, *paths: Path) -> None:
         self.page.open_files(paths)
         self.wait_read()
 
-    def wait_proposal(self) -> None:
-        self.qtbot.waitUntil(lambda: not self.page.work.proposing.is_running)
-
     def wait_read(self) -> None:
-        self.qtbot.waitUntil(lambda: not self.page.work.task.is_running)
-        self.wait_proposal()
+        work = self.page.work
+        self.until(lambda: not work.task.is_running and not work.proposing.is_running)
+
+    def list_again(self, count: int) -> None:
+        """Refresh the list of recordings; wait until there are `count` rows and nothing reads it any more."""
+        self.page.work.list_again()
+        self.until(lambda: self.page.table.filter.rowCount() == count and not self.page.work.listing.is_running)
 
     def rows(self) -> tuple[LogRow, ...]:
         return self.page.table.filter.shown()
@@ -64,10 +88,10 @@ class Desk:
     def key(self, key: Qt.Key) -> None:
         self.qtbot.keyClick(self.page.table, key)
 
-    def answers(self) -> dict[str, str]:
+    def texts(self, column: LogColumn) -> dict[str, str]:
+        """By the name of the row."""
         shown = self.page.table.filter
-        places = range(shown.rowCount())
-        return {shown.row_at(row).name: str(shown.index(row, LogColumn.ANSWER).data()) for row in places}
+        return {shown.row_at(row).name: str(shown.index(row, column).data()) for row in range(shown.rowCount())}
 
     def notice(self) -> str:
         return notice_text(self.page.strip)
@@ -77,16 +101,24 @@ class Desk:
 
 
 @contextmanager
-def opened(qtbot: QtBot, qapp: QApplication, folder: Path) -> Iterator[Desk]:
-    with window(qapp, folder, entries=page_entries("logs")) as assembly:
-        page = await_child(qtbot, assembly.window, LogsPage)
-        assembly.window.panel.hide()
-        yield Desk(qtbot, assembly, page)
+def desk_in(qtbot: QtBot, qapp: QApplication, folder: Path, *recordings: Path) -> Iterator[Desk]:
+    storage = Storage(folder)
+    with fake_services(qapp, storage) as (_, services):
+        storage.library.folder.mkdir(parents=True)
+        for path in recordings:
+            copyfile(path, storage.library.folder / path.name)
+        page = LogsPage(services)
+        page.show_module(services.ports.module)
+        show_alone(qtbot, services, page, 876, 500)
+        desk = Desk(qtbot, storage, page)
+        desk.list_again(len(recordings))
+        yield desk
+        page.hide()
 
 
 @pytest.fixture
 def desk(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> Iterator[Desk]:
-    with opened(qtbot, qapp, tmp_path) as one:
+    with desk_in(qtbot, qapp, tmp_path / "data") as one:
         yield one
 
 
@@ -134,25 +166,20 @@ def test_a_folder_is_read_and_a_table_asks_for_its_columns_in_one_line(desk: Des
     assert desk.notice() == ""
 
 
-def test_each_dropped_file_that_cannot_be_read_is_named_and_nothing_is_proposed_without_it(
-    desk: Desk, tmp_path: Path
-) -> None:
+def test_each_file_that_cannot_be_read_is_named_and_nothing_is_proposed_without_it(desk: Desk, tmp_path: Path) -> None:
     single = write_csv(tmp_path / "single.csv", tilted("", 20))
     (tmp_path / "race.bbl").write_bytes(b"H Product:Blackbox flight data recorder\n")
     (tmp_path / "page.ulg").write_bytes(b"<html><body>not found</body></html>")
-    desk.assembly.window.panel.show()
-    assert drop(desk.assembly.window, single, tmp_path / "race.bbl", tmp_path / "page.ulg")
-    desk.wait_read()
-    assert desk.page.isVisible()
+    desk.open(single, tmp_path / "race.bbl", tmp_path / "page.ulg")
     assert "2 of 3 not read." in desk.notice()
     assert "race.bbl: This is a Betaflight or INAV blackbox log" in desk.notice()
     assert "page.ulg: This is a web page" in desk.notice()
     desk.page.work.move([str(single)], MUST_NOT)
-    desk.wait_proposal()
+    desk.wait_read()
     assert desk.said() == "No proposal: 2 of 3 not read"
     desk.choose(str(tmp_path / "race.bbl"), str(tmp_path / "page.ulg"))
     desk.key(Qt.Key.Key_Delete)
-    desk.wait_proposal()
+    desk.wait_read()
     assert desk.said() == "The vendor's defaults hold: they fire in 0 of 1"
 
 
@@ -204,7 +231,7 @@ def test_logs_change_sides_by_button_and_key(desk: Desk) -> None:
     assert (desk.on(UNSORTED), desk.on(MUST)) == (["b"], ["a"])
     desk.key(Qt.Key.Key_Delete)
     assert [row.name for row in desk.rows()] == ["a"]
-    desk.wait_proposal()
+    desk.wait_read()
 
 
 def test_logs_of_one_side_propose_nothing(desk: Desk) -> None:
@@ -216,7 +243,7 @@ def test_logs_of_one_side_propose_nothing(desk: Desk) -> None:
     assert not proposal.take.isEnabled()
     work.move(["calm"], UNSORTED)
     work.move(["crash"], MUST)
-    desk.wait_proposal()
+    desk.wait_read()
     assert desk.said() == "The vendor's defaults fire in all 1"
     desk.add(tilted("rolls", 120))
     assert desk.said() == "No thresholds separate the sides"
@@ -259,7 +286,7 @@ def test_map_and_list_follow_a_threshold(desk: Desk) -> None:
     assert not page.proposal.use.isEnabled()
     desk.qtbot.keyClick(page.thresholds.tilt.box, Qt.Key.Key_Backspace)
     assert page.counts.text() == "Must not fire: 1 of 2 fire"
-    assert desk.answers() == {"calm": "no", "turn": "2.0 s"}
+    assert desk.texts(LogColumn.ANSWER) == {"calm": "no", "turn": "2.0 s"}
     let_lay_out(page)
     assert "1 of 2" in page.map.accessibleName()
     assert "45°" in page.map.accessibleName()
@@ -299,7 +326,7 @@ def test_each_answer_has_its_word(desk: Desk) -> None:
     desk.add(late, tilted("flies on", 20), group=MUST)
     desk.add(unknown, tilted("calm", 20), tilted("steep", 80))
     words = {"late": "too late", "flies on": "no", "tilt only": "not judged", "calm": "no", "steep": "2.0 s"}
-    assert desk.answers() == words
+    assert desk.texts(LogColumn.ANSWER) == words
     assert desk.page.counts.text() == "Must not fire: 1 of 3 fire · Must fire: 0 of 2 fire in time"
 
 
@@ -345,3 +372,202 @@ def test_thresholds_go_to_settings_as_edits(desk: Desk) -> None:
         {"attitude_threshold_deg": 62, "freefall_acceleration_g": 0.4, "freefall_time_s": 1.25},
     ]
     assert wanted == ["settings"]
+
+
+# Recordings
+
+
+SECONDS = 120
+
+
+def record(folder: Path, *, module: str = "Left wing", seconds: int = SECONDS) -> Path:
+    """Record ten reports a second, tipped over for one second in the middle while active; return the folder."""
+    with recorder_in(folder) as bench:
+        bench.recorder.begin(*HEADING)
+        bench.name(module)
+        for second in range(seconds):
+            start_s = 1000.0 + second
+            is_tipped = second == seconds // 2
+            samples = [
+                report(start_s + n / 10, 75 if is_tipped else 10, triggered=is_tipped, active=second >= 30)
+                for n in range(10)
+            ]
+            view = talk(start_s, cell_voltage_v=3.9, light_v=0.4, attitude_threshold_deg=60, light_threshold_v=1.8)
+            bench.recorder.on_batch(batch(start_s + 0.95, *samples, view=view))
+        bench.settle()  # it reads the clock, which moves on next
+        bench.clock.now_s += seconds
+        bench.recorder.end()
+        bench.settle()
+        return bench.path
+
+
+@pytest.fixture(scope="module")
+def template(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Recorded once."""
+    return record(tmp_path_factory.mktemp("template"))
+
+
+@pytest.fixture
+def one(qtbot: QtBot, qapp: QApplication, tmp_path: Path, template: Path) -> Iterator[Desk]:
+    """With a single recording."""
+    with desk_in(qtbot, qapp, tmp_path / "data", template) as desk:
+        yield desk
+
+
+def test_it_is_listed_and_searched_and_judged_on_a_side(one: Desk) -> None:
+    record(one.storage.library.folder, module="", seconds=20)
+    one.list_again(2)
+    assert sorted(one.texts(LogColumn.NAME).values()) == ["Left wing", "ttyUSB0"]
+    assert all(f"{NOON.astimezone():%m-%d %H:%M}" in text for text in one.texts(LogColumn.WHEN).values())
+    one.page.table.selectAll()
+    one.page.table.setFocus()
+    one.qtbot.keyClick(one.page.table, Qt.Key.Key_M)
+    one.until(lambda: one.page.counts.text() == "Must fire: 2 of 2 fire in time")
+    assert sorted(one.texts(LogColumn.ANSWER).values()) == ["10.0 s", "1:00.0"]
+    assert one.notice() == ""
+    one.page.list.search.setText("left WING")
+    assert [*one.texts(LogColumn.NAME).values()] == ["Left wing"]
+    one.page.list.search.setText("nothing like it")
+    assert one.page.list.no_match.isVisible()
+
+
+def test_one_that_cannot_be_read_is_listed_with_its_reason_and_hinders_no_proposal(one: Desk) -> None:
+    broken = record(one.storage.library.folder, seconds=2)
+    broken.write_bytes(bytes(8) + broken.read_bytes()[8:])
+    one.list_again(2)
+    row = next(row for row in one.page.work.rows() if row.name == str(broken))
+    assert one.page.work.unread() == []
+    one.page.open_row(row)
+    one.until(lambda: f"{broken.name} cannot be read" in one.page.view.verdict.text())
+    assert one.page.view.plot is None
+
+
+# One recording
+
+
+def test_it_is_shown_whole_with_what_the_module_had(one: Desk) -> None:
+    page, view = one.page, one.page.view
+    page.open_row(page.work.rows()[0])
+    one.until(lambda: view.plot is not None)
+    plot = given(view.plot)
+    assert view.name.text() == "Left wing"
+    assert view.verdict.text() == "Fires at 1:00.0: attitude"
+    assert "ttyUSB0" in view.details.text()
+    assert "On the module: 60°" in view.details.text()
+    assert [lane.lane.title for lane in plot.canvas.lanes] == ["Tilt", "Acceleration", "Light", "Cell voltage"]
+    marks = {mark.word: mark.time_s for mark in plot.canvas.marks}
+    assert marks.keys() >= {"connected", "named", "activated", "triggered", "trigger ended"}
+    assert marks["fires"] == pytest.approx(1060.0)
+    plot.time_range.show_instant(1060.5)
+    for value in ("75°", "0.4 V", "3.90 V", f"{NOON.astimezone():%H}:01:00.5"):
+        assert value in plot.reading
+    plot.time_range.back_to_live()
+    assert plot.time_range.span == pytest.approx(Span(1000.0, 1120.0), abs=1.0)
+
+
+def test_opened_with_the_program_it_is_shown_while_a_module_goes_on(
+    qtbot: QtBot, qapp: QApplication, tmp_path: Path, template: Path
+) -> None:
+    """From a folder of somebody else's, on a small screen; Live stays live, and LOCK works."""
+    options = WindowOptions(language=CHINESE)
+    with (
+        simulated("beside", tilt=33),
+        window(qapp, tmp_path, entries=page_entries("live", "logs"), options=options) as assembly,
+    ):
+        main = assembly.window
+        assembly.appearance.choose(Choice.SUNLIGHT)
+        main.resize(SMALL_SCREEN)
+        live, page = await_child(qtbot, main, LivePage), await_child(qtbot, main, LogsPage)
+        connect(qtbot, assembly, "sim://beside")
+        qtbot.waitUntil(lambda: live.data.has_samples)
+        main.files.open(template)
+        qtbot.waitUntil(lambda: page.view.plot is not None, timeout=WAIT_MS)
+        let_lay_out(page)
+        assert not cut_off(page.view)
+        count = len(live.data.tilt)
+        qtbot.waitUntil(lambda: len(live.data.tilt) > count + 3)
+        assert main.top_bar.lock.isEnabled()
+        page.on_escape()
+        qtbot.waitUntil(lambda: any(row.entry is not None and row.entry.is_running for row in page.work.rows()))
+        page.table.selectAll()
+        assert not page.removing.isEnabled()  # one of them is being written
+        assembly.ports.current.disconnect_port()
+        qtbot.waitUntil(lambda: assembly.ports.current.recording.state.since is None)
+
+
+# Exported, deleted
+
+
+@pytest.mark.parametrize("suffix", [".csv", ".mcap"])
+def test_it_is_exported(one: Desk, tmp_path: Path, suffix: str) -> None:
+    one.page.table.selectRow(0)
+    path, asked = tmp_path / f"all{suffix}", list[tuple[str, Path, str]]()
+    one.page.ask_path = choosing(path, asked)
+    given(one.page.exporting).click()
+    one.until(lambda: one.notice().startswith(f"Saved to {path}"))
+    assert asked[0][1].name.startswith("dps-s Left-wing ")
+    assert path.read_bytes()[:4] == (b"\x89MCA" if suffix == ".mcap" else b"time")
+    one.page.ask_path = choosing(tmp_path / "missing" / "all.csv")
+    given(one.page.exporting).click()
+    one.until(lambda: "cannot be written" in one.notice())
+
+
+def test_it_is_deleted_once_that_is_confirmed(one: Desk) -> None:
+    page = one.page
+    page.table.selectRow(0)
+    let_lay_out(page)
+    before = places(page)
+    page.table.setFocus()
+    one.qtbot.keyClick(page.table, Qt.Key.Key_Delete)
+    let_lay_out(page)
+    assert moved(before, places(page)) == []
+    assert one.notice().startswith("Delete for good?")
+    assert given(page.strip.button("keep_recordings")).hasFocus()
+    one.qtbot.keyClick(page, Qt.Key.Key_Escape)
+    assert one.notice() == ""
+    assert len(one.storage.library.entries()) == 1
+    page.removing.trigger()
+    one.click(page.strip.button("delete_recordings"))
+    one.until(lambda: one.notice() == "Recordings deleted: 1.")
+    one.until(page.list.empty.isVisible)
+    assert one.storage.library.entries() == ()
+
+
+# Damage
+
+
+def damage(path: Path) -> None:
+    """Changes one bit in a chunk in the middle."""
+    data = bytearray(path.read_bytes())
+    chunks = chunks_in(data)
+    start, end = chunks[len(chunks) // 2]
+    data[(start + end) // 2] ^= 0x10
+    path.write_bytes(data)
+
+
+def test_the_command_line_reports_damage(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
+    damage(path := record(recordings_folder()))
+    assert program.main(["decode", str(path)]) == 4
+    assert "Damaged or altered" in Printed(capsys).err
+    for name in ("x.csv", "x.mcap"):
+        assert program.main(["recordings", "export", "latest", str(tmp_path / name)]) == 4
+        printed = Printed(capsys)
+        assert "Saved to" in printed.out
+        assert "Damaged or altered" in printed.err
+    assert "damaged data left out" in (tmp_path / "x.csv").read_text("utf-8-sig")
+
+
+def test_the_window_reports_damage_at_export_and_where_it_is_shown(
+    qtbot: QtBot, qapp: QApplication, tmp_path: Path
+) -> None:
+    damage(damaged := record(tmp_path / "template"))
+    with desk_in(qtbot, qapp, tmp_path / "data", damaged) as desk:
+        desk.page.table.selectRow(0)
+        desk.page.ask_path = choosing(tmp_path / "x.csv")
+        given(desk.page.exporting).click()
+        desk.until(lambda: "Saved" in desk.notice())
+        assert "Damaged or altered" in notice_text(desk.page.strip)
+        assert given(desk.page.strip.notice).meaning is Meaning.ATTENTION
+        desk.page.open_row(desk.page.work.rows()[0])
+        desk.until(lambda: desk.page.view.plot is not None)
+        assert "Damaged or altered" in desk.page.view.details.text()
