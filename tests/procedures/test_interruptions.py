@@ -62,6 +62,17 @@ def test_a_setting_that_reads_otherwise_takes_its_verified_back(is_written: bool
 # An act
 
 
+@pytest.mark.promise("c")
+def test_an_act_that_ends_before_its_frame_is_written_down_as_not_sent() -> None:
+    rig, journal = settled_rig(), FakeJournal()
+    job = rig.job(act(Act.ACTIVATE, rig, journal))
+    rig.step_until(lambda: journal.intents)
+    rig.session.treat_as_another()
+    assert job.outcome().outcome is Outcome.NOT_SENT
+    assert journal.outcomes == {0: Outcome.NOT_SENT}
+    assert rig.acts == []
+
+
 @pytest.mark.parametrize("which", [Act.ACTIVATE, Act.ZERO, Act.FORBID_DEPLOY, Act.DEPLOY])
 @pytest.mark.promise("c")
 def test_an_act_that_left_is_unknown(which: Act) -> None:
