@@ -32,11 +32,10 @@ from protocol.translatable import marked
 from ui.core.bridge import Bridge
 from ui.core.port_watcher import PortWatcher
 from ui.services.storage import Storage
-from ui.session.interruptions import Interruptions, Remainder
 from ui.session.lock import PortLock
 from ui.session.recording import SessionRecording
 from ui.session.sharing import PortSharing
-from ui.session.shown_module import ShownModule
+from ui.session.shown_module import Interruptions, Remainder, ShownModule
 
 _log = logging.getLogger(__name__)
 # Given what takes its batches, and what makes the job of an owed LOCK.

@@ -26,8 +26,7 @@ from app.text.messages import join_names, join_sentences, joined, message
 from protocol.catalogue import Command
 from protocol.fields import Value
 from protocol.translatable import marked
-from ui.session.interruptions import Remainder
-from ui.session.shown_module import ShownModule
+from ui.session.shown_module import Remainder, ShownModule
 from ui.style.theme import Meaning
 from ui.widgets.notice_bar import Choice, Notice
 

@@ -1,14 +1,20 @@
-"""One conversation as the window shows it: all that is known of a module, and all that ends with it.
+"""One conversation as the window shows it: all that is known of a module, and what stays when it has ended.
 
 A port has one `ShownModule` at a time. It begins empty with each conversation and is complete within half a second.
 Pages show the one they are given and keep nothing of a module themselves, so that no page can show a value of the
 module before. When the conversation ends the object stays, greyed, until the next one begins.
+
+Of the conversations that ended there is one notice, however many there were. Beside it stays what a person must not
+miss, each by itself: the report of what was interrupted, a TRIGGERED that was seen, and the drafts that were not
+written.
 """
 
 import logging
+import time
 from collections import Counter
 from collections.abc import Callable, Iterable, Mapping
 from concurrent.futures import Future
+from dataclasses import dataclass, field
 from functools import cached_property, partial
 from typing import TYPE_CHECKING, Any
 
@@ -32,7 +38,6 @@ from app.text.messages import UserMessage, capitalised, clean, join_sentences, l
 from protocol.catalogue import READABLE_SETTINGS
 from protocol.events import Ended, EndReason
 from protocol.fields import Value
-from ui.session.interruptions import Remainder
 
 if TYPE_CHECKING:
     from app.preflight.checks import Person
@@ -44,6 +49,75 @@ if TYPE_CHECKING:
     from ui.session.port import Port
     from ui.session.settings_draft import SettingsDraft
     from ui.session.trigger_reading import TriggerReading
+
+# A person ends these on purpose, so nobody has to be told.
+UNTOLD = frozenset({EndReason.CLOSED, EndReason.RATE_CHANGED, EndReason.ANOTHER})
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Remainder:
+    """What stays of one conversation: a report, drafts, or, with neither, a TRIGGERED that was seen."""
+
+    # The module's name, or "".
+    module: str
+    text: UserMessage | None = None
+    # By the setting's key, as they stood when the conversation ended; not written.
+    drafts: Mapping[str, Value] | None = None
+    # What stood in a field and cannot be sent, by the setting's key.
+    mistyped: Mapping[str, str] = field(default_factory=dict)
+    # When it was kept, in seconds since 1970.
+    at: float = field(default_factory=time.time)
+
+    @property
+    def is_trigger(self) -> bool:
+        return self.text is None and self.drafts is None
+
+
+class Interruptions(QObject):
+    """Of one port. Belongs to the window's thread."""
+
+    changed = Signal()
+
+    def __init__(self, parent: QObject) -> None:
+        super().__init__(parent)
+        # How often a conversation ended since the notice was closed; when the first and the last of these did, in
+        # seconds since 1970, and why the last one did.
+        self.count = 0
+        self.first_at = self.last_at = 0.0
+        self.last: UserMessage | None = None
+        self.remainders: tuple[Remainder, ...] = ()
+
+    def note(self, reason: EndReason, text: UserMessage) -> None:
+        """A conversation that had begun is over."""
+        if reason in UNTOLD:
+            return
+        self.last, self.last_at = text, time.time()
+        self.first_at = self.first_at if self.count else self.last_at
+        self.count += 1
+        self.changed.emit()
+
+    def close(self) -> None:
+        """A person has read of the interruptions."""
+        self.count, self.last = 0, None
+        self.changed.emit()
+
+    def keep(self, remainder: Remainder) -> None:
+        self.remainders += (remainder,)
+        self.changed.emit()
+
+    def close_remainder(self, remainder: Remainder) -> None:
+        self.remainders = tuple(one for one in self.remainders if one is not remainder)
+        self.changed.emit()
+
+    def count_drafts(self) -> int:
+        """Settings that were edited, are kept here and are not written."""
+        return sum(len(one.drafts or ()) + len(one.mistyped) for one in self.remainders)
+
+    def discard_drafts(self) -> None:
+        """A person does not want them."""
+        self.remainders = tuple(one for one in self.remainders if one.drafts is None)
+        self.changed.emit()
+
 
 _log = logging.getLogger(__name__)
 

@@ -20,9 +20,9 @@ from app.text.i18n import tr
 from app.text.messages import join_sentences
 from ui.core.background_task import BackgroundTask
 from ui.core.preferences import Preferences
-from ui.session.interruptions import UNTOLD
 from ui.session.port import Port
 from ui.session.ports import Ports
+from ui.session.shown_module import UNTOLD
 from ui.style.appearance import announce
 
 _LINKED: Final = (Phase.ONLINE, Phase.LATE)

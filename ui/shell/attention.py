@@ -23,11 +23,10 @@ from app.safety.last_known import LAST_HEARD_ACTIVE, keep_away
 from app.system.uncaught import UncaughtError
 from app.text.i18n import tr
 from app.text.messages import join_names, join_sentences, labelled
-from ui.session.interruptions import Remainder
 from ui.session.left_active import LeftActiveWatch
 from ui.session.port import Port
 from ui.session.ports import Ports
-from ui.session.shown_module import module_label
+from ui.session.shown_module import Remainder, module_label
 from ui.style.theme import Meaning
 from ui.widgets.notice_bar import Choice, Notice
 

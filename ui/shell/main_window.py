@@ -36,9 +36,7 @@ from ui.session.ports import Ports
 from ui.session.shown_module import ShownModule
 from ui.shell.application_filter import LOCK_ALL_KEY, LOCK_KEYS, ApplicationFilter
 from ui.shell.attention import Attention
-from ui.shell.page_area import PageArea, Sidebar
-from ui.shell.status_bar import RecordingSign, StatusBar
-from ui.shell.top_bar import TopBar
+from ui.shell.bars import PageArea, RecordingSign, Sidebar, StatusBar, TopBar
 from ui.simulator.panel import SimulatorDock
 from ui.style.icons import Icon, app_icon, icon
 from ui.widgets.controls import named

@@ -27,7 +27,7 @@ from tests.support.window.screen_reader import NameChanges, announced, name_of
 from ui.core.preferences import Preferences
 from ui.main import PAGES
 from ui.shell.announcements import Sound, StateAnnouncer, write_tones
-from ui.shell.top_bar import TopBar
+from ui.shell.bars import TopBar
 from ui.style.theme import Meaning
 
 

@@ -22,6 +22,7 @@ from tests.support.window.steps import given, notice_text, press
 from ui.main import PAGES
 from ui.services.context import PageEntry, Services
 from ui.services.page import Page
+from ui.session.lock import PortLock
 from ui.session.ports import LockControl
 from ui.shell.application_filter import LOCK_ALL_KEY
 from ui.shell.main_window import MainWindow
@@ -41,6 +42,15 @@ def test_lock_is_one_gesture(one: Rig, way: str) -> None:
     one.bench.module.state.is_active = True  # by somebody else
     one.until(lambda: one.assembly.window.top_bar.activation.word == "ACTIVE")
     one.until(lambda: one.assembly.window.status_bar.passing.text() == "", limit_s=1.0)
+
+
+def test_a_key_that_is_held_is_one_press(one: Rig, monkeypatch: pytest.MonkeyPatch) -> None:
+    pressed = list[str]()
+    monkeypatch.setattr(PortLock, "press", lambda _lock, **_: pressed.append("LOCK"))
+    for is_repeat in (False, True, True):
+        event = QKeyEvent(QEvent.Type.KeyPress, Qt.Key.Key_F12, Qt.KeyboardModifier.NoModifier, "", is_repeat)
+        QCoreApplication.sendEvent(one.assembly.window, event)
+    assert pressed == ["LOCK"]
 
 
 def lossy(bench: SimulatedBench, lost: int) -> list[float]:

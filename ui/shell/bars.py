@@ -1,9 +1,26 @@
-"""Top bar, visible on every page: port and link, state of the module, LOCK."""
+"""What stands around a page: the top bar with the states and LOCK, the sidebar, the area that scrolls, the foot."""
 
+from collections.abc import Callable, Iterable
 from typing import Final
 
-from PySide6.QtCore import Qt, Signal
-from PySide6.QtWidgets import QFrame, QLayout, QPushButton, QSizePolicy, QToolButton
+from PySide6.QtCore import QSize, Qt, QTimer, Signal
+from PySide6.QtGui import QFontMetrics
+from PySide6.QtWidgets import (
+    QFrame,
+    QHBoxLayout,
+    QLabel,
+    QLayout,
+    QListWidget,
+    QListWidgetItem,
+    QPushButton,
+    QScrollArea,
+    QSizePolicy,
+    QStackedWidget,
+    QStatusBar,
+    QStyleOptionViewItem,
+    QToolButton,
+    QWidget,
+)
 
 from app.diagnosis.link_state import LinkState, LinkText, Phase, link_text
 from app.engine.conversation import ConversationView
@@ -11,11 +28,14 @@ from app.engine.target import Target, is_simulated
 from app.limits.limits import LimitsInUse, value_outside
 from app.safety.last_known import TriggerFlags, trigger_flags
 from app.text.i18n import tr
-from app.text.messages import duration, join_names, labelled
+from app.text.messages import duration, in_brackets, join_names, labelled
+from ui.services.context import PageEntry
 from ui.session.ports import Ports
-from ui.style.icons import Icon, battery, set_icon_size
-from ui.style.theme import Meaning, Space, is_text_large, scale_in_use, scaled
+from ui.session.recording import RecordingState
+from ui.style.icons import Icon, battery, icon, set_icon_size
+from ui.style.theme import IconSize, Meaning, Size, Space, font, is_text_large, scale_in_use, scaled
 from ui.widgets.controls import ElidedLabel, IconLabel, control, in_column, in_row, named, set_role, without_key
+from ui.widgets.notice_bar import NoticeBar
 from ui.widgets.readout import StateChip, age_of, show_activation, show_known_trigger, show_trigger_flags
 from ui.widgets.visibility_timer import VisibilityTimer
 
@@ -192,3 +212,173 @@ class TopBar(QFrame):
             picture, meaning, detail = Icon.WARNING, Meaning.ATTENTION, tr("limit {value}", value=outside.limit)
         age, below, word = age_of(voltage, now), join_names(said), f"{volts:.2f} V"
         self.cell.show_state(word, picture, meaning, below=below, stale_age=age, keeps_colour=True, detail=detail)
+
+
+# Larger names would take the pages' room; above this scale they stand without their icons, so that all are in sight.
+_LARGEST_SCALE: Final = 1.25
+_IN_SIGHT: Final = QSizePolicy(QSizePolicy.Policy.Preferred, QSizePolicy.Policy.Preferred)
+# A stack asks for the room of all its pages; one whose size is ignored counts for nothing.
+_OUT_OF_SIGHT: Final = QSizePolicy(QSizePolicy.Policy.Ignored, QSizePolicy.Policy.Ignored)
+
+
+class _Pages(QStackedWidget):
+    """At least as high as the page in sight needs: Qt would take the highest of all pages, and their usual heights."""
+
+    def heightForWidth(self, width: int) -> int:
+        page = self.currentWidget()
+        layout = None if page is None else page.layout()
+        return -1 if layout is None or not layout.hasHeightForWidth() else layout.minimumHeightForWidth(width)
+
+
+class PageArea(QScrollArea):
+    """Scrolls the page in sight where it does not fit. `stack` holds all pages."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.setObjectName("page_area")
+        self.setFrameShape(QFrame.Shape.NoFrame)
+        self.setWidgetResizable(True)
+        self.setFocusPolicy(Qt.FocusPolicy.NoFocus)
+        self.stack = named(_Pages(), "pages")
+        self.setWidget(self.stack)
+        self.stack.currentChanged.connect(self._on_page)
+        for ground in (self.viewport(), self.stack):
+            ground.setAutoFillBackground(False)
+
+    def add(self, page: QWidget) -> None:
+        page.setSizePolicy(_OUT_OF_SIGHT)
+        self.stack.addWidget(page)
+
+    def _on_page(self) -> None:
+        for page in filter(None, map(self.stack.widget, range(self.stack.count()))):
+            page.setSizePolicy(_IN_SIGHT if page is self.stack.currentWidget() else _OUT_OF_SIGHT)
+        self.verticalScrollBar().setValue(0)
+
+
+class Sidebar(QListWidget):
+    """One row for each page: its icon above its name; in large text its name alone."""
+
+    page_wanted = Signal(str)
+
+    def __init__(self, entries: Iterable[PageEntry]) -> None:
+        super().__init__()
+        named(self, "navigation", "navigation")
+        self.setHorizontalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAlwaysOff)
+        self.setMouseTracking(True)
+        self.setAccessibleName(tr("Pages"))
+        scale = min(scale_in_use(), _LARGEST_SCALE)
+        self.setSpacing(Space.XS // 2)
+        self.setIconSize(QSize(1, 1) * round(scale * IconSize.NOTICE))
+        letters = font()
+        letters.setPixelSize(round(scale * Size.SMALL))
+        self.setFont(letters)
+        for number, entry in enumerate(entries, start=1):
+            title = tr(entry.title)
+            item = QListWidgetItem(title)
+            if scale_in_use() <= _LARGEST_SCALE:
+                item.setIcon(icon(entry.icon))
+            item.setData(Qt.ItemDataRole.UserRole, entry.key)
+            item.setToolTip(title + in_brackets(f"Ctrl+{number % 10}"))
+            self.addItem(item)
+        self.setFixedWidth(self.sizeHintForColumn(0) + Space.L)
+        self.currentItemChanged.connect(self._on_item)
+        self.itemClicked.connect(self._on_item)  # from the list of ports back to the same page
+
+    def choose(self, key: str) -> None:
+        for row in range(self.count()):
+            if self.item(row).data(Qt.ItemDataRole.UserRole) == key:
+                self.setCurrentRow(row)
+
+    @property
+    def chosen(self) -> str:
+        """The key of the page."""
+        return str(self.currentIndex().data(Qt.ItemDataRole.UserRole) or "")
+
+    def _on_item(self, item: QListWidgetItem | None) -> None:
+        if item is not None:
+            self.page_wanted.emit(item.data(Qt.ItemDataRole.UserRole))
+
+    def initViewItemOption(self, option: QStyleOptionViewItem) -> None:
+        super().initViewItemOption(option)
+        option.decorationPosition = QStyleOptionViewItem.Position.Top
+        option.displayAlignment = Qt.AlignmentFlag.AlignCenter
+
+
+MESSAGE_S: Final = 6.0
+
+
+class StatusBar(QStatusBar):
+    """A notice takes the place of what passes, so that nothing else in the window moves when it appears."""
+
+    def __init__(self, notice_bar: NoticeBar, *beside: QWidget) -> None:
+        """`beside`: at the right."""
+        super().__init__()
+        named(self, "status_line", "bar")
+        self.setSizeGripEnabled(False)
+        self._notice_bar = notice_bar
+        self._message_end = QTimer(self, singleShot=True, interval=round(MESSAGE_S * 1000))
+        self._message_end.timeout.connect(lambda: self.show_message(""))
+        self.passing = named(ElidedLabel(), "passing_message", "small")
+        self.passing.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Preferred)
+        self.passing.setContentsMargins(Space.M, 0, 0, 0)
+        # A description, since a name would replace the text for screen readers.
+        self.passing.setAccessibleDescription(tr("Message"))
+        self.addWidget(self.passing, 1)
+        self.addWidget(notice_bar, 1)
+        for widget in beside:
+            self.addPermanentWidget(widget)
+        # Room for two lines of a notice, and for a button.
+        self.setFixedHeight(2 * QFontMetrics(font()).lineSpacing() + 3 * Space.XS)
+        self._shared = (self.passing, *beside)
+        notice_bar.changed.connect(self._share)
+        self._share()
+
+    def _share(self) -> None:
+        for part in self._shared:
+            part.setVisible(self._notice_bar.notice is None)
+
+    def show_message(self, text: str, *, is_noted: bool = True) -> None:
+        """`is_noted`: a notice does not hide it."""
+        self.passing.setText(text)
+        self._notice_bar.show_note(text if is_noted else "")
+        if text:
+            self._message_end.start()
+
+
+class RecordingSign(QWidget):
+    """Shows since when the session is recorded, or that it is not; `find` is called at each `refresh`."""
+
+    def __init__(self, find: Callable[[], RecordingState]) -> None:
+        super().__init__()
+        self.setObjectName("session_sign")
+        self._find = find
+        self._picture = IconLabel("session_sign_icon", 12, keeps_place=True)
+        self.label = named(QLabel(), "session_sign_text", "small")
+        row = QHBoxLayout(self)
+        row.setSpacing(Space.XS)
+        row.setContentsMargins(0, 0, Space.M, 0)
+        row.addWidget(self._picture)
+        row.addWidget(self.label)
+        VisibilityTimer(self, self.refresh)
+        self.refresh()
+
+    def refresh(self) -> None:
+        sign = self._find()
+        text = whole = ""
+        if sign.trouble is not None:
+            text, whole = tr("Not recorded"), sign.trouble.translated()
+        elif sign.since is not None:
+            since = f"{sign.since.astimezone():%H:%M}"
+            text = tr("Recorded since {time}", time=since)
+            if sign.dropped:
+                text = tr("Recorded since {time}, with gaps", time=since)
+                whole = tr("The disk was too slow. Not recorded: {count}.", count=sign.dropped)
+        self.label.setText(text)
+        self.setToolTip(whole)
+        self.setAccessibleName(f"{text}. {whole}".rstrip(". ") if text else tr("Not recorded"))
+        if whole:
+            self._picture.show_icon(Icon.WARNING, Meaning.ATTENTION)
+        elif text:
+            self._picture.show_icon(Icon.RECORD, is_muted=True)
+        else:
+            self._picture.clear_icon()
