@@ -22,34 +22,30 @@ def hostile_bytes(source: random.Random) -> bytes:
 
 
 def _hostile_piece(source: random.Random) -> bytes:
-    kind = source.randrange(9)
-    frame = source.choice(_FRAMES)
-    if kind == 0:
-        return frame
-    if kind == 1:
-        return source.randbytes(source.randint(1, 20))
-    if kind == 2:
-        return source.choice(_FRAGMENTS)
-    if kind == 3:
-        return frame[: source.randint(1, len(frame))]
-    if kind == 4:
-        return frame[source.randint(0, len(frame) - 1) :]
-    if kind == 5:
-        return _mutated(frame, source)
-    if kind == 6:
-        header = source.choice((b"Au", b"Ba"))
-        body = bytes((source.choice(_CODES), source.choice((1, 2, 0xA5)), source.randrange(256)))
-        return summed(header + body)
-    if kind == 7:
-        return summed(b"Au2" + bytes((*source.choices((0x41, 0x75, 7, 255), k=2), *source.choices((0, 1, 2), k=2))))
+    frame, cut = source.choice(_FRAMES), source.randint(0, 5)
+    match source.randrange(9):
+        case 0:
+            return frame
+        case 1:
+            return source.randbytes(source.randint(1, 20))
+        case 2:
+            return source.choice(_FRAGMENTS)
+        case 3:
+            return frame[: cut + 1]
+        case 4:
+            return frame[cut:]
+        case 5:
+            changed = bytearray(frame)
+            for _ in range(source.randint(1, 3)):
+                changed[source.randrange(len(changed))] ^= 1 << source.randrange(8)
+            return bytes(changed)
+        case 6:
+            body = bytes((source.choice(_CODES), source.choice((1, 2, 0xA5)), source.randrange(256)))
+            return summed(source.choice((b"Au", b"Ba")) + body)
+        case 7:
+            values = (*source.choices((0x41, 0x75, 7, 255), k=2), *source.choices((0, 1, 2), k=2))
+            return summed(b"Au2" + bytes(values))
     return _hostile_record(source)
-
-
-def _mutated(frame: bytes, source: random.Random) -> bytes:
-    changed = bytearray(frame)
-    for _ in range(source.randint(1, 3)):
-        changed[source.randrange(len(changed))] ^= 1 << source.randrange(8)
-    return bytes(changed)
 
 
 def _hostile_record(source: random.Random) -> bytes:

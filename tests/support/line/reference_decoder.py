@@ -9,6 +9,7 @@ from typing import NamedTuple
 ANY = set(range(256))
 YES_OR_NO = {0, 1}
 BAUD_CODES = {1, 2, 3, 4, 5, 6}
+CELL_VOLTAGE, TRIGGER_RECORDS = 0x34, 0x35
 
 # code -> values of D4 in a six-byte reply (41 75 code 01 D4 sum)
 REPLIES = {
@@ -28,8 +29,6 @@ REQUESTS = {
     (0x30, 1): {0}, (0x31, 1): {0}, (0x32, 1): {0}, (0x33, 1): {0}, (0x34, 1): {0}, (0x35, 1): {0},
 }  # fmt: skip
 
-CELL_VOLTAGE, TRIGGER_RECORDS = 0x34, 0x35
-
 
 class Found(NamedTuple):
     """A frame and its offset."""
@@ -39,76 +38,37 @@ class Found(NamedTuple):
 
 
 def sum_is_right(raw: bytes) -> bool:
-    total = 0
-    for byte in raw[2:-1]:
-        total += byte
-    return total % 256 == raw[-1]
+    return sum(raw[2:-1]) % 256 == raw[-1]
 
 
 def is_request(raw: bytes) -> bool:
-    return (
-        len(raw) == 6
-        and raw[:2] == b"\x42\x61"
-        and raw[4] in REQUESTS.get((raw[2], raw[3]), set())
-        and sum_is_right(raw)
-    )
-
-
-def is_heartbeat(raw: bytes) -> bool:
-    return raw == b"\x41\x75\x01\xa5\x5a\x00"
-
-
-def is_reply(raw: bytes) -> bool:
-    return (
-        len(raw) == 6
-        and raw[:2] == b"\x41\x75"
-        and raw[3] == 1
-        and raw[4] in REPLIES.get(raw[2], set())
-        and sum_is_right(raw)
-    )
-
-
-def is_voltage_as_35(raw: bytes) -> bool:
-    return len(raw) == 6 and raw[:4] == b"\x41\x75\x35\x01" and sum_is_right(raw)
-
-
-def is_status(raw: bytes) -> bool:
-    return (
-        len(raw) == 8
-        and raw[:3] == b"\x41\x75\x32"
-        and raw[5] in YES_OR_NO
-        and raw[6] in YES_OR_NO
-        and sum_is_right(raw)
-    )
-
-
-def is_record(raw: bytes) -> bool:
-    if len(raw) != 16 or raw[:4] != b"\x41\x75\x35\x01" or not sum_is_right(raw):
-        return False
-    is_unused = set(raw[4:15]) in ({0x00}, {0xFF})
-    return is_unused or (raw[11] in YES_OR_NO and raw[12] in YES_OR_NO)
+    is_one = len(raw) == 6 and raw[:2] == b"\x42\x61" and sum_is_right(raw)
+    return is_one and raw[4] in REQUESTS.get((raw[2], raw[3]), set())
 
 
 def frame_length(data: bytes, at: int, asked: int | None) -> int:
     """Return the length of the frame at `at`, or 0."""
-    six = data[at : at + 6]
-    if is_request(six) or is_heartbeat(six) or is_reply(six):
+    six, eight, sixteen = (data[at : at + length] for length in (6, 8, 16))
+    if is_request(six) or six == b"\x41\x75\x01\xa5\x5a\x00":
         return 6
-    if is_status(data[at : at + 8]):
+    if len(six) == 6 and six[:2] == b"\x41\x75" and six[3] == 1 and sum_is_right(six):
+        if six[4] in REPLIES.get(six[2], set()):
+            return 6
+        # E3: the cell voltage comes as 35, like the beginning of a record.
+        is_followed = data[at + 6 : at + 8] in (b"", b"\x41\x75", b"\x42\x61")
+        if six[2] == 0x35 and (asked == CELL_VOLTAGE or (asked != TRIGGER_RECORDS and is_followed)):
+            return 6
+    if len(eight) == 8 and eight[:3] == b"\x41\x75\x32" and {eight[5], eight[6]} <= YES_OR_NO and sum_is_right(eight):
         return 8
-    if is_voltage_as_35(six):
-        if asked == CELL_VOLTAGE:
-            return 6
-        behind = data[at + 6 : at + 8]
-        if asked != TRIGGER_RECORDS and behind in (b"", b"\x41\x75", b"\x42\x61"):
-            return 6
-    return 16 if is_record(data[at : at + 16]) else 0
+    if len(sixteen) == 16 and sixteen[:4] == b"\x41\x75\x35\x01" and sum_is_right(sixteen):
+        is_unused = set(sixteen[4:15]) in ({0x00}, {0xFF})
+        return 16 if is_unused or {sixteen[11], sixteen[12]} <= YES_OR_NO else 0
+    return 0
 
 
 def frames(data: bytes, *, asked: int | None = None, follows_host: bool = False) -> list[Found]:
     """Return the frames of a finished capture; `asked` is the code of the last request before it."""
-    found = []
-    at = 0
+    found, at = [], 0
     while at < len(data):
         length = frame_length(data, at, asked)
         if length:

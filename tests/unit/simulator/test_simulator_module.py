@@ -1,4 +1,6 @@
-"""The simulated module against the vendor's table: frames, power, triggers, records.
+"""Bytes of a simulated module without a line between.
+
+The simulated module against the vendor's table: frames, power, triggers, records.
 
 Faults of the line: each does what it says, and the same again for the same seed.
 
@@ -10,15 +12,39 @@ from typing import Any
 
 import pytest
 
-from app.simulator.module import Physics, SimulatedModule
+from app.simulator.module import Memory, Physics, SimulatedModule
 from app.simulator.setup import Setup, as_text, parse_options
 from app.text.messages import UserError
 from protocol.catalogue import BY_NAME, STATUS, TRIGGER_RECORDS
 from protocol.messages import Frame, Status, TriggerRecord, decode, decode_record
 from protocol.stream import StreamParser
 from tests.support.line.odd_module import HonestWire as Wire
-from tests.support.line.simulated import receive, running, say, tick
 from tests.vendor import table
+
+
+def running(world: Physics | None = None, memory: Memory | None = None, **options: Any) -> SimulatedModule:
+    """A module that was switched on a minute before time 0."""
+    module = SimulatedModule(world or Physics(), Setup(**options), memory=memory)
+    module.power_on(-60.0)
+    module.collect(0.0)
+    return module
+
+
+def receive(module: SimulatedModule, data: bytes, now_s: float) -> bytes:
+    """What it sends by now, ignoring the baud rate."""
+    module.receive(data, now_s)
+    return tick(module, now_s)
+
+
+def tick(module: SimulatedModule, now_s: float) -> bytes:
+    """Bytes that are due by now."""
+    return b"".join(sent.data for sent in module.collect(now_s))
+
+
+def say(module: SimulatedModule, frame: str, now_s: float = 0.0) -> str:
+    """The replies to `frame`, in hexadecimal."""
+    return receive(module, bytes.fromhex(frame), now_s).hex(" ")
+
 
 HEARTBEAT_REPLY = "41 75 01 a5 5a 00"
 

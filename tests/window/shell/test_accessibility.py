@@ -1,5 +1,9 @@
-"""Every control has names and descriptions; painted widgets describe what they show."""
+"""Finds widgets that Python's garbage collector would free although Qt still shows them.
 
+Every control has names and descriptions; painted widgets describe what they show.
+"""
+
+import gc
 from collections import Counter
 from collections.abc import Callable
 from dataclasses import replace
@@ -9,14 +13,14 @@ from pathlib import Path
 from typing import cast
 
 import pytest
-from PySide6.QtCore import QSize
+import shiboken6
+from PySide6.QtCore import QObject, QSize
 from PySide6.QtGui import QAccessible
 from PySide6.QtWidgets import QAbstractButton, QApplication, QLabel, QScrollArea, QTableView, QWidget
 from pytestqt.qtbot import QtBot
 
 from app.settings.form import FormRow, RowState
 from app.text.i18n import CHINESE, ENGLISH
-from tests.support.garbage import living_garbage
 from tests.support.pseudo_language import PSEUDO
 from tests.support.thorough import IS_THOROUGH
 from tests.support.window import screen_reader
@@ -31,6 +35,31 @@ from ui.pages.settings.page import SettingsPage
 from ui.shell.main_window import SMALLEST
 from ui.style.appearance import Spoken
 from ui.style.theme import Choice, Space
+
+
+def living_garbage(root: QObject) -> list[str]:
+    """Return the descendants of `root` (according to Qt) that are garbage according to Python.
+
+    Freeing them removes them from the window. This happens when PySide has recorded a wrong parent for an object, as
+    some calls (`nextInFocusChain`) make it do.
+    """
+    debug = gc.get_debug()
+    gc.set_debug(gc.DEBUG_SAVEALL)
+    try:
+        gc.collect()
+        found = [one for one in gc.garbage if isinstance(one, QObject) and shiboken6.isValid(one)]
+        return sorted(f"{type(one).__name__} {one.objectName()}" for one in found if _is_in(one, root))
+    finally:
+        gc.set_debug(debug)
+        gc.garbage.clear()
+
+
+def _is_in(one: QObject, root: QObject) -> bool:
+    around: QObject | None = one
+    while around is not None and around is not root:
+        around = around.parent()
+    return around is root
+
 
 FULL_HD_AT_200 = QSize(960, 540)
 BY_OTHER_KEYS = ("_less", "_more")
