@@ -17,10 +17,11 @@ from app.safety.left_active import KnownAs
 from app.safety.permit import Interlock
 from app.store.acts import StoreJournal, Where, note_report, note_said_safe
 from app.store.fact_store import FILE_NAME, Store
+from app.store.rows import ActIntended
 from protocol.catalogue import Hazard
 from tests.support.line.sim_line import Rig, settled_rig
 from tests.support.patience import PATIENCE_S
-from tests.support.records.stored import audit, audit_in, begin, journal_in, left_in, open_store, settle
+from tests.support.records.stored import audit, begin, journal_in, left_in, open_store, settle
 
 FRAME = bytes.fromhex("42 61 25 01 00 26")
 PORT = "/dev/ttyUSB0"
@@ -129,7 +130,9 @@ def test_lock_is_sent_reported_and_done_before_anything_is_written(store: Store)
     with held(store):
         assert locked_by(rig, journal).is_locked
         assert not rig.bench.module.state.is_active
-        assert store.read(audit_in) == (), "reading does not wait for the store's thread either"
+        assert store.read(lambda facts: facts.of_kind(ActIntended)) == [], (
+            "reading does not wait for the store's thread either"
+        )
     (entry,) = audit(store)
     assert (entry.act, entry.outcome) == (Act.LOCK, Outcome.CONFIRMED)
 

@@ -49,25 +49,23 @@ class AuditEntry(NamedTuple):
 
 def audit(store: Store, *which: Act) -> tuple[AuditEntry, ...]:
     """The newest first, with what was still to be written; of these acts, or of all."""
-    return store.write(lambda facts: audit_in(facts, *which)).result(PATIENCE_S)
 
-
-def audit_in(facts: Facts, *which: Act) -> tuple[AuditEntry, ...]:
-    ends = {kept.content.of: kept.content for kept in facts.of_kind(ActEnded)}
-    intents = [(kept.row, kept.content) for kept in facts.of_kind(ActIntended)]
-    intents += [(kept.row, kept.content) for kept in facts.of_kind(DeployIntended)]
-    entries = []
-    for row, intent in sorted(intents, key=lambda one: one[0].made_at, reverse=True):
-        act, end = Act(intent.act), ends.get(row.id)
-        outcome = Outcome.UNKNOWN if end is None else Outcome(end.outcome)
-        result: Mapping[str, object] = {} if end is None else end.result
-        entry = AuditEntry(
-            row.id, intent.port, row.made_at, act, bytes.fromhex(intent.frame), intent.detail, outcome, result,
-            row.module or "", intent.adapter, intent.origin,
-        )  # fmt: skip
-        if not which or act in which:
+    def read(facts: Facts) -> list[AuditEntry]:
+        ends = {kept.content.of: kept.content for kept in facts.of_kind(ActEnded)}
+        entries = []
+        for row, intent in (*facts.of_kind(ActIntended), *facts.of_kind(DeployIntended)):
+            end = ends.get(row.id)
+            outcome, result = (Outcome.UNKNOWN, {}) if end is None else (Outcome(end.outcome), end.result)
+            entry = AuditEntry(
+                row.id, intent.port, row.made_at, Act(intent.act), bytes.fromhex(intent.frame), intent.detail, outcome,
+                result, row.module or "", intent.adapter, intent.origin,
+            )  # fmt: skip
             entries.append(entry)
-    return tuple(entries)
+        return entries
+
+    found = store.write(read).result(PATIENCE_S)
+    found.sort(key=lambda entry: entry.at, reverse=True)
+    return tuple(entry for entry in found if not which or entry.act in which)
 
 
 def journal_in(store: Store, *, port: str, adapter: str = "", known_as: KnownAs = acts.UNNAMED) -> acts.StoreJournal:

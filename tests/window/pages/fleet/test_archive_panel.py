@@ -1,6 +1,7 @@
 """All modules ever seen: what is due of each, its history, a service, and the exchange with a file or a server."""
 
 from collections.abc import Iterator
+from contextlib import closing
 from pathlib import Path
 
 import pytest
@@ -35,18 +36,12 @@ def shown(qtbot: QtBot, assembly: Assembly) -> ArchivePanel:
     return page.archive
 
 
-def stick_of_another(tmp_path: Path) -> Path:
-    stick = tmp_path / "all.dps-s"
-    store = open_store(tmp_path / "other")
-    file_one(store, "M-07", port="/dev/ttyUSB0")
-    store.add(TriggerRecordSeen(place=0, raw="41 75 35 01 01 00 6C 02 3C 05 A0 00 01 0C EB 7E"), "M-07").result()
-    sync(store, str(stick))
-    store.close()
-    return stick
-
-
 def test_a_file_brings_what_another_station_knows(qtbot: QtBot, assembly: Assembly, tmp_path: Path) -> None:
-    stick = stick_of_another(tmp_path)
+    stick = tmp_path / "all.dps-s"
+    with closing(open_store(tmp_path / "other")) as store:
+        file_one(store, "M-07", port="/dev/ttyUSB0")
+        store.add(TriggerRecordSeen(place=0, raw="41 75 35 01 01 00 6C 02 3C 05 A0 00 01 0C EB 7E"), "M-07").result()
+        sync(store, str(stick))
     store_of(assembly.storage).add(SaidNew(is_new=True), "M-01").result(PATIENCE_S)
     panel = shown(qtbot, assembly)
     panel.ask_file = lambda *given, **_options: given[-1](stick)
