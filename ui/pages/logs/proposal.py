@@ -70,12 +70,12 @@ class ProposalBar(QFrame):
         limits = None if proposal is None or unread else proposal.limits
         if work.proposing.is_running:
             self._say(Icon.CLOCK, tr("Looking for thresholds…"))
-        elif proposal is None:
-            self._say(Icon.INFORMATION, tr("No proposal yet"), [tr("Choose logs, then press N or M.")])
-        elif unread:
+        elif unread and (proposal is not None or any(log.group is not FlightGroup.UNSORTED for log in unread)):
             head = tr("No proposal: {count} of {total} not read", count=len(unread), total=len(work.logs))
             lines = [tr("Read or remove: {names}", names=_names(log.name for log in unread))]
             self._say(Icon.WARNING, head, lines, Meaning.ATTENTION)
+        elif proposal is None:
+            self._say(Icon.INFORMATION, tr("No proposal yet"), [tr("Choose logs, then press N or M.")])
         elif proposal.defaults is not None:
             self._say_defaults(proposal.defaults)
         elif limits is None:

@@ -174,6 +174,8 @@ def test_each_file_that_cannot_be_read_is_named_and_nothing_is_proposed_without_
     assert "2 of 3 not read." in desk.notice()
     assert "race.bbl: This is a Betaflight or INAV blackbox log" in desk.notice()
     assert "page.ulg: This is a web page" in desk.notice()
+    desk.page.work.move([str(tmp_path / "race.bbl")], MUST)
+    assert desk.said() == "No proposal: 2 of 3 not read"  # and not that logs have to be chosen
     desk.page.work.move([str(single)], MUST_NOT)
     desk.wait_read()
     assert desk.said() == "No proposal: 2 of 3 not read"
