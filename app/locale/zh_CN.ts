@@ -1392,10 +1392,6 @@
         <translation>先锁定，启用触发，再重新激活。</translation>
     </message>
     <message>
-        <source>Lock, enable and check again</source>
-        <translation>锁定、启用并重新检查</translation>
-    </message>
-    <message>
         <source>Locking…</source>
         <translation>正在锁定…</translation>
     </message>

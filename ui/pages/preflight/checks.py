@@ -37,7 +37,6 @@ _STYLES: Final = {
 }
 _MANUAL_STYLES: Final = {True: _PASSED, False: _FAILED, None: _UNKNOWN}
 _LOUD: Final = {Meaning.DANGER: "danger", Meaning.ATTENTION: "attention"}
-LOCK_AND_ENABLE: Final = marked("Lock, enable and check again")
 _SETTING_KEYS: Final = {bound.check: key for key, bound in SETTING_BOUNDS.items()}
 
 
@@ -50,7 +49,7 @@ class Remedy(NamedTuple):
     is_enabling: bool = False
 
 
-def remedy(judged: Judged, case: Case, has_profile: bool, needs_lock: bool, looked_at: Counter[bytes]) -> Remedy | None:
+def remedy(judged: Judged, case: Case, has_profile: bool, looked_at: Counter[bytes]) -> Remedy | None:
     """What mends a row with one click; None where only hands can. `looked_at`: the trigger records that a person had
     before them; only those can be called reviewed."""
     id_, is_known = judged.check.id, judged.finding.result is not CheckResult.UNKNOWN
@@ -63,8 +62,7 @@ def remedy(judged: Judged, case: Case, has_profile: bool, needs_lock: bool, look
 
     match id_:
         case "attitude_trigger" | "freefall_trigger":
-            words = LOCK_AND_ENABLE if needs_lock else marked("Enable now")
-            return Remedy(words, lambda page: page.enable_and_check(), is_enabling=True)
+            return Remedy(marked("Enable now"), lambda page: page.check(is_enabling=True), is_enabling=True)
         case "trigger_records" if (word := records_word(case)) is not None and judged.blocks_go:
             history = case.evidence.history
             raws = Counter[bytes]() if history is None else Counter(record.raw for record in history.all)
@@ -278,7 +276,7 @@ class CheckList(ScrollArea):
         """Show the results, unless they are shown already: signals come many times during a check."""
         assessment, standing, has_profile = work.assessment, work.standing, self._profile is not None
         looked_at = self._ports.module.looked_at.copy()
-        shown = (assessment, standing, work.needs_lock, has_profile, looked_at)
+        shown = (assessment, standing, has_profile, looked_at)
         if shown != self._shown:
             self._shown = shown
             judged = {} if assessment is None else {check.check.id: check for check in assessment.checks}
@@ -287,7 +285,7 @@ class CheckList(ScrollArea):
                 one, mends = judged.get(check.id), None
                 # What is said of a void result would count for whatever module answers now.
                 if one is not None and assessment is not None and standing is not Standing.VOID:
-                    mends = remedy(one, assessment.case, has_profile, work.needs_lock, looked_at)
+                    mends = remedy(one, assessment.case, has_profile, looked_at)
                 self.rows[check.id] = CheckRow(check, one, mends, standing)
             self._place(list(judged.values()))
         for item in self.manual:

@@ -30,7 +30,7 @@ from ui.acts.act_row import ActRow
 from ui.core.background_task import Running
 from ui.files.file_dialogs import AskOpen, AskPath, ThenPath, add_recent, ask_open, ask_path, ask_profile
 from ui.files.report_printer import print_pages
-from ui.pages.preflight.checks import LOCK_AND_ENABLE, CheckList
+from ui.pages.preflight.checks import CheckList
 from ui.pages.preflight.guided import GuidedPanel
 from ui.pages.preflight.past_checks import PastChecks
 from ui.pages.preflight.verdict import SPOKEN, VerdictBanner, Work, announcement, work_on
@@ -258,7 +258,6 @@ class PreflightPage(Page):
         self.run.setVisible(not is_checking and has_room)
         self.run.setText(tr("Check again" if work.last is not None else "Check only" if is_enabling else "Start"))
         self.enable.setEnabled(work.can_enable)
-        self.enable.setText(tr(LOCK_AND_ENABLE if work.needs_lock else "Enable triggers and check"))
         self.enable.setVisible(is_enabling and not has_passed)
         for control in (self.export, *self._of_report):
             control.setEnabled(work.signed is not None)
@@ -288,19 +287,6 @@ class PreflightPage(Page):
             who, aircraft = self.form.committed
             person = replace(stated or Person(), who=who, aircraft=aircraft)
             self.module.begin_check(self.list.answered(), person, is_enabling=is_enabling)
-
-    def enable_and_check(self) -> None:
-        """Enable the triggers and check; an active module is locked first, by LOCK's own path."""
-        module = self.module
-
-        def check_locked() -> None:
-            if self.module is module and not self.work.may_fire:
-                self.check(is_enabling=True)
-
-        if self.work.needs_lock:
-            self._services.lock.press(then=check_locked)
-        else:
-            self.check(is_enabling=True)
 
     def lead_to(self, page: str, then: Callable[[], object]) -> None:
         """To the page that has the control for it; nothing is sent."""
@@ -475,7 +461,7 @@ class PreflightPage(Page):
     def _wire(self) -> None:
         self.tabs.currentChanged.connect(self._on_view)
         self.run.clicked.connect(lambda _is_checked: self.check())
-        self.enable.chosen.connect(self.enable_and_check)
+        self.enable.chosen.connect(lambda: self.check(is_enabling=True))
         self.cancel.chosen.connect(self._cancel)
         self.export.clicked.connect(self.export_check)
         self.list.mend_wanted.connect(lambda remedy: remedy.act(self))

@@ -43,8 +43,7 @@ class Work(NamedTuple):
     assessment: Assessment | None
     signed: SignedRecord | None  # what may be exported
     can_check: bool
-    can_enable: bool  # nothing is written to an active module, which is locked first
-    needs_lock: bool  # it is active and its triggers are not known: it has to be locked to enable them
+    can_enable: bool  # nothing is written to an active module, which a person locks first
     are_triggers_known: bool  # the module acknowledged the state of both in this conversation
     may_fire: bool  # it reports ACTIVE, or did so last
     reported_active: bool | None  # what it reports now; None while unknown
@@ -59,7 +58,6 @@ def work_on(ports: Ports) -> Work:
     can_check = port.is_open and port.state.phase not in (Phase.OPENING, Phase.FINDING) and is_free
     known = [module.view.known(command.key, now) for command in TRIGGERS]
     are_known = all(trigger is not None and not trigger.is_stale for trigger in known)
-    needs_lock = can_check and may_fire and not are_known
     standing = Standing.NOT_CHECKED if last is None else last.standing
     is_persons = last is not None and last.profile.activated_by is ActivatedBy.PERSON
     return Work(
@@ -68,8 +66,7 @@ def work_on(ports: Ports) -> Work:
         assessment=None if last is None else last.assessment,
         signed=None if last is None else last.signed,
         can_check=can_check,
-        can_enable=can_check and (not may_fire or needs_lock),
-        needs_lock=needs_lock,
+        can_enable=can_check and not may_fire,
         are_triggers_known=are_known,
         may_fire=may_fire,
         reported_active=None if active is None else active is True,

@@ -18,11 +18,9 @@ from app.records.verification import RecordState, verify
 from app.safety.journal import REQUESTS, Act
 from app.settings.profiles import NO_PROFILE
 from app.store.acts import note_triggered
-from protocol.catalogue import LOCK
 from protocol.events import Sent
-from tests.support.line.frames import at_each_frame
 from tests.support.window.fakes_ui import store_of
-from tests.support.window.preflight_window import NOBODY, OnBench, kept, name_module, on_bench, press_row
+from tests.support.window.preflight_window import NOBODY, OnBench, kept, name_module, on_bench
 from tests.support.window.screen_reader import announced
 from tests.support.window.steps import choosing, given, notice_text, settle
 from ui.session.check import Standing
@@ -122,39 +120,22 @@ def test_where_the_aircraft_activates_ready_is_the_end(tmp_path: Path, rig: OnBe
     rig.wait_standing(Standing.GO)
 
 
-def test_on_an_active_module_nothing_is_written_until_its_row_locks_it(
+@pytest.mark.promise("f")
+def test_on_an_active_module_nothing_is_written_until_a_person_locks_it(
     qtbot: QtBot, qapp: QApplication, tmp_path: Path
 ) -> None:
     with on_bench(qtbot, qapp, tmp_path, "active", "preflight", active=True) as bench:
         page = bench.preflight
         assert "lock it first" in page.banner.accessibleName()
-        assert bench.check(is_enabling=False) is Standing.NO_GO
+        assert not page.enable.isVisible()
+        assert bench.check() is Standing.NO_GO
+        row = page.list.rows["attitude_trigger"]
+        assert "Lock it" in row.reason.text()
+        assert not given(row.act).isEnabled()
         assert bench.acts == []
-        assert "Lock it" in page.list.rows["attitude_trigger"].reason.text()
-        press_row(bench, "attitude_trigger")
-        bench.until(lambda: page.work.standing is Standing.READY)
-        assert set(bench.acts[:-2]) == {LOCK}
-
-
-@pytest.mark.parametrize("is_said_new", [False, True])
-@pytest.mark.promise("f")
-def test_where_the_lock_of_this_module_is_not_reported_nothing_is_enabled(
-    qtbot: QtBot, qapp: QApplication, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, is_said_new: bool
-) -> None:
-    with on_bench(qtbot, qapp, tmp_path, "stays", "preflight", active=True) as bench:
-        page = bench.preflight
-        bench.until(lambda: page.enable.text() == "Lock, enable and check again")
-        hear_lock = at_each_frame(bench.bench, lambda request: request != LOCK)
-        settle(page.enable)
-        bench.click(page.enable)
-        bench.wait(0.5)
-        if is_said_new:  # LOCK goes on; what was to follow it was meant for another module
-            bench.assembly.ports.current.treat_as_another()
-            hear_lock()
-            bench.until(lambda: not bench.bench.module.state.is_active)
-        bench.wait(1.0)
-        assert page.work.standing is Standing.NOT_CHECKED
-        assert set(bench.acts) == {LOCK}
+        bench.assembly.ports.lock.press()
+        bench.until(page.enable.isVisible)
+        assert bench.check() is Standing.READY
 
 
 # What ends it while it stands
