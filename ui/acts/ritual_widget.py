@@ -302,7 +302,6 @@ class RitualWidget(QFrame):
         return self._ports.module.job("ritual")
 
     def disarm(self, why: Input) -> None:
-        """Disarm; nothing is sent."""
         if self.is_under_way:
             self.ritual.disarm(why)
             self._on_stage()

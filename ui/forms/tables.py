@@ -142,12 +142,10 @@ class RowsFilter(QSortFilterProxyModel, Generic[Row]):
         return all(word in text for word in self._words)
 
     def row_at(self, place: int) -> Row:
-        """The row shown at `place`."""
         row: Row = self.index(place, 0).data(_ROW_ROLE)
         return row
 
     def shown(self) -> tuple[Row, ...]:
-        """All rows shown, in their order."""
         return tuple(self.row_at(place) for place in range(self.rowCount()))
 
 

@@ -198,7 +198,6 @@ class LaneView:
         self.grid.setData(x, y, connect="pairs")
 
     def x(self, time_s: float) -> float:
-        """The place of a time in the scene."""
         return self.box.left() + (time_s - self._span.start_s) / self._span.length_s * self.box.width()
 
     def y(self, value: float) -> float:

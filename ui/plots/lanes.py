@@ -156,7 +156,6 @@ def measured_lanes(data: Measured, in_use: LimitsInUse, acting: LimitSteps, unpr
 
 
 def value_text(value: float, decimals: int) -> str:
-    """A value with a typographic minus sign."""
     return f"{value:.{decimals}f}".replace("-", "−")
 
 
@@ -198,7 +197,6 @@ class TimeRange(QObject):
 
     @property
     def is_whole(self) -> bool:
-        """Whether all of a recording is in sight."""
         return self._bounds is not None and self.span.length_s >= self._bounds.length_s * (1 - 1e-9)
 
     @property
@@ -206,7 +204,6 @@ class TimeRange(QObject):
         return self.span_at(self.now_s)
 
     def span_at(self, now_s: float) -> Span:
-        """What is in sight then."""
         return self._held or self._bounds or self._live_span(now_s)
 
     def _live_span(self, now_s: float) -> Span:
@@ -252,7 +249,6 @@ class TimeRange(QObject):
             self._hold(Span(end_s - length_s, end_s))
 
     def show_instant(self, time_s: float) -> None:
-        """Pauses with `time_s` and the cursor in the middle."""
         length_s = min(self.span.length_s, self._live_s) if self.is_whole else self.span.length_s
         self._hold(Span(time_s - length_s / 2, time_s + length_s / 2))
         self.point_at(time_s)

@@ -86,7 +86,6 @@ class PlotView(pg.GraphicsView):  # type: ignore[misc]
         self.arrange()
 
     def arrange(self) -> None:
-        """Places the lanes, after a change of size or font."""
         whole, line = QRectF(self.viewport().rect()), self.overlay.line_px
         labels = (tr(limit.label, value="000") for lane in self.lanes for limit in lane.lane.limits)
         labels_px = max((self.overlay.size(label, is_bold=True).width() for label in labels), default=0.0)
@@ -134,7 +133,6 @@ class PlotView(pg.GraphicsView):  # type: ignore[misc]
         return span, limits, [None if sample is None else min(sample.time_s, span.end_s) for sample in newest]
 
     def draw(self) -> None:
-        """Draws all again, unless it is hidden."""
         time_range, span, cursor_s = self.time_range, self.time_range.span, self.time_range.cursor_s
         marks = [mark for mark in self.marks if span.start_s <= mark.time_s <= span.end_s]
         self.readings = [] if cursor_s is None else [lane.reading(cursor_s) for lane in self.lanes]
@@ -365,19 +363,16 @@ class TimePlot(QWidget):
         VisibilityTimer(self, self._redraw, restyle=self.apply_theme)
 
     def add_marks(self, marks: Sequence[Mark]) -> None:
-        """Adds marks, drawn with the next `draw`."""
         if marks:
             self.canvas.marks.extend(marks)
             self.canvas.forget()
 
     def reset(self) -> None:
-        """Removes all marks and goes back to live, for another module."""
         self.canvas.marks.clear()
         self.canvas.fit()
         self.time_range.back_to_live()
 
     def draw(self, now_s: float) -> None:
-        """Draws everything as of a monotonic time."""
         self.time_range.follow(now_s)
         self._redraw()
 

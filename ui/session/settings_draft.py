@@ -8,7 +8,6 @@ as an offer to take it over; see `Interruptions`.
 from collections.abc import Callable, Mapping, Sequence
 from enum import Enum
 from functools import partial
-from pathlib import Path
 
 from PySide6.QtCore import QObject, Signal
 
@@ -39,8 +38,6 @@ class Side(Enum):
 
 
 class SettingsDraft(QObject):
-    """See the module's docstring. Of one module, in the window's thread."""
-
     # A draft, a running job, the notice or a panel is otherwise.
     changed = Signal()
 
@@ -48,9 +45,8 @@ class SettingsDraft(QObject):
         super().__init__(module)
         self._module = module
         self.form = SettingsForm()
-        # While a profile is compared: its file, and what a person ticked or unticked, by the setting's key.
+        # While a profile is compared: it, and what a person ticked or unticked, by the setting's key.
         self.comparison: Profile | None = None
-        self.compared_path = Path()
         self._ticks: dict[str, bool] = {}
         # While the light threshold is calibrated: what was measured so far.
         self.bands: dict[Side, Band] | None = None
@@ -112,11 +108,9 @@ class SettingsDraft(QObject):
         self._edit(partial(self.form.fill, values))
 
     def mistype(self, key: str, text: str) -> None:
-        """What was typed and cannot be sent."""
         self._edit(partial(self.form.mistype, key, text))
 
     def revert(self, key: str | None = None) -> None:
-        """Discard the edit of one row, or all edits."""
         self._edit(partial(self.form.revert, key))
 
     def take_over(self, remainder: Remainder) -> None:
@@ -132,8 +126,8 @@ class SettingsDraft(QObject):
 
     # The profile that is compared
 
-    def compare_with(self, profile: Profile, path: Path) -> None:
-        self.comparison, self.compared_path, self._ticks = profile, path, {}
+    def compare_with(self, profile: Profile) -> None:
+        self.comparison, self._ticks = profile, {}
         self.changed.emit()
 
     def compared(self) -> list[tuple[ProfileRow, bool]]:
@@ -163,7 +157,6 @@ class SettingsDraft(QObject):
     # The calibration of the light threshold
 
     def calibrate(self) -> None:
-        """From the beginning."""
         self.close_panels()
         self.bands = {}
         self.changed.emit()

@@ -68,7 +68,6 @@ class TriggerReading(QObject):
 
     @property
     def is_busy(self) -> bool:
-        """Reading or storing."""
         return self.job.is_running or self._filing.is_running
 
     @property

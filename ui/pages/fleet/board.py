@@ -98,7 +98,6 @@ class Board(QTableWidget):
 
     @property
     def marked(self) -> Port | None:
-        """The port of the row that has the cursor."""
         item = self.currentItem()
         return next((port for port, items in self._items.items() if item in items), None)
 
@@ -255,7 +254,6 @@ def _state(card: Card, now: float) -> _Cell:
 
 
 def _values(card: Card, now: float) -> _Cell:
-    """Which triggers are on, and the cell voltage."""
     flags = trigger_flags(card.conversation, now)
     voltage = card.conversation.fresh("cell_voltage_v", now)
     lines = [flags.text, tr("unknown") if voltage is None else f"{float(voltage):.2f} V"]

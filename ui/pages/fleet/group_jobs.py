@@ -90,7 +90,6 @@ class GroupProfile(QObject):
             self.changed.emit()
 
     def differences(self, port: Port) -> list[ProfileRow]:
-        """Between the profile and what is known of the module."""
         module = port.module
         return [] if self.profile is None else differences(self.profile, module.view, module.now_s)
 
@@ -118,7 +117,6 @@ class GroupProfile(QObject):
         return [port for port in self._members.ticked if self._foreseen(port) is None]
 
     def changes(self) -> tuple[SettingChange, ...]:
-        """What would be written to any of the modules."""
         return tuple(dict.fromkeys(one for port in self.writable for one in changes_of(self.differences(port))))
 
     def named_results(self) -> list[tuple[str, AppliedProfile]]:

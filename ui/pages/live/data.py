@@ -43,11 +43,9 @@ class LiveData(Measured):
 
     @property
     def has_samples(self) -> bool:
-        """The module has reported a status."""
         return self._first_s is not None
 
     def reset(self) -> None:
-        """Discards everything, for another module."""
         for series in (self.tilt, self.acceleration, self.cell, self.light, self.charging, self._flags):
             series.clear()
         self.acting.clear()

@@ -123,7 +123,6 @@ class LivePage(Page):
 
     @property
     def is_empty(self) -> bool:
-        """There is nothing to plot yet."""
         return self._stack.currentWidget() is self.empty
 
     def on_batch(self, batch: Batch) -> None:
@@ -230,8 +229,6 @@ class LivePage(Page):
         return "  ·  ".join(part for part in parts if part)
 
     def _save(self, title: str, suffix: str, parts: Iterable[bytes], count: int, saved: Callable[[Path], str]) -> None:
-        """Asks for a path, and writes about so many `parts` in the background."""
-
         def save(path: Path) -> None:
             self._folder = path.parent
 

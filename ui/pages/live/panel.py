@@ -123,7 +123,6 @@ class LivePanel(QFrame):
 
 
 def _trigger_note(is_on: bool | None) -> Note:
-    """Whether the trigger of a value is on."""
     if is_on is False:
         return Meaning.ATTENTION, tr(TRIGGER_OFF)
     return None, "" if is_on else tr(TRIGGER_NOT_KNOWN)

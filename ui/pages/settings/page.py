@@ -131,7 +131,6 @@ class SettingsPage(Page):
 
     @property
     def work(self) -> SettingsDraft:
-        """Of the module shown."""
         return self.module.settings
 
     # Display
@@ -201,7 +200,7 @@ class SettingsPage(Page):
         profile = self.work.job.read_profile(path)
         if profile is not None:
             self._preferences.add_profile(path)
-            self.work.compare_with(profile, path)
+            self.work.compare_with(profile)
         self.refresh()
 
     def _choose_and_save(self) -> None:
@@ -296,7 +295,7 @@ class ComparePanel(_Panel):
         if profile is None:
             return
         self.title.setText(profile.name)
-        self.about.setText(" · ".join(filter(None, (profile.airframe, profile.notes, str(work.compared_path)))))
+        self.about.setText(" · ".join(filter(None, (profile.airframe, profile.notes))))
         for row, is_ticked in work.compared():
             command, known = row.command, row.module_value
             tick, *labels = self._cells[command.key]

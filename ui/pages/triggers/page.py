@@ -45,7 +45,6 @@ _READ_EVERY_MS: Final = 500
 
 
 def record_text(row: TriggerRow) -> str:
-    """The record as a sentence, with its note."""
     text = sentence(row.record).translated()
     if row.is_seen_once:
         text = labelled(capitalised(tr("seen once")), text)
@@ -169,7 +168,6 @@ class TriggersPage(Page):
 
     @property
     def work(self) -> TriggerReading:
-        """Of the module shown."""
         return self.module.triggers
 
     def refresh(self) -> None:
@@ -245,7 +243,6 @@ class TriggersPage(Page):
 
 
 def _why_empty(work: TriggerReading, *, is_open: bool) -> tuple[str, str]:
-    """What stands in place of an empty list."""
     if work.is_busy:
         return tr("Reading the trigger records"), ""
     if work.reading is None:
