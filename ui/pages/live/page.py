@@ -33,7 +33,7 @@ from ui.services.context import Services
 from ui.services.page import Page
 from ui.session.page_job import PageJob
 from ui.style.icons import Icon
-from ui.style.theme import Size, Space, current, font
+from ui.style.theme import Size, Space, current, font, is_text_large
 from ui.widgets.controls import (
     EmptyState,
     Shortcut,
@@ -71,9 +71,7 @@ class LivePage(Page):
         self.ask_path: AskPath = ask_path
         self.job = PageJob(self)
         self._folder: Path | None = None
-        # In the header, where room is kept for it: the plots never move.
-        self.strip = named(NoticeBar(is_foot=True), "live_notice")
-        retain_size(self.strip)
+        self.strip = named(NoticeBar(is_foot=not is_text_large()), "live_notice")
         self.csv = control(QToolButton(), "live_save_csv", says=tr("Save values…"), keys="Ctrl+S", picture=Icon.TABLE)
         self.csv.clicked.connect(self._save_values)
         says = tr("Save picture…")
@@ -111,14 +109,18 @@ class LivePage(Page):
         self.empty.column.insertLayout(4, in_row(1, (self._way, 6), 1, margins=Space.S))
         self.empty.column.insertLayout(5, in_row(1, self.choose, 1))
         head = self.make_header(tr("Live"), self.csv, self.png)
-        head.row.setStretchFactor(head.title, 0)
-        head.row.insertWidget(1, self.strip, 1)
         head.row.setContentsMargins(Space.M, Space.XS, Space.M, Space.XS)
         card = named(QFrame(), "live_plots", "card")
         in_column((self.plot, 1), of=card, margins=Space.S)
         body = in_row(self.panel, (card, 1), spacing=Space.S, margins=(Space.M, 0, Space.M, Space.S))
         self._content = named(QWidget(), "live_content")
-        in_column(head, (body, 1), of=self._content, spacing=0, margins=0)
+        column = in_column(head, (body, 1), of=self._content, spacing=0, margins=0)
+        if is_text_large():
+            column.insertWidget(1, self.strip)
+        else:  # room is kept for it: the plots never move
+            retain_size(self.strip)
+            head.row.setStretchFactor(head.title, 0)
+            head.row.insertWidget(1, self.strip, 1)
         self._stack = stacked(QStackedLayout(self), self.empty, self._content)
 
     @property
