@@ -27,7 +27,8 @@ from tests.cli import test_schemas as schemas
 from tests.cli.test_program import half_width
 from tests.support.line.odd_module import EmptySlots, OddSetup
 from tests.support.thorough import some
-from tests.unit.simulator.test_simulator_servers import posix_only, pty, serving
+from tests.support.virtual_cli import VirtualCli
+from tests.unit.simulator.test_simulator_servers import posix_only
 
 pytest_plugins = ["tests.support.cli_fixtures"]
 
@@ -149,21 +150,17 @@ def test_in_chinese_the_punctuation_is_full_width(
     assert half_width("\n".join(lines)) == []
 
 
-@posix_only
 @pytest.mark.usefixtures("speaks_english", "user_files")
 def test_every_example_says_what_the_page_says(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("COLUMNS", "120")
     monkeypatch.chdir(tmp_path)
-    link, text = str(tmp_path / "dps-s"), PAGE.read_text(encoding="utf-8")
-    judge = doctest.OutputChecker()
-    bench = SimulatedBench(OddSetup(history=2, empty_slots=EmptySlots.NONE))
-    with serving(bench, pty(Path(link))):
+    text, judge, cli = PAGE.read_text(encoding="utf-8"), doctest.OutputChecker(), VirtualCli()
+    with cli.in_time():
+        cli.served[SHOWN_PORT] = SimulatedBench(OddSetup(history=2, empty_slots=EmptySlots.NONE))
         for block in _BLOCK.findall(text):
             found = []
             for line, said in examples_in(block):
-                words = [link if word == SHOWN_PORT else word for word in shlex.split(line)]
-                says = say(words, is_marked=False)
-                says = says.replace(link, SHOWN_PORT)
+                says = say(shlex.split(line), is_marked=False)
                 is_as_said = judge.check_output(said, says, doctest.ELLIPSIS)
                 found.append(Example(line, said if is_as_said else says))
                 assert is_as_said or IS_WRITING, f"dps-s {line} says now:\n{says}"

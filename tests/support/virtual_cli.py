@@ -61,6 +61,7 @@ class VirtualCli:
     ) -> None:
         self.clock, self.wear = FakeClock(), wear
         self._simulated: dict[str, SimulatedBench] = {}
+        self.served: dict[str, SimulatedBench] = {}  # by port
         self.modules = list(modules) or [
             Module(each, name=f"{number}", seed=seed + number, now=self.clock.now_s)
             for number, each in enumerate(options or (Options(),))
@@ -76,8 +77,8 @@ class VirtualCli:
         planned = [] if meanwhile is None else [meanwhile]
 
         def open_line(name: str, baud_rate: int) -> Line:
-            if name.startswith("sim:"):
-                return WatchedLine(self.clock, open_bench(name), baud_rate, port=name)
+            if name in self.served or name.startswith("sim:"):
+                return WatchedLine(self.clock, self.served.get(name) or open_bench(name), baud_rate, port=name)
             if name != PORT:
                 return really_open(name, baud_rate)
             self.line = ModuleLine(self.clock, *self.modules, wear=self.wear, baud_rate=baud_rate)
