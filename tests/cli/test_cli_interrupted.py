@@ -12,8 +12,7 @@ from app.simulator.bench import SimulatedBench
 from app.simulator.module import invent_records
 from protocol.catalogue import BY_NAME
 from protocol.messages import decode_request
-from tests.cli.test_schemas import faults
-from tests.support.cli_line import Program, bench_of, exchange
+from tests.support.cli_line import Program, bench_of, exchange, faults
 from tests.support.line.frames import at_frame
 from tests.support.records.stored import audit, modules_in, open_store
 

@@ -6,26 +6,31 @@ import json
 import os
 import re
 import shlex
+import shutil
+import subprocess
 from collections.abc import Iterator
-from contextlib import redirect_stderr, redirect_stdout
+from contextlib import closing, redirect_stderr, redirect_stdout
 from itertools import count
 from pathlib import Path
-from typing import Final, NamedTuple
+from typing import Any, Final, NamedTuple
 
 import pytest
 
 import app.__main__ as program
 from app.cli import history as records
-from app.cli.schema import SCHEMAS as NAMES
+from app.cli.commands import ENTRIES
+from app.cli.schema import SCHEMAS, schema_of
 from app.procedures.history import History
 from app.simulator.bench import SimulatedBench
+from app.store.rows import PreflightCheck
 from app.terminal import console
 from app.terminal.console import RATES
 from protocol.catalogue import BAUD_RATES
 from protocol.messages import TriggerRecord, decode_record, decode_request
-from tests.cli import test_schemas as schemas
 from tests.cli.test_program import half_width
+from tests.support.cli_line import Program, faults
 from tests.support.line.odd_module import EmptySlots, OddSetup
+from tests.support.records.stored import open_store
 from tests.support.thorough import some
 from tests.support.virtual_cli import VirtualCli
 from tests.unit.simulator.test_simulator_servers import posix_only
@@ -58,18 +63,16 @@ class Example(NamedTuple):
     said: str
 
 
-class Section(NamedTuple):
-    title: str
-    examples: tuple[Example, ...]
+Examples = tuple[Example, ...]
 
 
-def examples_in(text: str) -> tuple[Example, ...]:
+def examples_in(text: str) -> Examples:
     return tuple(Example(line, said) for line, _, said in (one.partition("\n") for one in _COMMAND.split(text)[1:]))
 
 
-def sections() -> tuple[Section, ...]:
+def sections() -> list[Any]:
     parts = GOLDENS.read_text(encoding="utf-8").split("=== ")[1:]
-    return tuple(Section(part.partition("\n")[0], examples_in(part)) for part in parts)
+    return [pytest.param(examples_in(part), id=part.partition("\n")[0]) for part in parts]
 
 
 class _Messages(io.StringIO):
@@ -91,14 +94,17 @@ def say(words: list[str], *, is_marked: bool) -> str:
     return shown.getvalue() + (f"(exit code {code})\n" if code else "")
 
 
-def run_section(section: Section, wire: list[bytes]) -> Iterator[Example]:
+def run_section(section: Examples, wire: list[bytes]) -> Iterator[Example]:
     """What is said now. What varies is replaced; JSON is held against its schema."""
     port = f"sim://golden{next(_ports):03}"  # of one length, for the columns
-    for line, _ in section.examples:
+    for line, _ in section:
         words = shlex.split(line.replace("PORT", port))
         wire.clear()
         said = say(words, is_marked=True)
-        assert faults(words, said) == []
+        name = next((name for name in ("_".join(words[:2]), words[0]) if name in SCHEMAS), None)
+        if "--json" in words and name is not None:
+            lines = [line for line in said.splitlines() if not line.startswith(("! ", "(exit code "))]
+            assert [fault for line in lines for fault in faults(name, json.loads(line))] == []
         sent = [request for request in map(decode_request, wire) if not request.is_repeatable]
         names = ", ".join(f"{request.command.name} {request.data}" for request in sent)
         said = said.replace("\r", "\\r") + (f"(sent {names})\n" if sent else "")
@@ -108,28 +114,19 @@ def run_section(section: Section, wire: list[bytes]) -> Iterator[Example]:
         yield Example(line, said)
 
 
-def faults(words: list[str], said: str) -> list[str]:
-    """Where JSON on standard output is not alone, or not as its schema says."""
-    name = next((name for name in ("_".join(words[:2]), words[0]) if name in NAMES), None)
-    if "--json" not in words or name is None:
-        return []
-    lines = [line for line in said.splitlines() if not line.startswith(("! ", "(exit code "))]
-    return [fault for line in lines for fault in schemas.faults(name, json.loads(line))]
-
-
 def as_text(examples: Iterator[Example] | tuple[Example, ...]) -> str:
     return "".join(f"$ dps-s {line}\n{said}" for line, said in examples).rstrip("\n")
 
 
 @posix_only
 @pytest.mark.usefixtures("speaks_english", "user_files", "no_waiting")
-@pytest.mark.parametrize("section", sections(), ids=lambda section: section.title)
+@pytest.mark.parametrize("section", sections())
 @pytest.mark.promise("d", "f")
 def test_what_is_said_and_sent(
-    section: Section, wire: list[bytes], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+    section: Examples, wire: list[bytes], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.chdir(tmp_path)
-    says, said = as_text(run_section(section, wire)), as_text(section.examples)
+    says, said = as_text(run_section(section, wire)), as_text(section)
     if IS_WRITING:
         GOLDENS.write_text(GOLDENS.read_text(encoding="utf-8").replace(said, says), encoding="utf-8")
     else:
@@ -138,9 +135,9 @@ def test_what_is_said_and_sent(
 
 @posix_only
 @pytest.mark.usefixtures("speaks_english", "user_files", "no_waiting")
-@pytest.mark.parametrize("section", some(sections(), one_in=4), ids=lambda section: section.title)
+@pytest.mark.parametrize("section", some(sections(), one_in=4))
 def test_in_chinese_the_punctuation_is_full_width(
-    section: Section, wire: list[bytes], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+    section: Examples, wire: list[bytes], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setenv("LC_ALL", "zh_CN.UTF-8")
     monkeypatch.chdir(tmp_path)
@@ -190,3 +187,69 @@ def test_json_of_a_broken_name_is_json() -> None:
     out.write(console.as_json({"port": "/tmp/\udcff"}))
     out.flush()
     assert json.loads(raw.getvalue()) == {"port": "/tmp/\udcff"}
+
+
+# Schemas
+
+
+@pytest.mark.parametrize("name", SCHEMAS)
+def test_the_command_prints_a_valid_schema(name: str, dps_s: Program) -> None:
+    from jsonschema import Draft202012Validator
+
+    printed = json.loads(dps_s(["schema", name]).out)
+    Draft202012Validator.check_schema(printed)
+    assert printed == schema_of(name)
+
+
+@pytest.mark.usefixtures("user_files", "hasty", "no_waiting")
+def test_what_varies_is_as_its_schema_says(port: str, tmp_path: Path, dps_s: Program) -> None:
+    dps_s(["record", "--port", port, "--seconds", "0.1", str(tmp_path / "a.csv")])
+    for words in (["ports"], ["recordings", "list"], ["monitor", "--port", port, "--seconds", "0.2"]):
+        lines = dps_s([*words, "--json"]).out.splitlines()
+        assert lines
+        assert [fault for line in lines for fault in faults(words[0], json.loads(line))] == []
+    dps_s(["preflight", "--port", f"{port}-b?history=2", "--enable-triggers", "--module", "M-07"], 1)
+    with closing(open_store()) as store:
+        (check,) = store.read(lambda facts: facts.of_kind(PreflightCheck))
+    assert faults("record", json.loads(check.content.document)) == []
+
+
+# Completion scripts know every command and option; the one for bash is run by bash.
+
+_ASK = """
+source "$1"; shift
+COMP_WORDS=(dps-s "$@"); COMP_CWORD=$(($#))
+_shtab_dps_s 2>/dev/null
+printf '%s\\n' "${COMPREPLY[@]}"
+"""
+
+
+def test_the_script_for_zsh_knows_every_command(dps_s: Program) -> None:
+    script = dps_s(["completion", "zsh"]).out
+    assert [entry.name for entry in ENTRIES if entry.name not in script] == []
+
+
+@pytest.mark.skipif(os.name == "nt", reason="bash is no shell of Windows")
+def test_bash_completes(tmp_path: Path, dps_s: Program) -> None:
+    bash = shutil.which("bash")
+    assert bash is not None
+    script = tmp_path / "dps-s"
+    text = dps_s(["completion", "bash"]).out
+    script.write_text(text.replace("/dev/ttyUSB*", str(tmp_path / "tty*")), encoding="utf-8")
+    (tmp_path / "my profile.toml").touch()
+    (tmp_path / "ttyUSB0").touch()
+
+    def completed(*words: str) -> list[str]:
+        done = subprocess.run(
+            [bash, "--norc", "-c", _ASK, "bash", str(script), *words],
+            cwd=tmp_path, text=True, capture_output=True, timeout=60, check=True,
+        )  # fmt: skip
+        assert done.stderr == ""
+        return [line for line in done.stdout.splitlines() if line]
+
+    assert sorted(completed("")) == sorted(entry.name for entry in ENTRIES)
+    assert completed("recordings", "ex") == ["export"]
+    assert completed("read", "--j") == ["--json"]
+    assert completed("read", "--port", str(tmp_path / "ttyU"))[0] == str(tmp_path / "ttyUSB0")
+    assert completed("set", "--profile", "my") == ["my profile.toml"]
+    assert completed("decode", "--asked", "cell") == ["cell_voltage"]

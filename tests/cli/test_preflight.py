@@ -20,9 +20,8 @@ from app.system.files import data_folder
 from app.terminal.console import Signalled
 from protocol.catalogue import ACTIVATION, Request
 from protocol.messages import decode_request
-from tests.cli.test_schemas import faults
 from tests.files.records.test_record import signed_record
-from tests.support.cli_line import Program, bench_of
+from tests.support.cli_line import Program, bench_of, faults
 from tests.support.line.frames import at_each_frame
 from tests.support.processes import PROGRAM, ran, run_module
 from tests.support.records.stored import audit, checks_of, open_store, records_of

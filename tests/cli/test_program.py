@@ -32,8 +32,7 @@ from app.text.i18n import read_translations
 from app.text.messages import visible, visible_json
 from protocol.messages import Noise
 from protocol.stream import StreamParser
-from tests.cli.test_schemas import faults
-from tests.support.cli_line import Program, is_one_sentence
+from tests.support.cli_line import Program, faults, is_one_sentence
 from tests.support.processes import PROGRAM, ROOT, ran
 from tests.support.setup_files import tool
 from ui.files.file_dialogs import default_name

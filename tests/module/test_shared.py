@@ -16,10 +16,10 @@ import pytest
 from app import sharing
 from app.sharing import Reader
 from protocol.catalogue import COMMANDS
-from tests.cli.test_schemas import faults
 from tests.module.line import Line, now
 from tests.module.module import ACTIVATION, BY_PWM, MOST_RECORDS, OUTPUT, RECORDS, STATUS, Module
 from tests.module.wire import FROM_HOST, with_sum
+from tests.support.cli_line import faults
 from tests.support.patience import PATIENCE_S
 from tests.support.processes import PROGRAM, Running, ran, running
 

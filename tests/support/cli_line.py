@@ -26,6 +26,18 @@ def run_here(capsys: pytest.CaptureFixture[str], words: Sequence[str], code: int
     return printed
 
 
+def faults(name: str, value: object) -> list[str]:
+    """Where JSON is not as the published schema of this name says."""
+    from jsonschema import Draft202012Validator  # 4 MB, only where it is used
+
+    from app.cli.schema import schema_of
+
+    if isinstance(value, dict) and value.keys() == {"error"}:
+        name = "error"
+    validator = Draft202012Validator(schema_of(name), format_checker=Draft202012Validator.FORMAT_CHECKER)
+    return [f"{error.json_path}: {error.message}" for error in validator.iter_errors(value)]
+
+
 Program = Callable[..., Printed]
 """`run_here`, as a fixture gives it: called with the words and the exit code."""
 

@@ -24,9 +24,8 @@ from app.store.rows import (
     TriggerRecordJudged,
     TriggerRecordSeen,
 )
-from tests.cli.test_schemas import faults
 from tests.files.records.test_filing import file_one
-from tests.support.cli_line import Printed, run_here
+from tests.support.cli_line import Printed, faults, run_here
 from tests.support.patience import PATIENCE_S
 from tests.support.records.stored import begin, open_store, settle
 
