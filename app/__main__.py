@@ -119,7 +119,7 @@ def _run(words: list[str]) -> int:
 def _choose_ports(args: argparse.Namespace) -> None:
     """Set `port`, and `ports` where the command takes several. Raises `UserError`, `PortError`."""
     ports = list(dict.fromkeys(args.port or ()))
-    if len(args.port or ()) > 1 and not hasattr(args, "takes_several"):
+    if len(args.port or ()) > 1 and args.command != "preflight":
         # Who locks two ports with one command would find only the last one locked.
         raise console.Refused("--port is given twice")
     # Without --yes the command is refused, whatever the port; `diff FILE FILE` has none.

@@ -29,9 +29,7 @@ class ActJson(Result):
     sentence: str
 
 
-def add_arguments(parser: argparse.ArgumentParser) -> None:
-    console.add_port(parser)
-    console.add(parser, "--yes", "--json")
+ARGUMENTS = (*console.PORT, console.YES, console.JSON)
 
 
 def run(args: argparse.Namespace) -> int:

@@ -117,31 +117,28 @@ class ServicedJson(Result):
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
+    kinds, day = [kind.value for kind in ServiceKind], dict[str, Any](type=date.fromisoformat, metavar="YYYY-MM-DD")
+    name = console.option("module", type=console.name, metavar="NAME")
+    place = console.option("place", nargs="?", metavar="URL|FILE", help=f"{SERVER}; default: as set in the window")
+    service = (
+        console.option("--what", choices=kinds, required=True),
+        console.option("--on", help="day on which it was done (default: today)", **day),
+        console.option("--due", help="day on which it is due again", **day),
+        console.option("--who", required=True, metavar="WHO", help="who did it"),
+        console.option("--note", default="", metavar="TEXT", help="note"),
+    )
+    table = console.switch("--csv", "print a table as CSV", one_of="form")
+    console.describe(parser, ())
     commands = parser.add_subparsers(metavar="COMMAND", required=True)
-    synced = commands.add_parser("sync", help="exchange with a server or a file, in both directions")
-    text = f"{SERVER} (default: the server set in the window)"
-    synced.add_argument("place", nargs="?", metavar="URL|FILE", help=text)
-    status = commands.add_parser("status", help="show what is in the archive")
-    history = commands.add_parser("module", help="print the history of a module")
-    service = commands.add_parser("service", help="record a service of a module")
-    for command in (history, service):
-        command.add_argument("module", type=console.name, metavar="NAME")
-    service.add_argument("--what", choices=[kind.value for kind in ServiceKind], required=True)
-    text = "day on which it was done (default: today)"
-    service.add_argument("--on", type=date.fromisoformat, metavar="YYYY-MM-DD", help=text)
-    text = "day on which it is due again"
-    service.add_argument("--due", type=date.fromisoformat, metavar="YYYY-MM-DD", help=text)
-    service.add_argument("--who", required=True, metavar="WHO", help="who did it")
-    service.add_argument("--note", default="", metavar="TEXT", help="note")
-    reported = commands.add_parser("report", help="print all modules")
-    form = reported.add_mutually_exclusive_group()
-    console.add(form, "--json")
-    form.add_argument("--csv", action="store_true", help="print a table as CSV")
-    runs = {synced: run_sync, status: run_status, history: run_module, service: run_service, reported: run_report}
-    for command, function in runs.items():
-        if command is not reported:
-            console.add(command, "--json")
-        console.add_verbosity(command)
+    for word, summary, function, options in (
+        ("sync", "exchange with a server or a file, in both directions", run_sync, (place,)),
+        ("status", "show what is in the archive", run_status, ()),
+        ("module", "print the history of a module", run_module, (name,)),
+        ("service", "record a service of a module", run_service, (name, *service)),
+        ("report", "print all modules", run_report, (table,)),
+    ):
+        command = commands.add_parser(word, help=summary)
+        console.describe(command, (*options, console.JSON._replace(one_of="form")))
         command.set_defaults(function=function)
 
 

@@ -1,7 +1,7 @@
 """The commands of `dps-s`: names, summaries, examples. A command's module is imported only for that command.
 
-The module of a command has `add_arguments(parser)` and `run(args)`, which returns the exit code. `args.command` is the
-command's name.
+The module of a command has `ARGUMENTS`, or `add_arguments(parser)` where it has commands of its own, and `run(args)`,
+which returns the exit code. `args.command` is the command's name.
 """
 
 import argparse
@@ -35,8 +35,10 @@ class SubCommand(NamedTuple):
         parser.formatter_class = argparse.RawDescriptionHelpFormatter
         parser.description = capitalised(module.__doc__.partition(": ")[2].strip())
         parser.epilog = f"Example: dps-s {self.name} {self.example}".strip()
-        module.add_arguments(parser)
-        console.add_verbosity(parser)
+        if hasattr(module, "add_arguments"):
+            module.add_arguments(parser)
+        else:
+            console.describe(parser, module.ARGUMENTS)
         parser.set_defaults(command=self.name)
 
     def parse_words(self, words: list[str]) -> argparse.Namespace:
@@ -89,7 +91,7 @@ def whole_parser(*, is_complete: bool) -> console.Parser:
         commands = parser.add_subparsers(dest="command", metavar="COMMAND")
         for entry in ENTRIES:
             entry.describe(commands.add_parser(entry.name, help=entry.summary))
-        console.add_verbosity(parser)
+        console.describe(parser, ())
     else:
         rows = console.columns([(entry.name, entry.summary) for entry in ENTRIES], indent=2)
         parser.description = "\n".join(("Configures, tests and watches a DPS-S parachute module.", "", *rows))

@@ -69,12 +69,11 @@ DecodedFrameJson = msgspec.defstruct(
 DecodedJson = DecodedFrameJson | RejectedJson
 
 
-def add_arguments(parser: argparse.ArgumentParser) -> None:
-    text = "hex bytes, a recording or a capture, or - for standard input"
-    console.add_file(parser, "hex", nargs="*", metavar="HEX", help=text)
-    text = f"what was asked, where the host's frames are missing: {', '.join(BY_NAME)}"
-    parser.add_argument("--asked", metavar="NAME", choices=sorted(BY_NAME), help=text)
-    console.add(parser, "--json")
+ARGUMENTS = (
+    console.file("hex", "HEX", "hex bytes, a recording or a capture, or - for standard input", nargs="*", type=str),
+    console.option("--asked", metavar="NAME", choices=sorted(BY_NAME), help=f"what was asked: {', '.join(BY_NAME)}"),
+    console.JSON,
+)
 
 
 def run(args: argparse.Namespace) -> int:

@@ -6,7 +6,6 @@ Of a module only the settings of the profile are compared; what it cannot tell i
 
 import argparse
 from collections.abc import Mapping
-from pathlib import Path
 from typing import Annotated
 
 from msgspec import Meta
@@ -25,11 +24,12 @@ class DiffJson(Result):
     differences: dict[SettingName, Annotated[list[Value], Meta(min_length=2, max_length=2)]]
 
 
-def add_arguments(parser: argparse.ArgumentParser) -> None:
-    console.add_file(parser, "file", type=Path, metavar="FILE", help="profile")
-    console.add_file(parser, "other", type=Path, nargs="?", metavar="FILE", help="profile; without it the module")
-    console.add_port(parser)
-    console.add(parser, "--json")
+ARGUMENTS = (
+    console.file("file", "FILE", "profile"),
+    console.file("other", "FILE", "profile; without it the module", nargs="?"),
+    *console.PORT,
+    console.JSON,
+)
 
 
 def run(args: argparse.Namespace) -> int:

@@ -19,9 +19,7 @@ class FindJson(Result):
     tried: list[Count]
 
 
-def add_arguments(parser: argparse.ArgumentParser) -> None:
-    console.add_port(parser)
-    console.add(parser, "--json")
+ARGUMENTS = (*console.PORT, console.JSON)
 
 
 def run(args: argparse.Namespace) -> int:

@@ -54,22 +54,20 @@ class FiredJson(Result):
     answer: Literal["fires", "does_not_fire", "not_judged", "unreadable"]
 
 
-def add_arguments(parser: argparse.ArgumentParser) -> None:
-    console.add_file(parser, "logs", nargs="*", metavar="LOG", help="flight log, recording or folder")
-    text = ", ".join(THRESHOLDS)
-    parser.add_argument("--thresholds", nargs="+", action="extend", default=[], metavar="NAME=VALUE", help=text)
-    text = "column of a table: roll_deg=ATT.Roll"
-    parser.add_argument("--column", action="append", default=[], metavar="ROLE=COLUMN", help=text)
-    side = parser.add_mutually_exclusive_group()
-    side.add_argument("--must-not", action="store_true", help="do the vendor's defaults fire in none of them?")
-    side.add_argument("--must", action="store_true", help="do the vendor's defaults fire in all of them, in time?")
-    console.add(parser, "--json")
+ARGUMENTS = (
+    console.file("logs", "LOG", "flight log, recording or folder", nargs="*", type=str),
+    console.option("--thresholds", nargs="+", action="extend", metavar="NAME=VALUE", help=", ".join(THRESHOLDS)),
+    console.option("--column", action="append", metavar="ROLE=COLUMN", help="column of a table: roll_deg=ATT.Roll"),
+    console.switch("--must-not", "do the vendor's defaults fire in none of them?", one_of="side"),
+    console.switch("--must", "do the vendor's defaults fire in all of them, in time?", one_of="side"),
+    console.JSON,
+)
 
 
 def run(args: argparse.Namespace) -> int:
     given: dict[str, str] = {}
     words: list[str] = args.logs
-    for word in args.thresholds:
+    for word in args.thresholds or ():
         name, equals, _ = word.partition("=")
         if name in THRESHOLDS:
             given[word] = name

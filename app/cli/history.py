@@ -6,7 +6,6 @@ without a link, or where the conversation ended meanwhile; 4 if they differ, or 
 """
 
 import argparse
-from pathlib import Path
 from typing import Annotated, Any
 
 from msgspec import Meta
@@ -66,13 +65,13 @@ class HistoryJson(Result):
     complete: bool
 
 
-def add_arguments(parser: argparse.ArgumentParser) -> None:
-    console.add_port(parser)
-    form = parser.add_mutually_exclusive_group()
-    console.add(form, "--json")
-    console.add_file(form, "--csv", type=Path, metavar="FILE", help="write a table into .csv")
-    console.add(parser, "--force")
-    console.add_module(parser, "keep the records under this name")
+ARGUMENTS = (
+    *console.PORT,
+    console.JSON._replace(one_of="form"),
+    console.file("--csv", "FILE", "write a table into .csv", one_of="form"),
+    console.FORCE,
+    *console.module("keep the records under this name"),
+)
 
 
 def run(args: argparse.Namespace) -> int:

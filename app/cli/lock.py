@@ -16,12 +16,13 @@ from app.terminal.records import conclude_lock, records_of
 STORE_LIMIT_S = 2.5  # how long the store may take once the module has been locked
 
 
-def add_arguments(parser: argparse.ArgumentParser) -> None:
-    console.add_port(parser)
+ARGUMENTS = (
+    *console.PORT,
     # Whoever is in a hurry must not be told to type more.
-    parser.add_argument("--yes", action="store_true", default=True, help="accepted, not needed")
-    console.add_module(parser, "name of the module that is locked")
-    console.add(parser, "--json")
+    console.option("--yes", action="store_true", default=True, help="accepted, not needed"),
+    *console.module("name of the module that is locked"),
+    console.JSON,
+)
 
 
 def run(args: argparse.Namespace) -> int:

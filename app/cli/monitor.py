@@ -51,10 +51,7 @@ class MonitorJson(Result):
     active: bool
 
 
-def add_arguments(parser: argparse.ArgumentParser) -> None:
-    console.add_port(parser)
-    console.add_seconds(parser)
-    console.add(parser, "--json")
+ARGUMENTS = (*console.PORT, console.SECONDS, console.JSON)
 
 
 def run(args: argparse.Namespace) -> int:

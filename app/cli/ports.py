@@ -28,8 +28,7 @@ class PortsJson(Result):
     ports: list[PortJson]
 
 
-def add_arguments(parser: argparse.ArgumentParser) -> None:
-    console.add(parser, "--json")
+ARGUMENTS = (console.JSON,)
 
 
 def run(args: argparse.Namespace) -> int:

@@ -8,7 +8,6 @@ checked one after the other.
 
 import argparse
 import logging
-from pathlib import Path
 from typing import Literal
 
 import msgspec
@@ -54,22 +53,20 @@ class PreflightJson(Result):
     softer_limits: list[str]
 
 
-def add_arguments(parser: argparse.ArgumentParser) -> None:
-    console.add_port(parser)
-    parser.set_defaults(takes_several=True)
-    text = "profile that says how the module should be set"
-    console.add_file(parser, "--profile", type=Path, metavar="FILE", help=text)
-    parser.add_argument("--enable-triggers", action="store_true", help="enable both automatic triggers first")
-    parser.add_argument("--activate", action="store_true", help="enable, check, activate if READY, and read again: GO")
-    console.add(parser, "--yes")
-    text = "write the report, and the record beside it"
-    console.add_file(parser, "--report", type=Path, metavar="FILE.pdf", help=text)
-    console.add_module(parser, "name of the module")
-    parser.add_argument("--aircraft", default="", metavar="NAME", help="aircraft")
-    parser.add_argument("--who", default="", metavar="NAME", help="who checks")
-    text = "manual item N of the profile is in order"
-    parser.add_argument("--done", type=int, action="append", default=[], metavar="N", help=text)
-    console.add(parser, "--records-reviewed", "--json")
+ARGUMENTS = (
+    *console.PORT,
+    console.file("--profile", "FILE", "profile that says how the module should be set"),
+    console.switch("--enable-triggers", "enable both automatic triggers first"),
+    console.switch("--activate", "enable, check, activate if READY, and read again: GO"),
+    console.YES,
+    console.file("--report", "FILE.pdf", "write the report, and the record beside it"),
+    *console.module("name of the module"),
+    console.option("--aircraft", default="", metavar="NAME", help="aircraft"),
+    console.option("--who", default="", metavar="NAME", help="who checks"),
+    console.option("--done", type=int, action="append", metavar="N", help="manual item N of the profile is in order"),
+    console.RECORDS_REVIEWED,
+    console.JSON,
+)
 
 
 def run(args: argparse.Namespace) -> int:
@@ -79,10 +76,10 @@ def run(args: argparse.Namespace) -> int:
         if given and len(args.ports) > 1:
             raise console.Refused(tr("{option} takes one port only.", option=option))
     profile = NO_PROFILE if args.profile is None else read_profile(args.profile)
-    for number in args.done:
+    for number in args.done or ():
         if not 1 <= number <= len(profile.manual):
             raise console.Refused(tr("No manual item {number} in the profile.", number=number))
-    profile = profile.answered(dict.fromkeys(args.done, True))
+    profile = profile.answered(dict.fromkeys(args.done or (), True))
     if args.report is not None:
         check_target(args.report)
     codes: list[int] = []

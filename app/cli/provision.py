@@ -8,7 +8,6 @@ that are left. Exit code 0 if all names are given, 1 if not, 4 if the labels cou
 
 import argparse
 import time
-from pathlib import Path
 from typing import Final
 
 from app.cli.set import warn
@@ -55,27 +54,27 @@ class ProvisionJson(Result):
     complete: bool
 
 
-def add_arguments(parser: argparse.ArgumentParser) -> None:
-    text = "write all settings of this profile"
-    console.add_file(parser, "--profile", type=Path, required=True, metavar="FILE", help=text)
-    parser.add_argument("--names", type=_names, required=True, metavar=EXAMPLE, help="names, one for each module")
-    parser.add_argument("--enable-triggers", action="store_true", help="enable both automatic triggers")
-    console.add(parser, "--yes", "--accept-risk", "--records-reviewed")
-    text = "all modules are new, also those that resemble a known one"
-    parser.add_argument("--all-new", action="store_true", help=text)
-    parser.add_argument("--who", default="", metavar="NAME", help="who checks")
-    console.add_file(parser, "--labels", type=Path, metavar="FILE.pdf", help="print labels into this file")
-    text = "paper of the labels: width in mm, or sheets"
-    parser.add_argument("--tape", choices=tuple(PAPERS), default="A4", help=text)
-    console.add_port(parser)
-    console.add(parser, "--json")
-
-
 def _names(text: str) -> tuple[str, ...]:
     names = counted_names(text)
     if names is None:
         raise console.expected(EXAMPLE)
     return names
+
+
+ARGUMENTS = (
+    console.file("--profile", "FILE", "write all settings of this profile", required=True),
+    console.option("--names", type=_names, required=True, metavar=EXAMPLE, help="names, one for each module"),
+    console.switch("--enable-triggers", "enable both automatic triggers"),
+    console.YES,
+    console.ACCEPT_RISK,
+    console.RECORDS_REVIEWED,
+    console.switch("--all-new", "all modules are new, also those that resemble a known one"),
+    console.option("--who", default="", metavar="NAME", help="who checks"),
+    console.file("--labels", "FILE.pdf", "print labels into this file"),
+    console.option("--tape", choices=tuple(PAPERS), default="A4", help="paper of the labels: width in mm, or sheets"),
+    *console.PORT,
+    console.JSON,
+)
 
 
 def run(args: argparse.Namespace) -> int:

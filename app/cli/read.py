@@ -45,9 +45,7 @@ _WORDS = {
 }
 
 
-def add_arguments(parser: argparse.ArgumentParser) -> None:
-    console.add_port(parser)
-    console.add(parser, "--json")
+ARGUMENTS = (*console.PORT, console.JSON)
 
 
 def run(args: argparse.Namespace) -> int:

@@ -10,7 +10,7 @@ import argparse
 from pathlib import Path
 
 from app.cli.monitor import watched
-from app.cli.recordings import STANDARD_OUTPUT, ExportJson, add_export, export, refuse_unwritable
+from app.cli.recordings import EXPORT, STANDARD_OUTPUT, ExportJson, export, refuse_unwritable
 from app.recordings.library import RecordingLibrary, entry_of
 from app.recordings.recorder import Recorder
 from app.terminal import console
@@ -21,11 +21,7 @@ from app.text.messages import UserError, join_sentences
 SETTLE_LIMIT_S = 10.0  # how long writing the rest may take at the end
 
 
-def add_arguments(parser: argparse.ArgumentParser) -> None:
-    console.add_port(parser)
-    console.add_seconds(parser)
-    add_export(parser)
-    console.add(parser, "--json")
+ARGUMENTS = (*console.PORT, console.SECONDS, *EXPORT, console.JSON)
 
 
 def run(args: argparse.Namespace) -> int:

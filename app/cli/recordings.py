@@ -57,18 +57,32 @@ class DeletedJson(Result):
     deleted: list[str]
 
 
+def _export_path(text: str) -> Path:
+    path = Path(text)
+    if path.suffix.lower() in (MCAP, CSV) or path == STANDARD_OUTPUT:
+        return path
+    raise console.expected(f"{MCAP}, {CSV}, {STANDARD_OUTPUT}")
+
+
+# The file, and what becomes of one that is there; also of `dps-s record`.
+EXPORT = (
+    console.switch("--append", "add to the file (only .csv)", one_of="existing"),
+    console.FORCE._replace(one_of="existing"),
+    console.file("file", "FILE", ".mcap, .csv, or - for a table on standard output", type=_export_path),
+)
+
+
 def add_arguments(parser: argparse.ArgumentParser) -> None:
+    name = console.option("name", metavar="NAME", help="beginning of the recording's name, or latest")
+    console.describe(parser, ())
     commands = parser.add_subparsers(metavar="COMMAND", required=True)
-    listed = commands.add_parser("list", help="list all recordings")
-    exported = commands.add_parser("export", help="write one to a file")
-    deleted = commands.add_parser("delete", help="delete one permanently")
-    for command in (exported, deleted):
-        command.add_argument("name", metavar="NAME", help="beginning of the recording's name, or latest")
-    add_export(exported)
-    console.add(deleted, "--yes")
-    for command, function in ((listed, run_list), (exported, run_export), (deleted, run_delete)):
-        console.add(command, "--json")
-        console.add_verbosity(command)
+    for word, summary, function, options in (
+        ("list", "list all recordings", run_list, ()),
+        ("export", "write one to a file", run_export, (name, *EXPORT)),
+        ("delete", "delete one permanently", run_delete, (name, console.YES)),
+    ):
+        command = commands.add_parser(word, help=summary)
+        console.describe(command, (*options, console.JSON))
         command.set_defaults(function=function)
 
 
@@ -130,20 +144,6 @@ def _recording(library: RecordingLibrary, name: str) -> RecordingEntry:
 
 
 # Export, also of what `dps-s record` has recorded
-
-
-def add_export(parser: argparse.ArgumentParser) -> None:
-    def export_path(text: str) -> Path:
-        path = Path(text)
-        if path.suffix.lower() in (MCAP, CSV) or path == STANDARD_OUTPUT:
-            return path
-        raise console.expected(f"{MCAP}, {CSV}, {STANDARD_OUTPUT}")
-
-    existing = parser.add_mutually_exclusive_group()
-    existing.add_argument("--append", action="store_true", help="add to the file (only .csv)")
-    console.add(existing, "--force")
-    text = ".mcap, .csv, or - for a table on standard output"
-    console.add_file(parser, "file", type=export_path, metavar="FILE", help=text)
 
 
 def refuse_unwritable(args: argparse.Namespace) -> None:

@@ -63,11 +63,7 @@ def read_module(port: str, baud_rate: int | None) -> ModuleSettings:
     return ModuleSettings(port, rate, reading.boot_count, values, missing)
 
 
-def add_arguments(parser: argparse.ArgumentParser) -> None:
-    console.add_file(parser, "file", type=Path, metavar="FILE.toml", help="profile")
-    console.add(parser, "--force")
-    console.add_port(parser)
-    console.add(parser, "--json")
+ARGUMENTS = (console.file("file", "FILE.toml", "profile"), console.FORCE, *console.PORT, console.JSON)
 
 
 def run(args: argparse.Namespace) -> int:

@@ -32,12 +32,12 @@ class ServeJson(Result):
     address: str
 
 
-def add_arguments(parser: argparse.ArgumentParser) -> None:
-    text = "where readers connect (default: a free port of this computer)"
-    default = ("127.0.0.1", 0)
-    parser.add_argument("--tcp", type=console.tcp_address, default=default, metavar="HOST:PORT", help=text)
-    console.add_port(parser)
-    console.add(parser, "--json")
+WHERE = "where readers connect (default: a free port of this computer)"
+ARGUMENTS = (
+    console.option("--tcp", type=console.tcp_address, default=("127.0.0.1", 0), metavar="HOST:PORT", help=WHERE),
+    *console.PORT,
+    console.JSON,
+)
 
 
 def run(args: argparse.Namespace) -> int:

@@ -13,7 +13,6 @@ import argparse
 from collections.abc import Sequence
 from contextlib import suppress
 from dataclasses import replace
-from pathlib import Path
 
 from app.cli.act import permit_for
 from app.cli.read import is_answered_twice
@@ -59,16 +58,16 @@ class SetJson(Result):
     results: dict[SettingName, SetResultJson]
 
 
-def add_arguments(parser: argparse.ArgumentParser) -> None:
-    text = f"{', '.join(SETTING_KEYS)}; triggers and output: true or false"
-    parser.add_argument("wishes", nargs="*", metavar="NAME=VALUE", help=text)
-    text = "write all settings of this profile"
-    console.add_file(parser, "--profile", type=Path, metavar="FILE", help=text)
-    console.add(parser, "--accept-risk")
-    parser.add_argument("--dry-run", action="store_true", help="only show what would change")
-    parser.add_argument("--unlock", action="store_true", help="write although the module may fire")
-    console.add_port(parser)
-    console.add(parser, "--json")
+WISHES = f"{', '.join(SETTING_KEYS)}; triggers and output: true or false"
+ARGUMENTS = (
+    console.option("wishes", nargs="*", metavar="NAME=VALUE", help=WISHES),
+    console.file("--profile", "FILE", "write all settings of this profile"),
+    console.ACCEPT_RISK,
+    console.switch("--dry-run", "only show what would change"),
+    console.switch("--unlock", "write although the module may fire"),
+    *console.PORT,
+    console.JSON,
+)
 
 
 def run(args: argparse.Namespace) -> int:

@@ -5,7 +5,6 @@ was altered or contradicts itself; 2 if it is no record or cannot be read.
 """
 
 import argparse
-from pathlib import Path
 from typing import Any, Literal
 
 import msgspec
@@ -41,9 +40,7 @@ class VerifyJson(Result):
     simulated: bool | None = None
 
 
-def add_arguments(parser: argparse.ArgumentParser) -> None:
-    console.add_file(parser, "file", type=Path, metavar="FILE", help="record (.json) or report (.pdf)")
-    console.add(parser, "--json")
+ARGUMENTS = (console.file("file", "FILE", "record (.json) or report (.pdf)"), console.JSON)
 
 
 def run(args: argparse.Namespace) -> int:

@@ -17,7 +17,7 @@ from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import contextmanager, suppress
 from pathlib import Path
 from types import FrameType
-from typing import Any, Final, NoReturn
+from typing import Any, Final, NamedTuple, NoReturn
 
 from app.engine.target import host_and_port
 from app.text.i18n import tr
@@ -92,14 +92,6 @@ AUTO: Final = "auto"
 # `protocol.catalogue.BAUD_RATES`, written out so that the help needs no catalogue; a test holds them equal.
 RATES: Final = (115200, 57600, 38400, 19200, 9600, 4800)
 USUAL_RATE: Final = 115200
-_SWITCHES: Final = {
-    "--json": "print JSON; see dps-s schema",
-    "--yes": "do it; without it the command only says what it would do",
-    "--force": "replace the file",
-    "--accept-risk": "write values that take protection away",
-    "--records-reviewed": "the trigger records were judged; a module that never answers their query is new",
-    "--same-module": "it is the module of that name, although it differs",
-}
 
 
 class Parser(argparse.ArgumentParser):
@@ -153,43 +145,68 @@ def tcp_address(text: str) -> tuple[str, int]:
         raise expected("HOST:PORT") from error
 
 
-# `parser` is a parser or a group of arguments in one, for which argparse has no public type.
+class Option(NamedTuple):
+    """An argument of a command. `completed_by`: the functions of the completion scripts; of those with the same
+    `one_of` only one may be given."""
+
+    names: tuple[str, ...]
+    settings: dict[str, Any]
+    completed_by: tuple[str, str] = ("", "")
+    one_of: str = ""
 
 
-def add(parser: Any, *switches: str) -> None:
-    for switch in switches:
-        parser.add_argument(switch, action="store_true", help=_SWITCHES[switch])
+def option(*names: str, one_of: str = "", **settings: Any) -> Option:
+    return Option(names, settings, one_of=one_of)
 
 
-def add_file(parser: Any, option: str, **options: Any) -> None:
-    """An argument that names a file or a folder, which completion offers."""
-    parser.add_argument(option, **options).complete = {"bash": "_shtab_compgen_files", "zsh": "_files"}
+def switch(name: str, text: str, one_of: str = "") -> Option:
+    return option(name, one_of=one_of, action="store_true", help=text)
 
 
-def add_port(parser: Any) -> None:
-    text = "serial port, socket:// or rfc2217:// address, or sim://; default: DPS_S_PORT, or the only adapter"
-    port = parser.add_argument("-p", "--port", type=name, metavar="P", action="append", help=text)
-    port.complete = {"bash": "_dps_s_ports", "zsh": "_dps_s_ports"}
-    text = f"baud rate: {', '.join(map(str, RATES))} or {AUTO} (default: {USUAL_RATE})"
-    parser.add_argument("-b", "--baud", type=baud_rate, default=USUAL_RATE, metavar="N", help=text)
+def file(name: str, metavar: str, text: str, *, one_of: str = "", **settings: Any) -> Option:
+    """A file or a folder."""
+    settings = {"type": Path, **settings, "metavar": metavar, "help": text}
+    return Option((name,), settings, ("_shtab_compgen_files", "_files"), one_of)
 
 
-def add_seconds(parser: Any) -> None:
-    parser.add_argument("--seconds", type=seconds, default=math.inf, metavar="S", help="end after S seconds")
-
-
-def add_module(parser: Any, text: str) -> None:
+def module(text: str) -> tuple[Option, Option]:
     """--module, and --same-module for where something speaks against that name."""
-    parser.add_argument("--module", type=lambda word: clean(name(word).strip()), metavar="NAME", help=text)
-    add(parser, "--same-module")
+    named = option("--module", type=lambda word: clean(name(word).strip()), metavar="NAME", help=text)
+    return named, switch("--same-module", "it is the module of that name, although it differs")
 
 
-def add_verbosity(parser: Any) -> None:
-    # Without a default: that of a sub-command's parser would replace an option given before the command.
-    text = "show requests on standard error; -vv: every frame, and the log"
-    parser.add_argument("-v", "--verbose", action="count", default=argparse.SUPPRESS, help=text)
-    text = "print only errors and warnings"
-    parser.add_argument("--quiet", action="store_true", default=argparse.SUPPRESS, help=text)
+_PORT_HELP = "serial port, socket:// or rfc2217:// address, or sim://; default: DPS_S_PORT, or the only adapter"
+_PORT = {"type": name, "metavar": "P", "action": "append", "help": _PORT_HELP}
+_BAUD_HELP = f"baud rate: {', '.join(map(str, RATES))} or {AUTO} (default: {USUAL_RATE})"
+PORT: Final = (
+    Option(("-p", "--port"), _PORT, ("_dps_s_ports", "_dps_s_ports")),
+    option("-b", "--baud", type=baud_rate, default=USUAL_RATE, metavar="N", help=_BAUD_HELP),
+)
+JSON: Final = switch("--json", "print JSON; see dps-s schema")
+YES: Final = switch("--yes", "do it; without it the command only says what it would do")
+FORCE: Final = switch("--force", "replace the file")
+ACCEPT_RISK: Final = switch("--accept-risk", "write values that take protection away")
+_REVIEWED = "the trigger records were judged; a module that never answers their query is new"
+RECORDS_REVIEWED: Final = switch("--records-reviewed", _REVIEWED)
+SECONDS: Final = option("--seconds", type=seconds, default=math.inf, metavar="S", help="end after S seconds")
+# Without a default: that of a sub-command's parser would replace an option given before the command.
+_EVERYWHERE = {
+    ("-v", "--verbose"): ("count", "show requests on standard error; -vv: every frame, and the log"),
+    ("--quiet",): ("store_true", "print only errors and warnings"),
+}
+
+
+def describe(parser: argparse.ArgumentParser, options: Iterable[Option]) -> None:
+    """Add these, and what every command takes."""
+    groups: dict[str, Any] = {"": parser}
+    for one in options:
+        if one.one_of not in groups:
+            groups[one.one_of] = parser.add_mutually_exclusive_group()
+        action = groups[one.one_of].add_argument(*one.names, **one.settings)
+        if one.completed_by[0]:
+            action.complete = dict(zip(("bash", "zsh"), one.completed_by, strict=True))
+    for names, (act, text) in _EVERYWHERE.items():
+        parser.add_argument(*names, action=act, default=argparse.SUPPRESS, help=text)
 
 
 def refuse_without(option: str) -> NoReturn:

@@ -226,6 +226,7 @@ def test_an_error_of_our_own_is_one_calm_line(dps_s: Program, monkeypatch: pytes
     assert printed.err.count("\n") == 1
 
 
+@pytest.mark.usefixtures("no_waiting")
 @pytest.mark.parametrize("words", [["preflight", "--json"], ["-v", "lock"], ["diff", "p.toml"], ["read"]])
 def test_a_reader_that_ended_takes_no_answer_for_yes(
     words: list[str], port: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
@@ -253,6 +254,7 @@ def test_records_that_never_agree_are_said_to_be_uncertain(
     assert "may be missing" in printed.err
 
 
+@pytest.mark.usefixtures("no_waiting")
 def test_colours_only_on_a_terminal_that_takes_them(port: str, dps_s: Program, monkeypatch: pytest.MonkeyPatch) -> None:
     words = ["set", "freefall_time_s=0.1", "light_threshold_v=2", "--accept-risk", "--port", f"{port}?mute_codes=22"]
     assert "\x1b" not in dps_s(words, 1).out
