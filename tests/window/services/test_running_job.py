@@ -44,7 +44,7 @@ class Line:
 
 
 @pytest.fixture
-def line() -> Iterator[Line]:
+def line(qapp: QApplication) -> Iterator[Line]:
     made = Line()
     yield made
     made.ports.stop()
