@@ -137,29 +137,27 @@ def test_the_line_and_the_sensors(check_id: str, given: dict[str, Any], result: 
     assert (found.result, found.shown.in_english()) == (result, shown)
 
 
-@pytest.mark.parametrize(
-    ("present", "against"),
-    [
+@pytest.mark.promise("h")
+def test_where_30_or_31_and_the_status_differ_it_is_unknown_with_both_named() -> None:
+    for present, against in (
         (Present(True, False, LEVEL), {"activation": "30: ACTIVE, status: LOCKED."}),
         (Present(False, True, LEVEL), {"triggered": "31: TRIGGERED, status: not triggered."}),
-        (Present(None, None, LEVEL), {"activation": "30: no reply, status: LOCKED.",
-                                      "triggered": "31: no reply, status: not triggered."}),
-    ],
-)  # fmt: skip
-@pytest.mark.promise("h")
-def test_where_30_or_31_and_the_status_differ_it_is_unknown_with_both_named(
-    present: Present, against: dict[str, str]
-) -> None:
-    for when in ("first", "last"):
-        state: dict[str, Any] = {when: reading(present), "reports": still()}
-        findings = {check_id: finding(check_id, **state) for check_id in ("activation", "triggered")}
-        assert {id_: one.shown.in_english() for id_, one in findings.items() if one.result is UNKNOWN} == against
+        (
+            Present(None, None, LEVEL),
+            {"activation": "30: no reply, status: LOCKED.", "triggered": "31: no reply, status: not triggered."},
+        ),
+    ):
+        for when in ("first", "last"):
+            state: dict[str, Any] = {when: reading(present), "reports": still()}
+            findings = {check_id: finding(check_id, **state) for check_id in ("activation", "triggered")}
+            shown = {id_: one.shown.in_english() for id_, one in findings.items() if one.result is UNKNOWN}
+            assert shown == against
 
 
-@pytest.mark.parametrize(("verdict", "limit"), [("passed", "< 2.0 V"), ("failed", "< 2.0 V (assumed)")])
-def test_which_side_is_dark_is_assumed_until_it_was_measured(verdict: str, limit: str) -> None:
-    tested = {GuidedKind.BAY: last(GuidedVerdict(verdict), 1.0)}
-    assert finding("light", past=Past(tests=tested), **light(1.0, 1.0)).limit.in_english() == limit
+def test_which_side_is_dark_is_assumed_until_it_was_measured() -> None:
+    for verdict, limit in ((PASSED, "< 2.0 V"), (FAILED, "< 2.0 V (assumed)")):
+        tested = {GuidedKind.BAY: last(verdict, 1.0)}
+        assert finding("light", past=Past(tests=tested), **light(1.0, 1.0)).limit.in_english() == limit
 
 
 # Settings
@@ -186,21 +184,19 @@ def test_a_setting_of_the_profile_is_judged_by_its_value() -> None:
         assert (found.result, found.limit.in_english()) == (result, "= 40°")
 
 
-@pytest.mark.parametrize(("approved", "is_said", "result"), [
-    ("JFKY-2WSC", False, PASS), ("CODE", False, FAIL), (None, False, WARN), ("CODE", True, PASS), (None, True, PASS),
-])  # fmt: skip
-def test_settings_that_were_not_approved_pass_only_by_a_persons_word(
-    approved: str | None, is_said: bool, result: CheckResult
-) -> None:
+def test_settings_that_were_not_approved_pass_only_by_a_persons_word() -> None:
     values = {"attitude_threshold_deg": 60, "freefall_acceleration_g": 0.5, "freefall_time_s": 1.6}
-    found = finding(
-        "fingerprint",
-        profile=Profile(approved_fingerprint=approved),
-        person=Person(are_settings_approved=is_said),
-        values=values | {"light_threshold_v": 1.8},
-    )
-    assert found.result is result
-    assert ("confirmed by a person" in found.shown.in_english()) is is_said
+    for approved, is_said, result in (
+        *(("JFKY-2WSC", False, PASS), ("CODE", False, FAIL), (None, False, WARN), ("CODE", True, PASS)),
+    ):
+        found = finding(
+            "fingerprint",
+            profile=Profile(approved_fingerprint=approved),
+            person=Person(are_settings_approved=is_said),
+            values=values | {"light_threshold_v": 1.8},
+        )
+        assert found.result is result
+        assert ("confirmed by a person" in found.shown.in_english()) is is_said
 
 
 def test_a_trigger_is_enabled_only_where_that_is_known() -> None:
@@ -334,16 +330,12 @@ def test_a_demanded_test_is_passed_and_young_enough_and_a_failed_one_is_told(
 SOON, LATE = DueService(UserMessage("Repack due"), False), DueService(UserMessage("Cell overdue"), True)
 
 
-@pytest.mark.parametrize(
-    ("due", "result", "required"), [([], PASS, PASS), ([SOON], WARN, WARN), ([SOON, LATE], WARN, FAIL)]
-)
-def test_what_is_overdue_is_a_warning_or_not_met_as_the_profile_says(
-    due: list[DueService], result: CheckResult, required: CheckResult
-) -> None:
-    past = Past(module="M-07", due=due)
-    assert finding("service", past=past).result is result
+def test_what_is_overdue_is_a_warning_or_not_met_as_the_profile_says() -> None:
     profile = Profile(is_service_required=True)
-    assert finding("service", past=past, profile=profile).result is required
+    for due, result, required in (([], PASS, PASS), ([SOON], WARN, WARN), ([SOON, LATE], WARN, FAIL)):
+        past = Past(module="M-07", due=due)
+        assert finding("service", past=past).result is result
+        assert finding("service", past=past, profile=profile).result is required
     assert finding("service", profile=profile).result is UNKNOWN, "without a name"
 
 

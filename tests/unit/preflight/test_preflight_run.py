@@ -104,17 +104,11 @@ def test_a_heartbeat_that_had_to_be_asked_again_is_lost() -> None:
     assert (evidence.heartbeats_sent, evidence.heartbeats_lost) == (HEARTBEATS, 4)
 
 
-def test_a_check_reports_its_seven_steps_and_keeps_the_last_status() -> None:
-    evidence, reports, journal = Evidence(port="sim"), list[Report](), FakeJournal()
-    rig = settled_rig()
-    rig.run(run_preflight(evidence, is_enabling=True, journal=journal), reports.append)
-    steps = [report for report in reports if report.total == STEPS]
-    assert sorted({report.done for report in steps}) == list(range(STEPS))
+def test_a_check_reports_its_steps_and_keeps_the_last_status() -> None:
+    evidence, reports, rig = Evidence(port="sim"), list[Report](), settled_rig()
+    rig.run(run_preflight(evidence, is_enabling=True, journal=FakeJournal()), reports.append)
+    assert sorted({report.done for report in reports if report.total == STEPS}) == list(range(STEPS))
     assert WAITING in {report.doing for report in reports}, "a person waits for late answers"
-    assert [dict(detail) for _, _, detail in journal.intents] == [
-        {"freefall_trigger": True},
-        {"attitude_trigger": True},
-    ]
     assert evidence.last is not None
     assert evidence.status == evidence.last.status
 
