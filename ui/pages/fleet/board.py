@@ -38,6 +38,7 @@ _LINES: Final = 3
 _LEAST_ROWS: Final = 3
 # Characters of a column but the last: texts wrap, and a name that is longer is whole in the tooltip.
 _WIDEST: Final = 26
+_WIDEST_LARGE: Final = 20
 _NEEDS: Final[Mapping[Meaning, tuple[Need, ...]]] = {
     Meaning.DANGER: (Need.TRIGGERED, Need.NOT_LOCKED, Need.MAY_HAVE_FIRED, Need.NO_GO),
     Meaning.ATTENTION: (Need.WAS_ACTIVE, Need.LINK, Need.OUTSIDE, Need.ACTIVE, Need.VOID, Need.ACTIVE_READY),
@@ -88,7 +89,8 @@ class Board(QTableWidget):
         self.setContextMenuPolicy(Qt.ContextMenuPolicy.ActionsContextMenu)
         self.setMinimumHeight(_LEAST_ROWS * self._row_px)
         header = self.horizontalHeader()
-        header.setMaximumSectionSize(_WIDEST * QFontMetrics(font()).averageCharWidth())
+        widest = _WIDEST_LARGE if is_text_large() else _WIDEST
+        header.setMaximumSectionSize(widest * QFontMetrics(font()).averageCharWidth())
         header.setSectionResizeMode(QHeaderView.ResizeMode.ResizeToContents)
         header.setSectionResizeMode(NEXT, QHeaderView.ResizeMode.Stretch)
         self.itemChanged.connect(self._on_ticked)
