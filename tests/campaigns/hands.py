@@ -31,8 +31,7 @@ from tests.support.window.rig import TURN_S
 from tests.support.window.steps import given
 from ui.acts.confirm import Confirm
 from ui.session.check import Standing
-from ui.widgets.gestures import gestures
-from ui.widgets.step_button import bring_into_sight
+from ui.widgets.step_button import bring_into_sight, gestures
 
 SIZES: Final = ((900, 520), (1024, 600), (1180, 720), (1366, 768))
 LANGUAGES: Final = ("en", "zh_CN")

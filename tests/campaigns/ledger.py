@@ -21,7 +21,7 @@ from app.procedures.write import SettingChange
 from protocol.catalogue import LOCK, Request
 from tests.support.line.sim_line import WatchedLine
 from tests.support.window.hand import Hand
-from ui.widgets.gestures import gestures
+from ui.widgets.step_button import gestures
 
 # What the program promises, in seconds: a step is dead after it appeared, is held, and a question waits for so long.
 DEAD_S: Final = 0.5

@@ -10,8 +10,7 @@ from PySide6.QtWidgets import QWidget
 from app.text.i18n import tr
 from ui.style.theme import Space, is_text_large
 from ui.widgets.controls import TickingLabel, control, in_column, in_row, named, retain_size
-from ui.widgets.gestures import gestures
-from ui.widgets.step_button import StepButton, bring_into_sight, is_in_sight, leave_focus
+from ui.widgets.step_button import StepButton, bring_into_sight, gestures, is_in_sight, leave_focus
 
 # An unanswered question is withdrawn after this time.
 ASKS_FOR_S: Final = 10.0

@@ -40,9 +40,16 @@ from ui.widgets.controls import (
     stacked,
     text_label,
 )
-from ui.widgets.gestures import PRESS_KEYS, application, gestures
 from ui.widgets.notice_bar import Notice, NoticeBar
-from ui.widgets.step_button import StepButton, bring_into_sight, is_in_sight, leave_focus
+from ui.widgets.step_button import (
+    PRESS_KEYS,
+    StepButton,
+    application,
+    bring_into_sight,
+    gestures,
+    is_in_sight,
+    leave_focus,
+)
 
 TICK_MS: Final = 20
 _STEPS: Final = (("choose", marked("Choose")), ("arm", marked("Arm")), ("hold", marked("Hold for 2 s")))

@@ -15,7 +15,7 @@ from ui.session.page_job import PageJob
 from ui.style.icons import Icon
 from ui.style.theme import scaled
 from ui.widgets.controls import control, named
-from ui.widgets.gestures import application
+from ui.widgets.step_button import application
 
 if TYPE_CHECKING:
     from ui.session.shown_module import ShownModule

@@ -8,7 +8,7 @@ from PySide6.QtGui import QKeyEvent, QKeySequence, QMouseEvent, QShowEvent, QWin
 from PySide6.QtWidgets import QApplication, QLabel
 
 from ui.session.ports import LockControl
-from ui.widgets.gestures import application
+from ui.widgets.step_button import application
 
 LOCK_KEYS: Final = ("Ctrl+L", "F12")
 LOCK_ALL_KEY: Final = "Ctrl+Shift+L"

@@ -1,23 +1,220 @@
-"""Button for one step of a multi-step act, which accepts only deliberate presses.
+"""Button for one step of a multi-step act, which accepts only deliberate presses, and what tells those from accidents.
 
 It is dead for half a second after it appeared, to the pointer until the pointer moved onto it, and to the keyboard
-until all keys were released. The second press of a double click never counts. A press is cancelled when the pointer
-leaves the button, or when a second key or mouse button is pressed; only the release of the same key or button completes
-it. While hidden it keeps its place in the layout, so that two steps of an act never share a place.
+until all keys were released: one that appeared under an unmoved pointer (shown, scrolled, moved by a layout, uncovered)
+is blocked until the pointer leaves it. The second press of a double click never counts. A press is cancelled when the
+pointer leaves the button, or when a second key or mouse button is pressed; only the release of the same key or button
+completes it. While hidden it keeps its place in the layout, so that two steps of an act never share a place.
 """
 
+import time
 from collections.abc import Callable
+from functools import cache
 from math import ceil
 from typing import Final
+from weakref import WeakSet
 
-from PySide6.QtCore import QEvent, QObject, QPoint, QRect, Qt, QTimer, Signal
-from PySide6.QtGui import QHideEvent, QKeyEvent, QMouseEvent, QPaintEvent, QShowEvent
+from PySide6.QtCore import QEvent, QObject, QPoint, QPointF, QRect, Qt, QTimer, Signal
+from PySide6.QtGui import (
+    QEnterEvent,
+    QGuiApplication,
+    QHideEvent,
+    QKeyEvent,
+    QMouseEvent,
+    QPaintEvent,
+    QShowEvent,
+    QWindow,
+)
 from PySide6.QtWidgets import QApplication, QPushButton, QScrollArea, QStyle, QStyleOptionButton, QStylePainter, QWidget
 from shiboken6 import isValid
 
-from ui.widgets.gestures import PRESS_KEYS, application, gestures
-
+# Keys that press a button.
+PRESS_KEYS: Final = (Qt.Key.Key_Space, Qt.Key.Key_Select, Qt.Key.Key_Return, Qt.Key.Key_Enter)
+# X11 reports an auto-repeat as a release and a press with equal timestamps, which Qt detects only if both arrived.
+REPEATS_WITHIN_MS: Final = 50
 DEAD_FOR_S: Final = 0.5
+_POINTER: Final = (
+    QEvent.Type.MouseMove,
+    QEvent.Type.MouseButtonPress,
+    QEvent.Type.MouseButtonDblClick,
+    QEvent.Type.MouseButtonRelease,
+)
+
+
+class Gestures(QObject):
+    """The application's, from `gestures()`. Filters the events of every window with a visible step."""
+
+    def __init__(self, application: QApplication) -> None:
+        super().__init__(application)
+        self.clock: Callable[[], float] = time.monotonic  # Monotonic seconds
+        self.has_paired_repeats = QGuiApplication.platformName() == "xcb"
+        self._steps: WeakSet[StepButton] = WeakSet()  # The visible steps
+        self._pointer: QPointF | None = None
+        self._under: StepButton | None = None  # The step under the pointer
+        self._keys: set[int] = set()  # Keys that are down
+        self._ignored: set[int] = set()  # Keys still down after they completed an act
+        # A release held back until it is certain that it is not an auto-repeat.
+        self._release: tuple[QWindow, QKeyEvent] | None = None
+        self._is_sending = False
+        self._release_timer = QTimer(self, singleShot=True, interval=REPEATS_WITHIN_MS)
+        self._release_timer.timeout.connect(self._send_release)
+        application.focusWindowChanged.connect(self._on_focus_window)
+
+    # For steps
+
+    def add(self, step: "StepButton") -> None:
+        """`step` became visible."""
+        self._steps.add(step)
+        window = step.window()
+        window.installEventFilter(self)
+        handle = window.windowHandle()
+        if handle is not None:
+            handle.installEventFilter(self)
+
+    def remove(self, step: "StepButton") -> None:
+        """`step` is no longer visible."""
+        self._steps.discard(step)
+        self.ignore_until_reentered(step)
+
+    def ignore_until_reentered(self, step: "StepButton") -> None:
+        """`step` appeared or moved: if it is under the pointer now, the pointer did not move onto it."""
+        if self._under is step:
+            self._under = None
+
+    @property
+    def has_key_down(self) -> bool:
+        return bool(self._keys)
+
+    @property
+    def is_release_uncertain(self) -> bool:
+        """A key was released a moment ago, or it repeats."""
+        return self._release is not None
+
+    def ignore_keys_down(self) -> None:
+        """Ignores the keys that are down now, in all windows, until they are released."""
+        self._ignored |= self._keys.intersection(PRESS_KEYS)
+
+    def on_pointer(self, position: QPointF, *, is_move: bool = True) -> None:
+        """The pointer is at `position` (global); `is_move`: because it moved."""
+        if self._pointer is not None:
+            self._on_enter(self._find(self._pointer), is_move=False)
+        self._pointer = QPointF(position)
+        self._on_enter(self._find(position), is_move=is_move)
+
+    def _on_enter(self, step: "StepButton | None", *, is_move: bool) -> None:
+        left, self._under = self._under, step
+        if left is step:
+            return
+        if left is not None:
+            left.unblock_pointer()
+        if step is not None and not is_move:
+            step.block_pointer()
+
+    def _find(self, position: QPointF) -> "StepButton | None":
+        for step in self._steps:
+            if step.isVisible() and step.rect().contains(step.mapFromGlobal(position).toPoint()):
+                window = step.window()
+                child: object = window.childAt(window.mapFromGlobal(position).toPoint())
+                if child is step:
+                    return step
+        return None
+
+    # Qt
+
+    def eventFilter(self, watched: QObject, event: QEvent) -> bool:
+        kind = event.type()
+        if kind is QEvent.Type.UpdateRequest:  # before each frame that is painted
+            for step in tuple(self._steps):
+                step.check_place()
+        elif isinstance(watched, QWindow) and not self._is_sending:
+            if kind in _POINTER and isinstance(event, QMouseEvent):
+                self.on_pointer(event.globalPosition())
+            elif kind is QEvent.Type.Enter and isinstance(event, QEnterEvent):
+                self.on_pointer(event.globalPosition(), is_move=False)
+            elif kind is QEvent.Type.KeyPress and isinstance(event, QKeyEvent):
+                return self._on_key_press(watched, event)
+            elif kind is QEvent.Type.KeyRelease and isinstance(event, QKeyEvent):
+                return self._on_key_release(watched, event)
+        return False
+
+    def _on_key_press(self, window: QWindow, event: QKeyEvent) -> bool:
+        """Returns True to stop the event."""
+        if self._release is not None:
+            released = self._release[1]
+            if released.key() == event.key() and released.timestamp() == event.timestamp():
+                self._release_timer.stop()
+                self._release = None
+                codes = event.nativeScanCode(), event.nativeVirtualKey(), event.nativeModifiers()
+                text, count = event.text(), event.count()
+                self._send(window, QKeyEvent(event.type(), event.key(), event.modifiers(), *codes, text, True, count))
+                return True
+            self._send_release()
+        self._keys.add(event.key())
+        return event.key() in self._ignored
+
+    def _on_key_release(self, window: QWindow, event: QKeyEvent) -> bool:
+        """Returns True to stop the event."""
+        if event.isAutoRepeat():
+            return event.key() in self._ignored
+        if self.has_paired_repeats and event.key() in PRESS_KEYS:
+            self._send_release()
+            self._release = window, event.clone()
+            self._release_timer.start()
+            return True
+        return self._on_release(event.key())
+
+    def _on_release(self, key: int) -> bool:
+        is_ignored = key in self._ignored
+        self._keys.discard(key)
+        self._ignored.discard(key)
+        if not self._keys:
+            for step in tuple(self._steps):
+                step.unblock_keys()
+        return is_ignored
+
+    def _send_release(self) -> None:
+        if self._release is not None:
+            (window, event), self._release = self._release, None
+            self._release_timer.stop()
+            if not self._on_release(event.key()):
+                self._send(window, event)
+
+    def _send(self, window: QWindow, event: QKeyEvent) -> None:
+        if event.key() in self._ignored:
+            return
+        self._is_sending = True
+        try:
+            QApplication.sendEvent(window, event)
+        finally:
+            self._is_sending = False
+
+    def reset(self) -> None:
+        """Forgets all keys and the pointer."""
+        self.clock = time.monotonic
+        self._pointer = self._under = self._release = None
+        self._release_timer.stop()
+        self._keys.clear()
+        self._ignored.clear()
+
+    def _on_focus_window(self, _window: QWindow | None) -> None:
+        """Forgets all keys: releases now go to another window, and a key that is still down repeats."""
+        self._send_release()
+        self._keys.clear()
+        self._ignored.clear()
+
+
+@cache
+def gestures() -> Gestures:
+    """The instance of the application, made for the first step."""
+    return Gestures(application())
+
+
+def application() -> QApplication:
+    """Exists as long as a window does."""
+    found = QApplication.instance()
+    if not isinstance(found, QApplication):
+        raise TypeError("a window needs a QApplication")
+    return found
 
 
 class StepButton(QPushButton):

@@ -24,7 +24,7 @@ from ui.pages.preflight.page import PreflightPage
 from ui.pages.settings.page import SettingsPage
 from ui.services.storage import Storage
 from ui.shell.main_window import MainWindow
-from ui.widgets.gestures import gestures
+from ui.widgets.step_button import gestures
 
 LEFT, NO_BUTTON, NO_KEY = Qt.MouseButton.LeftButton, Qt.MouseButton.NoButton, Qt.KeyboardModifier.NoModifier
 KINDS: dict[str, type[QWidget]] = {"commands": CommandsPage, "preflight": PreflightPage, "settings": SettingsPage}

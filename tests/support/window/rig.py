@@ -29,7 +29,7 @@ from ui.main import Assembly
 from ui.services.context import PageEntry
 from ui.session.port import Port
 from ui.session.ports import Ports
-from ui.widgets.gestures import gestures
+from ui.widgets.step_button import gestures
 
 Made = TypeVar("Made", bound="Rig")
 READ_LAST = ("freefall_time_s", "boot_count")

@@ -14,9 +14,8 @@ from pytestqt.qtbot import QtBot
 from tests.support.window.controls import visible_in
 from tests.support.window.fakes_ui import WAIT_MS
 from ui.shell.main_window import MainWindow
-from ui.widgets.gestures import gestures
 from ui.widgets.notice_bar import NoticeBar
-from ui.widgets.step_button import DEAD_FOR_S, StepButton
+from ui.widgets.step_button import DEAD_FOR_S, StepButton, gestures
 
 Thing = TypeVar("Thing")
 Found = TypeVar("Found", bound=QObject)

@@ -16,8 +16,7 @@ from tests.support.window.controls import place
 from tests.support.window.hand import Hand, hand_at
 from tests.support.window.steps import find, given
 from ui.acts.confirm import Confirm
-from ui.widgets.gestures import gestures
-from ui.widgets.step_button import StepButton, bring_into_sight, is_in_sight
+from ui.widgets.step_button import StepButton, bring_into_sight, gestures, is_in_sight
 
 SPACE, RETURN = Qt.Key.Key_Space, Qt.Key.Key_Return
 AWAY = QPoint(1, 1)
