@@ -46,8 +46,6 @@ from ui.widgets.notice_bar import Notice
 
 _log = logging.getLogger(__name__)
 
-# How often to check whether a copy of the store is due.
-COPY_EVERY_MS: Final = 10 * 60 * 1000
 # A window that is not painted (started minimised) gets its pages after this time.
 PAINT_LIMIT_MS: Final = 1000
 _STORE_LIMIT_S: Final = 5.0
@@ -151,9 +149,6 @@ def assemble(
 def start(assembly: Assembly, options: WindowOptions) -> None:
     """Shows the window; after the first paint makes the pages, lists ports, and connects if requested."""
     window, storage, attention = assembly.window, assembly.storage, assembly.window.attention
-    timer = QTimer(window, interval=COPY_EVERY_MS)
-    timer.timeout.connect(storage.copy_if_due)
-    timer.start()
     target: Target | None = None
     if options.port is not None or options.demo:
         target = Target(options.port or SIMULATED_PORT, options.baud_rate)

@@ -21,6 +21,7 @@ import queue
 import shutil
 import sqlite3
 import threading
+import time
 from collections.abc import Callable, Iterator
 from concurrent.futures import Future
 from contextlib import closing, suppress
@@ -84,7 +85,9 @@ TABLES = (
 )
 # For what is still to be written at `close`.
 CLOSE_LIMIT_S = 5.0
-# For the copy of the day that is still being made then; else it is made at the next opening.
+# How often it is looked whether the copy of the day was made, in a program that is open for days.
+COPY_EVERY_S = 600.0
+# For the copy that is still being made at `close`; else it is made at the next opening.
 COPY_LIMIT_S = 0.3
 # Twice the same fact is one: a restored copy gets it again from the archive.
 INSERT = f"INSERT INTO facts ({COLUMNS}) VALUES (?, ?, ?, ?, ?, ?) ON CONFLICT DO NOTHING"  # noqa: S608
@@ -261,7 +264,7 @@ def copies_of(path: Path) -> list[Path]:
 
 
 def copy_if_due(path: Path, now: datetime) -> None:
-    """Once a day, in a thread of its own: an act's intent would wait for it. A copy that fails is logged."""
+    """Once a day. A copy that fails is logged."""
     target = path.parent / "copies" / f"{path.stem}.{now.astimezone(UTC):%Y%m%d}{path.suffix}"
     draft = target.with_suffix(".part")
     try:
@@ -425,13 +428,6 @@ class Store:
         """None where it is not set. Raises `StoreTrouble`."""
         return self.read(lambda facts: facts.state(key))
 
-    def copy_if_due(self) -> None:
-        """Returns at once: the day's copy is made in a thread of its own."""
-        if self.opened.done() and self.opened.exception() is None:
-            copy = partial(copy_if_due, self.path, self._clock())
-            self._copying = threading.Thread(target=copy, name="dps-s copies", daemon=True)
-            self._copying.start()
-
     def close(self, limit_s: float = CLOSE_LIMIT_S) -> bool:
         """Write what is left; returns whether all of it was written within the limit. Idempotent, never raises."""
         with self._lock:
@@ -465,8 +461,20 @@ class Store:
             self.opened.set_exception(trouble)
         else:
             self.opened.set_result(notice)
-            self.copy_if_due()
-        while (item := self._work.get()) is not None:
+        copied_at = -COPY_EVERY_S
+        while True:
+            if facts is not None and time.monotonic() - copied_at >= COPY_EVERY_S:
+                # In a thread of its own, as an act's intent would wait for it.
+                copied_at = time.monotonic()
+                copy = partial(copy_if_due, self.path, self._clock())
+                self._copying = threading.Thread(target=copy, name="dps-s copies", daemon=True)
+                self._copying.start()
+            try:
+                item = self._work.get(timeout=COPY_EVERY_S)
+            except queue.Empty:
+                continue
+            if item is None:
+                break
             work, future = item
             if not future.set_running_or_notify_cancel():
                 continue

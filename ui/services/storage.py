@@ -103,11 +103,6 @@ class Storage(QObject):
     def stream_memory(self, target: Target) -> StreamMemory:
         return StreamMemory() if target.is_simulated else StreamMemory(self.begun, target.key)
 
-    def copy_if_due(self) -> None:
-        store = self.begun
-        if store is not None:
-            store.copy_if_due()
-
     def close(self) -> None:
         """Close permanently, so that running work cannot open the store again. Idempotent."""
         for recording in self.recorded:
