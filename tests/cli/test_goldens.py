@@ -29,7 +29,7 @@ from protocol.catalogue import BAUD_RATES
 from protocol.messages import TriggerRecord, decode_record, decode_request
 from tests.cli.test_program import half_width
 from tests.support.cli_line import Program, faults
-from tests.support.line.odd_module import EmptySlots, OddSetup
+from tests.support.line.odd_module import OddSetup
 from tests.support.records.stored import open_store
 from tests.support.thorough import some
 from tests.support.virtual_cli import VirtualCli
@@ -153,7 +153,7 @@ def test_every_example_says_what_the_page_says(tmp_path: Path, monkeypatch: pyte
     monkeypatch.chdir(tmp_path)
     text, judge, cli = PAGE.read_text(encoding="utf-8"), doctest.OutputChecker(), VirtualCli()
     with cli.in_time():
-        cli.served[SHOWN_PORT] = SimulatedBench(OddSetup(history=2, empty_slots=EmptySlots.NONE))
+        cli.served[SHOWN_PORT] = SimulatedBench(OddSetup(history=2, empty_slots="none"))
         for block in _BLOCK.findall(text):
             found = []
             for line, said in examples_in(block):

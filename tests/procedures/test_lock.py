@@ -251,7 +251,7 @@ LOSSY: dict[str, dict[str, Any]] = {
     "a fifth of the frames lost": {"drop": 0.2, "direction": "both"},
     "and a stream": {"drop": 0.2, "direction": "both", "stream_at_boot": True},
     "answers 1.4 s late": {"delay_ms": 1400.0},
-    "answers up to 0.4 s late, some lost": {"delay_ms": 100.0, "jitter_ms": 300.0, "drop": 0.2},
+    "answers 0.4 s late, some lost": {"delay_ms": 400.0, "drop": 0.2},
     "damaged": {"corrupt": 0.04, "direction": "both"},
 }
 

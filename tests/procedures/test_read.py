@@ -174,12 +174,10 @@ RECORD_LIES: tuple[dict[str, Any], ...] = (
     {"drop": "0.3"},
     {"corrupt": "0.004"},
     {"corrupt": "0.02"},
-    {"lose": "0.01"},
-    {"double": "0.5"},
     {"lag_ms": "700"},
 )
 RECORD_DIALECTS: tuple[dict[str, Any], ...] = tuple(
-    {"records": records, "empty_slots": empty} for records in ("together", "spaced", "pieces")
+    {"records": records, "empty_slots": empty} for records in ("together", "spaced")
     for empty in ("none", "zeros", "ones")
 )  # fmt: skip
 

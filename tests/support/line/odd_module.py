@@ -4,14 +4,10 @@ Every simulated module of the test's process is one (`install`), and honest unti
 product itself does with other dialects is tried against `tests.module`.
 """
 
-# ruff: noqa: RUF009  an option is a field
-
-import math
 import random
 from collections import Counter
 from collections.abc import Callable, Mapping
 from dataclasses import asdict, dataclass, fields
-from enum import Enum, StrEnum
 from functools import partial
 from typing import Any, Final
 
@@ -32,30 +28,14 @@ from app.simulator.module import (
     record_frame,
     to_byte,
 )
-from app.simulator.setup import Setup, number, option, switch
+from app.simulator.setup import Setup, number, one_of, option, switch
 from protocol.catalogue import FLAG, INVERTED, LOCK, MAX_RECORDS, RECORD_CODE, TENTH_VOLT, Request
 from protocol.fields import Flag
 from protocol.messages import encode_reply
 
 Mark = int | tuple[int, int]
 """A code or number, or one with the n-th time."""
-Acknowledge = StrEnum("Acknowledge", ["ECHO", "ONE"])
-Delivery = StrEnum("Delivery", ["TOGETHER", "SPACED", "PIECES"])
-EmptySlots = StrEnum("EmptySlots", ["NONE", "ZEROS", "ONES"])
-Streaming = StrEnum("Streaming", ["YES", "ACKNOWLEDGED", "SILENT"])
-
-
-class FaultDirection(StrEnum):
-    """Direction in which drop, lose, corrupt, garbage and double apply."""
-
-    TO_HOST = "to-host"
-    TO_MODULE = "to-module"
-    BOTH = "both"
-
-
 MAX_GARBAGE_LENGTH = 12
-PIECE_LENGTH = 7
-"""Not a divisor of the frame length, so that pieces cross the ends of frames."""
 RECORD_GAP_S = 0.02
 FAILED = 0x00
 IN_MEMORY: Final = {
@@ -72,11 +52,12 @@ def as_text(value: object) -> str:
     """A value in the form in which it is typed."""
     if isinstance(value, frozenset):
         return ",".join(f"{code:X}" for code in value)
-    return str(value.value) if isinstance(value, Enum) else setups.as_text(value)
+    return setups.as_text(value)
 
 
-def _word(default: Enum) -> Any:
-    return option(default, "a dialect", "WORD", type(default))
+def _word(*words: str) -> Any:
+    """One of these, by default the first."""
+    return one_of(words[0], "a dialect", "|".join(words), dict(zip(words, words, strict=True)))
 
 
 def _code(default: int) -> Any:
@@ -101,19 +82,19 @@ class OddSetup(Setup):
     """Names in brackets are explained in `docs/protocol.md`."""
 
     noise: float = number(0.0, "of the sensors; 1 is typical", "N", 0, 100)
-    ack: Acknowledge = _word(Acknowledge.ECHO)
+    ack: str = _word("echo", "one")
     """(E2)"""
     voltage_code: int = _code(0x35)
     """(E3)"""
     freefall_ack: int = _code(0x16)
     """(E4)"""
-    records: Delivery = _word(Delivery.TOGETHER)
+    records: str = _word("together", "spaced")
     """(E6)"""
-    empty_slots: EmptySlots = _word(EmptySlots.ZEROS)
+    empty_slots: str = _word("zeros", "ones", "none")
     """(E7)"""
     light_inverted: bool = _quirk()
     """(E11)"""
-    stream: Streaming = _word(Streaming.YES)
+    stream: str = _word("yes", "acknowledged", "silent")
     stream_at_boot: bool = _quirk()
     refuses: bool = _quirk()
     locks: bool = switch("a lie", default=True)
@@ -125,20 +106,14 @@ class OddSetup(Setup):
     double_codes: frozenset[Mark] = _marks(16)
     double_ms: float = _milliseconds()
     """After the reply to one of these codes comes again."""
-    lose: float = _share()
     garbage: float = _share()
-    double: float = _share()
-    direction: FaultDirection = option(FaultDirection.TO_HOST, "of faults", "WORD", FaultDirection)
+    direction: str = _word("to-host", "to-module", "both")
+    """Of drop, corrupt and garbage."""
     delay_ms: float = _milliseconds()
-    jitter_ms: float = _milliseconds()
-    split_ms: float = _milliseconds()
     echo: bool = switch("a fault")
 
 
-LINE_FAULTS: Final = (
-    "mute", "drop", "corrupt", "lag_ms", "lose", "garbage", "double", "direction", "delay_ms", "jitter_ms", "split_ms",
-    "echo",
-)  # fmt: skip
+LINE_FAULTS: Final = ("mute", "drop", "corrupt", "lag_ms", "garbage", "direction", "delay_ms", "echo")
 
 
 def odd_bench(options: Mapping[str, Any], clock: Clock) -> SimulatedBench:
@@ -182,8 +157,10 @@ def forget_settings(memory: Memory) -> None:
 
 def restart_silently(bench: SimulatedBench, now_s: float) -> None:
     """Restart it without its two heartbeats."""
-    assert isinstance(bench.module, OddModule)
-    bench.module.restart(now_s, is_silent=True)
+    module = bench.module
+    module.power_on(now_s)
+    module._out.pop()
+    module._booted_s += 1e-9  # so that the second one is no longer due
 
 
 class OddModule(SimulatedModule):
@@ -196,8 +173,6 @@ class OddModule(SimulatedModule):
         """The code of the request that is carried out."""
         self._asked = Counter[int]()
         """How often each code was asked for."""
-        self._stream_held_until_s = -math.inf
-        self.stream_frames_sent = 0
         if not isinstance(setup, OddSetup):
             setup = OddSetup(**({} if setup is None else asdict(setup)))
         self._noise = random.Random(setup.seed)
@@ -223,11 +198,11 @@ class OddModule(SimulatedModule):
         self._answering = code
         if code == RECORD_CODE:
             self._send_records(now_s)
-        elif code != 0x13 or setup.stream is not Streaming.SILENT:
+        elif code != 0x13 or setup.stream != "silent":
             super().obey(self._kept(request), now_s)
         self._acknowledgement = None
         self._answering = 0
-        if code == 0x13 and setup.stream is Streaming.ACKNOWLEDGED:
+        if code == 0x13 and setup.stream == "acknowledged":
             self.stop_stream()
 
     def _kept(self, request: Request) -> Request:
@@ -236,7 +211,7 @@ class OddModule(SimulatedModule):
         if not request.is_set or not (code in IN_MEMORY or code in IN_STATE):
             return request
         old = read_raw(self, code)
-        by_one = setup.ack is Acknowledge.ONE and request.command.acknowledged_by_one
+        by_one = setup.ack == "one" and request.command.acknowledged_by_one
         if setup.refuses and request.data != old:
             self._acknowledgement = FAILED if by_one else old
             return request._replace(data=old)
@@ -263,16 +238,11 @@ class OddModule(SimulatedModule):
         dropped = {mark if isinstance(mark, int) else mark[0] for mark in setup.drop_records
                    if isinstance(mark, int) or mark[1] == pass_number}  # fmt: skip
         frames = [record_frame(data) for number, data in enumerate(self.memory.records, 1) if number not in dropped]
-        fill = {EmptySlots.ZEROS: EMPTY_SLOT, EmptySlots.ONES: b"\xff" * len(EMPTY_SLOT)}.get(setup.empty_slots)
+        fill = {"zeros": EMPTY_SLOT, "ones": b"\xff" * len(EMPTY_SLOT)}.get(setup.empty_slots)
         if fill is not None:
             frames += [record_frame(fill)] * (MAX_RECORDS - len(frames))
-        together = b"".join(frames)
-        if setup.records is Delivery.PIECES:
-            frames = [together[at : at + PIECE_LENGTH] for at in range(0, len(together), PIECE_LENGTH)]
-            # No status lies between the pieces of a record.
-            self._stream_held_until_s = now_s + len(frames) * RECORD_GAP_S
         for position, frame in enumerate(frames):
-            if setup.records is Delivery.TOGETHER:
+            if setup.records == "together":
                 self.send(frame, now_s)
             else:
                 self.plan(now_s + position * RECORD_GAP_S, partial(self.send_while_on, frame, self._booted_s))
@@ -282,29 +252,15 @@ class OddModule(SimulatedModule):
         if self.is_on and self._booted_s == booted_s:
             self.send(data, now_s)
 
-    def stream(self, now_s: float) -> None:
-        if now_s >= self._stream_held_until_s:
-            waiting = len(self._out)
-            super().stream(now_s)
-            self.stream_frames_sent += len(self._out) - waiting
-
     # Power
 
-    def power_on(self, now_s: float, *, is_silent: bool = False) -> None:
-        """`is_silent`: without the two heartbeats."""
+    def power_on(self, now_s: float) -> None:
         setup = odd(self)
         super().power_on(now_s)
-        self._stream_held_until_s = -math.inf
-        if is_silent:
-            self._out.pop()
-            self._booted_s += 1e-9  # so that the second one is no longer due
         if setup.stream_at_boot:
             self.state.serial_output_is_on = True
         if self.state.serial_output_is_on:
             self._stream_due_s = now_s + 2 * BOOT_GAP_S + 1 / setup.rate
-
-    def restart(self, now_s: float, *, is_silent: bool = False) -> None:
-        self.power_on(now_s, is_silent=is_silent)
 
     # Sensor
 
@@ -341,41 +297,22 @@ class OddWire(Wire):
         ends_s = max(now_s, self._free_s) + len(data) * byte_s
         if faults.echo:
             self.deliver(data, ends_s)
-        if faults.direction is FaultDirection.TO_HOST:
-            super().write(data, now_s)
-            return
-        for worn in self._worn(data):
+        worn = data if faults.direction == "to-host" else self._worn(data)
+        if worn:
             super().write(worn, now_s)
         self._free_s = max(self._free_s, ends_s)
 
     def suffer(self, data: bytes, at_s: float) -> None:
         faults = odd(self.module)
-        delay_s = faults.delay_ms / 1000
-        if faults.jitter_ms:
-            delay_s += self._random.uniform(0.0, faults.jitter_ms) / 1000
-        is_spared = faults.direction is FaultDirection.TO_MODULE
-        for worn in [data] if is_spared else self._worn(data):
-            for position, piece in enumerate(self._pieces(worn)):
-                self.deliver(piece, at_s + delay_s + position * faults.split_ms / 1000)
+        if worn := data if faults.direction == "to-module" else self._worn(data):
+            self.deliver(worn, at_s + faults.delay_ms / 1000)
 
-    def _pieces(self, data: bytes) -> list[bytes]:
-        if not odd(self.module).split_ms or len(data) < 2:
-            return [data]
-        cuts = sorted({self._random.randrange(1, len(data)) for _ in range(2)})
-        return [data[start:end] for start, end in zip([0, *cuts], [*cuts, len(data)], strict=True)]
-
-    def _worn(self, data: bytes) -> list[bytes]:
-        """Return none, one or two bursts."""
-        faults = odd(self.module)
-        source = self._random
+    def _worn(self, data: bytes) -> bytes:
+        faults, source = odd(self.module), self._random
         if faults.drop and source.random() < faults.drop:
-            return []
-        if faults.lose:
-            data = bytes(byte for byte in data if source.random() >= faults.lose)
+            return b""
         if faults.corrupt:
             data = bytes(self._turned(byte) if source.random() < faults.corrupt else byte for byte in data)
         if faults.garbage and source.random() < faults.garbage:
             data = source.randbytes(source.randint(1, MAX_GARBAGE_LENGTH)) + data
-        if not data:
-            return []
-        return [data, data] if faults.double and source.random() < faults.double else [data]
+        return data

@@ -37,9 +37,9 @@ FLAGS = [command.key for command in TRIGGERS]
 @pytest.mark.parametrize("quirks", [
     {},
     {"ack": "one", "voltage_code": "34", "freefall_ack": "17", "empty_slots": "ones"},
-    {"voltage_code": "35", "freefall_ack": "16", "records": "pieces", "split_ms": "4"},
+    {"voltage_code": "35", "freefall_ack": "16", "records": "spaced"},
     {"stream_at_boot": "yes", "rate": "500"},
-    {"noise": "0.5", "delay_ms": "40", "jitter_ms": "20", "empty_slots": "zeros", "records": "spaced"},
+    {"noise": "0.5", "delay_ms": "40", "empty_slots": "zeros", "records": "spaced"},
 ])  # fmt: skip
 def test_every_dialect_of_a_sound_module_is_ready(quirks: dict[str, str]) -> None:
     checked = check(options=quirks)

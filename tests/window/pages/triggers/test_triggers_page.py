@@ -10,7 +10,6 @@ from PySide6.QtWidgets import QApplication, QLineEdit
 from pytestqt.qtbot import QtBot
 
 from app.trigger_records.history import Judgement
-from tests.support.line.odd_module import EmptySlots
 from tests.support.window.preflight_window import OnBench, confirm_name, name_module, on_bench
 from tests.support.window.steps import choosing, given, notice_text
 from ui.pages.triggers.page import COLUMNS
@@ -80,7 +79,7 @@ def test_a_module_that_never_fired(rig: OnBench) -> None:
 
 
 def test_a_silent_module_is_told_from_one_that_had_records(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
-    with on_bench(qtbot, qapp, tmp_path, "silent", "triggers", "preflight", empty_slots=EmptySlots.NONE) as bench:
+    with on_bench(qtbot, qapp, tmp_path, "silent", "triggers", "preflight", empty_slots="none") as bench:
         empty = bench.triggers.list.empty
         bench.read_triggers()
         assert (said(bench), empty.text.text()) == ("No answer: the records are unknown.", "")
