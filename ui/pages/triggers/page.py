@@ -9,7 +9,7 @@
 from collections.abc import Callable, Sequence
 from functools import partial
 from pathlib import Path
-from typing import Final
+from typing import Any, Final
 
 from PySide6.QtWidgets import QFrame, QGridLayout, QLabel, QLineEdit, QPushButton, QToolButton
 
@@ -76,55 +76,50 @@ def _cell_meaning(row: TriggerRow) -> Meaning | None:
     return Meaning.ATTENTION if is_suspect else None
 
 
-COLUMNS: Final = (
-    TableColumn[TriggerRow](
+def _settings_key(row: TriggerRow) -> float:
+    return row.record.attitude_threshold_deg
+
+
+def _light_key(row: TriggerRow) -> float:
+    return row.record.light_v
+
+
+def _spare(
+    title: str, text: Callable[[TriggerRow], str], widest: Callable[[], str], **more: Any
+) -> TableColumn[TriggerRow]:
+    return TableColumn(title, text, widest=widest, is_spare=True, **more)
+
+
+COLUMNS: Final[tuple[TableColumn[TriggerRow], ...]] = (
+    TableColumn(
         marked("After power-on"),
         _when,
         lambda row: float(row.seen.place),
         picture=lambda row: icon(Icon.UNKNOWN, Meaning.ATTENTION) if row.is_seen_once else None,
     ),
-    TableColumn[TriggerRow](
+    TableColumn(
         marked("Why"),
         _why,
         widest=lambda: max(f"{tr('attitude')} + {tr('free fall')}", f"{tr('serial')} + PWM", key=len),
         stretches=True,
     ),
-    TableColumn[TriggerRow](
-        marked("Settings"),
-        _settings,
-        lambda row: float(row.record.attitude_threshold_deg),
-        widest=lambda: "180° 2.5 g 2.55 s",
-        is_spare=True,
-    ),
-    TableColumn[TriggerRow](
+    _spare(marked("Settings"), _settings, lambda: "180° 2.5 g 2.55 s", sort_key=_settings_key),
+    _spare(
         marked("Link"),
         lambda row: tr("connected") if row.record.serial_connected else tr("no"),
-        widest=lambda: tr("connected"),
-        is_spare=True,
+        lambda: tr("connected"),
     ),
-    TableColumn[TriggerRow](
-        marked("Charger"),
-        lambda row: tr("charging") if row.record.charging else tr("no"),
-        widest=lambda: tr("charging"),
-        is_spare=True,
-    ),
-    TableColumn[TriggerRow](
-        marked("Light"),
-        lambda row: f"{row.record.light_v:.1f} V",
-        lambda row: row.record.light_v,
-        widest=lambda: "25.5 V",
-        is_spare=True,
-    ),
-    TableColumn[TriggerRow](
+    _spare(marked("Charger"), lambda row: tr("charging") if row.record.charging else tr("no"), lambda: tr("charging")),
+    _spare(marked("Light"), lambda row: f"{row.record.light_v:.1f} V", lambda: "25.5 V", sort_key=_light_key),
+    _spare(
         marked("Cell"),
         lambda row: f"{row.record.cell_voltage_v:.2f} V",  # the sentence says what is wrong with it
-        lambda row: row.record.cell_voltage_v,
+        lambda: "0.00 V",
+        sort_key=lambda row: row.record.cell_voltage_v,
         picture=lambda row: icon(Icon.WARNING, Meaning.ATTENTION) if _cell_meaning(row) else None,
         ink=_cell_meaning,
-        widest=lambda: "0.00 V",
-        is_spare=True,
     ),
-    TableColumn[TriggerRow](
+    TableColumn(
         marked("Reviewed"), _judged, widest=lambda: max(tr("seen once"), *map(tr, JUDGEMENT_WORDS.values()), key=len)
     ),
 )
