@@ -10,7 +10,7 @@ from PySide6.QtWidgets import QWidget
 from app.text.i18n import tr
 from ui.style.theme import Space, is_text_large
 from ui.widgets.controls import TickingLabel, control, in_column, in_row, named, retain_size
-from ui.widgets.step_button import StepButton, bring_into_sight, gestures, is_in_sight, leave_focus
+from ui.widgets.step_button import StepButton, bring_into_sight, gestures, is_in_sight
 
 # An unanswered question is withdrawn after this time.
 ASKS_FOR_S: Final = 10.0
@@ -59,7 +59,6 @@ class Confirm(QWidget):
         """Nothing is sent."""
         if self.is_asking:
             self.is_asking = False
-            leave_focus(self)
             self._show()
 
     def check(self) -> None:

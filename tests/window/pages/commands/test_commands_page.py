@@ -230,6 +230,7 @@ def test_letting_go_too_early_and_ten_seconds_end_it(active: Desk) -> None:
 
 OF_THE_PERSON: dict[str, tuple[Callable[[Desk], None], str]] = {
     "focus": (lambda one: one.assembly.window.navigation.setFocus(), "focus lost"),
+    "focus, not held": (lambda one: one.assembly.window.navigation.setFocus(), "focus lost"),
     "page": (lambda one: one.assembly.window.go_to("settings"), "Disarmed"),
     "escape": (lambda one: one.qtbot.keyClick(one.commands.ritual.hold, Qt.Key.Key_Escape), "cancelled"),
     "cancel": (lambda one: one.click(one.commands.ritual.cancel), "cancelled"),
@@ -250,7 +251,8 @@ def test_whatever_happens_instead_disarms(full_desk: Desk, ends: dict[str, tuple
         full_desk.bench.module.activate(is_active=True)
         ritual = arm(full_desk)
         assert text not in outcome(full_desk), why
-        press(full_desk)
+        if "not held" not in why:
+            press(full_desk)
         full_desk.wait(0.3)
         act(full_desk)
         # What comes over the line takes its way first: a restart is two heartbeats, 50 ms apart.

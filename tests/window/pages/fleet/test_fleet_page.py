@@ -1,7 +1,7 @@
 """The Fleet page over fake ports: no wrong row ever, LOCK for one and for all, checks and a profile for several."""
 
 import random
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -14,8 +14,6 @@ from app.engine.target import Target
 from app.preflight.checks import Person
 from app.preflight.evidence import Evidence
 from app.preflight.run import run_preflight
-from app.procedures.read import Readings, read_everything
-from app.procedures.write import SettingChange, WriteContext
 from app.settings.profiles import NO_PROFILE, Profile
 from protocol.events import EndReason
 from tests.support.thorough import some
@@ -388,27 +386,6 @@ def test_the_count_is_of_what_may_be_written_and_who_is_not_written_to_is_named(
     assert "1 refused: M-01 (The module is ACTIVE" in desk.notice
     assert "1 offline: M-02" in desk.notice
     assert "2 FAILED: M-00" in desk.notice
-
-
-def test_the_settings_found_are_kept_before_the_first_write_only(desk: Desk, monkeypatch: pytest.MonkeyPatch) -> None:
-    contexts = list[WriteContext]()
-
-    def write(_changes: Sequence[SettingChange], context: WriteContext) -> Procedure[Readings]:
-        contexts.append(context)
-        return read_everything()
-
-    monkeypatch.setattr("ui.pages.fleet.group_jobs.write_all", write)
-    desk.plug_in(1, attitude_threshold_deg=60)
-    open_profile(desk)
-    for is_first in (True, False):
-        desk.page.profile.apply()
-        keep = contexts[-1].keep_as_found
-        assert contexts[-1].accepted_risks == frozenset()
-        assert (keep is not None) is is_first
-        if keep is not None:
-            keep({"attitude_threshold_deg": 60}, None)
-        desk.modules[0][1].end_jobs(Cancelled())
-        desk.wait(lambda: not desk.page.profile.is_running)
 
 
 @pytest.mark.promise("l")

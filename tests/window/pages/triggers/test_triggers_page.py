@@ -134,17 +134,6 @@ def test_what_was_read_is_not_taken_for_the_records_of_what_answers_later(
         assert bench.acts == []
 
 
-def test_a_reading_that_the_lost_link_ended_is_begun_again(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
-    with on_bench(qtbot, qapp, tmp_path, "again", "triggers", history=4, reads_triggers=True) as bench:
-        page = bench.triggers
-        bench.until(lambda: page.work.is_busy)
-        bench.bench.unplug()
-        bench.until(lambda: not page.work.is_busy)
-        assert page.work.reading is None
-        bench.bench.plug()
-        bench.until(lambda: page.count.text() == "Trigger records: 4")
-
-
 def test_an_unconfirmed_reading_is_reported_and_one_can_be_cancelled(
     qtbot: QtBot, qapp: QApplication, tmp_path: Path
 ) -> None:
