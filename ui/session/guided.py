@@ -9,6 +9,7 @@ when the page or the window is left.
 from collections.abc import Mapping
 from enum import Enum
 from functools import partial
+from typing import Any
 
 from PySide6.QtCore import QObject, Signal
 
@@ -126,7 +127,7 @@ class Guided(QObject):
             self._who = who
             self.outcome = self.trouble = self._measuring = None
             self.stage = Stage.PREPARING
-            self._job.run(self.test.prepare(), self._end_preparing)
+            self._job.run(self.test.prepare(), self._end)
             self.changed.emit()
 
     def confirm(self) -> None:
@@ -159,36 +160,29 @@ class Guided(QObject):
         else:
             self._break_off(marked("not confirmed"))
 
-    def _end_preparing(self, job: Job[Measure]) -> None:
-        if job.error is not None:
-            self._fail(job.error)
-            return
-        self._measuring = job.outcome()
-        if self.test.is_active:
-            self.stage = Stage.CONFIRMING
-            self.changed.emit()
-        else:
-            self._measure()
-
     def _measure(self) -> None:
         if self._measuring is not None:
             self.steps = PersonSteps()
             self.stage = Stage.MEASURING
             self._module.is_fired_by_test = self.test.is_active
-            self._job.run(self._measuring(self.steps), self._end_measuring, expects=self.test.expects)
+            self._job.run(self._measuring(self.steps), self._end, expects=self.test.expects)
             self.changed.emit()
 
-    def _end_measuring(self, job: Job[GuidedResult]) -> None:
-        if job.error is not None:
-            self._fail(job.error)
-        else:
+    def _end(self, job: Job[Any]) -> None:
+        """It is prepared, or measured."""
+        if isinstance(job.error, UserError):
+            self._finish(job.error)
+        elif job.error is not None:
+            self._break_off(CANCELLED if isinstance(job.error, Cancelled) else FAILED)
+        elif self.stage is Stage.MEASURING:
             self._finish(job.outcome())
-
-    def _fail(self, error: BaseException) -> None:
-        if isinstance(error, UserError):
-            self._finish(error)
         else:
-            self._break_off(CANCELLED if isinstance(error, Cancelled) else FAILED)
+            self._measuring = job.outcome()
+            if self.test.is_active:
+                self.stage = Stage.CONFIRMING
+                self.changed.emit()
+            else:
+                self._measure()
 
     def _break_off(self, why: str) -> None:
         self._finish(UserError(marked("No result: {why}."), why=message(why)))
@@ -236,25 +230,21 @@ class Guided(QObject):
     # The store
 
     def load_last(self) -> None:
-        store, name = self._storage.ready, self._module.name
+        store, name, target = self._storage.ready, self._module.name, self._module.target
         self._loading.cancel()
         self._take_last({})  # before the store has answered
         if store is not None and name:
-            work = partial(last_tests, module=name, counts_simulated=self._is_simulated)
+            work = partial(last_tests, module=name, counts_simulated=target is not None and target.is_simulated)
             self._loading.run_in(store, work, self._take_last, lambda _trouble: None)
 
     def _take_last(self, last: Mapping[GuidedKind, StoredTest]) -> None:
         self.last = last
         self.changed.emit()
 
-    @property
-    def _is_simulated(self) -> bool:
-        target = self._module.target
-        return target is not None and target.is_simulated
-
     def _keep_result(self, result: GuidedResult) -> None:
-        store, who, is_simulated = self._storage.store, self._who, self._is_simulated
+        store, target, who = self._storage.store, self._module.target, self._who
         name = self.tested_as = self._module.name
+        is_simulated = target is not None and target.is_simulated
         if not isinstance(store, Store):
             self.trouble = not_kept(store, name)
             return
