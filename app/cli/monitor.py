@@ -14,7 +14,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from typing import Final
 
-from app.diagnosis.symptoms import PortEvidence
+from app.diagnosis.causes import PortEvidence
 from app.engine.conversation import Interrupted, StatusSample, reason_message
 from app.engine.procedure import Job
 from app.engine.target import is_simulated

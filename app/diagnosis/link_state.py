@@ -5,8 +5,7 @@ from collections import deque
 from enum import Enum
 from typing import Final, NamedTuple
 
-from app.diagnosis.causes import NextStep, explain
-from app.diagnosis.symptoms import PortEvidence
+from app.diagnosis.causes import NextStep, PortEvidence, explain
 from app.engine.conversation import ConversationView, reason_message
 from app.engine.procedure import SHARED, TOO_SLOW
 from app.engine.reconnect import LOSSES, Absence

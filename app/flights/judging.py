@@ -384,22 +384,17 @@ def fire_map(
 FULL_MARGIN_DEG: Final = 10
 FULL_MARGIN_S: Final = 0.3
 # The bounds of a proposal are this program's. The vendor's table says less: 55° and up, below 0.7 g, and the defaults.
-LEAST_TILT_DEG: Final = 55
-MOST_TILT_DEG: Final = 80
-LEAST_ACCELERATION_G: Final = 0.3
-MOST_ACCELERATION_G: Final = 0.6
-LEAST_FALL_S: Final = SHORT_FALL_S
-MOST_FALL_S: Final = 2.0
-
-
-def _steps_between(low: float, high: float, per_unit: int) -> Steps:
-    return np.arange(steps_of(low, per_unit), steps_of(high, per_unit) + 1)
-
-
+LEAST: Final = TriggerLimits(55, 0.3, SHORT_FALL_S)
+MOST: Final = TriggerLimits(80, 0.6, 2.0)
 # All thresholds, in the vendor's steps. What is computed for each of them has the shape (tilts, accelerations, times).
-_TILTS: Final = _steps_between(LEAST_TILT_DEG, MOST_TILT_DEG, DEGREE.per_unit)[:, None, None]
-_ACCELERATIONS: Final = _steps_between(LEAST_ACCELERATION_G, MOST_ACCELERATION_G, TENTH_G.per_unit)[:, None]
-_TIMES: Final = _steps_between(LEAST_FALL_S, MOST_FALL_S, CENTISECOND.per_unit)
+_TILTS, _ACCELERATIONS, _TIMES = np.ix_(
+    *(
+        np.arange(steps_of(low, per_unit), steps_of(high, per_unit) + 1)
+        for low, high, per_unit in zip(
+            LEAST[:3], MOST[:3], (DEGREE.per_unit, TENTH_G.per_unit, CENTISECOND.per_unit), strict=True
+        )
+    )
+)
 _FULL_TILT: Final = FULL_MARGIN_DEG * DEGREE.per_unit
 _FULL_TIME: Final = round(FULL_MARGIN_S * CENTISECOND.per_unit)
 
@@ -472,7 +467,7 @@ def propose(must_not: Sequence[FlightSummary], must: Sequence[FlightSummary]) ->
     limits = TriggerLimits(
         attitude_threshold_deg=int(_TILTS.flat[tilt]) / DEGREE.per_unit,
         freefall_acceleration_g=int(_ACCELERATIONS.flat[acceleration]) / TENTH_G.per_unit,
-        freefall_time_s=int(_TIMES[time]) / CENTISECOND.per_unit,
+        freefall_time_s=int(_TIMES.flat[time]) / CENTISECOND.per_unit,
     )
     nearest: dict[FlightGroup, FlightMargin] = {}
     for group, side in sides.items():

@@ -27,7 +27,7 @@ from app.text.messages import ErrorCode, join_sentences
 from protocol.events import Answered, EndReason, OutcomeUnknown, Sent, Unanswered
 
 if TYPE_CHECKING:
-    from app.diagnosis.symptoms import PortEvidence
+    from app.diagnosis.causes import PortEvidence
     from app.procedures.lock import Locked
     from app.safety.journal import Journal
 
@@ -237,7 +237,7 @@ def _greet(opened: OpenPort, port: str, baud_rate: int | None) -> None:
         if opened.run(find_rate(USUAL_RATE), outlives=True).baud_rate is None:
             raise NoLink(no_module_found(port))
     elif (silence := opened.run(await_module(), outlives=True)) is not None:
-        from app.diagnosis.symptoms import PortEvidence
+        from app.diagnosis.causes import PortEvidence
         from app.terminal.records import adapter_of
 
         # An address is of no adapter, and listing takes time.

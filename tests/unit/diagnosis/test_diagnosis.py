@@ -12,9 +12,8 @@ from typing import Any
 
 import pytest
 
-from app.diagnosis.causes import CAUSES, diagnose, explain
+from app.diagnosis.causes import CAUSES, AdapterFacts, EvidenceCollector, PortEvidence, diagnose, explain, facts_about
 from app.diagnosis.link_state import LinkState, Phase, link_text
-from app.diagnosis.symptoms import AdapterFacts, EvidenceCollector, PortEvidence, facts_about
 from app.engine.conversation import ConversationView, Interrupted
 from app.engine.procedure import Ask, LinkView, Procedure
 from app.engine.reconnect import Absence

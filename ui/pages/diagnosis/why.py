@@ -8,9 +8,17 @@ from PySide6.QtCore import Qt, Signal
 from PySide6.QtGui import QGuiApplication
 from PySide6.QtWidgets import QFrame, QGridLayout, QLabel, QPushButton, QWidget
 
-from app.diagnosis.causes import STEP_WORDS, Diagnosis, NextStep, diagnose
+from app.diagnosis.causes import (
+    STEP_WORDS,
+    AdapterFacts,
+    Diagnosis,
+    EvidenceCollector,
+    NextStep,
+    PortEvidence,
+    diagnose,
+    facts_about,
+)
 from app.diagnosis.link_state import Phase, link_text
-from app.diagnosis.symptoms import AdapterFacts, EvidenceCollector, PortEvidence, facts_about
 from app.system.clock import clock_text
 from app.text.i18n import tr
 from app.text.messages import join_names, labelled

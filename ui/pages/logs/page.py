@@ -35,9 +35,8 @@ from protocol.translatable import marked
 from ui.core.background_task import Running
 from ui.files.file_dialogs import AskMany, AskPath, ask_flight_logs, ask_folder, ask_path, default_name
 from ui.forms.tables import RowsTable, SearchedRows
-from ui.pages.logs.proposal import ProposalBar, bounds_lines
 from ui.pages.logs.rows import COLUMNS, SIDES, LogColumn, button, limits_text, row_text, sides_text
-from ui.pages.logs.thresholds import FireMapView, ThresholdPanel
+from ui.pages.logs.thresholds import FireMapView, ProposalBar, ThresholdPanel, bounds_lines
 from ui.pages.logs.viewer import LogView
 from ui.pages.logs.work import LogRow, LogsWork, Reading
 from ui.services.context import Services

@@ -14,7 +14,7 @@ import pytest
 from PySide6.QtWidgets import QApplication, QLabel, QWidget
 from pytestqt.qtbot import QtBot
 
-from app.diagnosis.symptoms import AdapterFacts
+from app.diagnosis.causes import AdapterFacts
 from app.engine.conversation import ConversationView
 from app.engine.procedure import LinkView
 from app.engine.target import Target
