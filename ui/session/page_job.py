@@ -1,7 +1,7 @@
 """What a page does in the background or on its module, and says of it: progress with Cancel while it runs, then its
 result until that is closed, the page is left, or another module is connected."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final, TypeVar
@@ -10,7 +10,6 @@ from PySide6.QtCore import QObject, QTimer, QUrl, Signal
 from PySide6.QtGui import QDesktopServices
 
 from app.engine.procedure import Job, Procedure, Report
-from app.procedures.write import SettingChange, risk_message
 from app.text.i18n import tr
 from app.text.messages import UserError, join_sentences, labelled, not_written
 from protocol.events import EndReason
@@ -280,26 +279,3 @@ def progress_notice(text: str, cancel: Callable[[], object] | None) -> Notice:
     """Of a running job."""
     choices = () if cancel is None else (Choice("cancel", tr("Cancel"), cancel),)
     return Notice(Meaning.INFORMATION, text, choices)
-
-
-# Before a write that takes protection away
-
-Write = Callable[..., None]  # Called with the changes that were shown and `accepted`
-
-
-def is_risk_open(changes: Sequence[SettingChange], accepted: frozenset[SettingChange]) -> bool:
-    """Whether the question has to be asked before these changes are written."""
-    return any(change.risks and change not in accepted for change in changes)
-
-
-def risk_notice(changes: Sequence[SettingChange], write: Write, cancel: Callable[[], None]) -> Notice | None:
-    """The question in the language in use; None if the changes take nothing away."""
-    risk = risk_message(changes)
-    if risk is None:
-        return None
-    anyway = partial(write, accepted=frozenset(changes))
-    choices = (
-        Choice("not_now", tr("Cancel"), cancel),
-        Choice("write_anyway", tr("Write anyway"), anyway, is_step=True),
-    )
-    return Notice(Meaning.ATTENTION, risk.translated(), choices)

@@ -26,7 +26,7 @@ from app.text.messages import join_names, join_sentences, labelled
 from ui.session.left_active import LeftActiveWatch
 from ui.session.port import Port
 from ui.session.ports import Ports
-from ui.session.shown_module import Remainder, module_label
+from ui.session.shown_module import Remainder, ShownModule, module_label
 from ui.style.theme import Meaning
 from ui.widgets.notice_bar import Choice, Notice
 
@@ -62,6 +62,7 @@ class Attention(QObject):
         # When somebody last tried to close the window.
         self._tried_at = -inf
         self._leaving: _Leaving | None = None
+        self._watched: ShownModule | None = None
         # By key, until a person closes them.
         self._said: dict[str, Notice] = {}
         # Causes whose notice a person has closed, as long as they last.
@@ -108,8 +109,11 @@ class Attention(QObject):
         self._closed.add(cause)
         self.refresh()
 
-    def _on_another_module(self) -> None:
+    def _on_another_module(self, module: ShownModule) -> None:
         """What a person has seen or was asked was about the former one."""
+        if module is not self._watched:  # the same port may be chosen again
+            self._watched = module
+            module.changed.connect(self.refresh)
         self._leaving = None
         self._closed.clear()
         self.refresh()

@@ -10,7 +10,7 @@ from PySide6.QtWidgets import QPushButton, QTabBar, QTabWidget, QToolButton, QWi
 
 from app.fleet.card import Applied, Card, Need, result_line, summary
 from app.preflight.verdict import Verdict
-from app.procedures.write import SettingChange
+from app.procedures.write import SettingChange, risk_message
 from app.text.i18n import tr
 from app.text.messages import capitalised, labelled
 from protocol.translatable import marked
@@ -20,7 +20,7 @@ from ui.pages.fleet.board import NEED_MEANINGS, Board
 from ui.pages.fleet.group_jobs import GroupChecks, GroupProfile
 from ui.services.context import Services
 from ui.services.page import Page, WaysBack
-from ui.session.page_job import PageJob, is_risk_open, progress_notice, risk_notice
+from ui.session.page_job import PageJob, progress_notice
 from ui.session.port import Port
 from ui.style.icons import Icon
 from ui.style.theme import Meaning, Space
@@ -185,11 +185,15 @@ class FleetPage(Page):
     def _write_profile(self, *, accepted: frozenset[SettingChange] = frozenset()) -> None:
         """Writes the profile to the ticked modules; asks first where it takes protection away."""
         changes = self.profile.changes()
-        if is_risk_open(changes, accepted):
-            self.result.set_notice(risk_notice(changes, self._write_profile, self.result.dismiss))
-            return
         self.result.dismiss()
-        self.profile.apply(accepted)
+        risk = risk_message(changes)
+        if risk is None or not any(change.risks and change not in accepted for change in changes):
+            self.profile.apply(accepted)
+            return
+        anyway = partial(self._write_profile, accepted=frozenset(changes))
+        write = Choice("write_anyway", tr("Write anyway"), anyway, is_step=True)
+        choices = (Choice("not_now", tr("Cancel"), self.result.dismiss), write)
+        self.result.set_notice(Notice(Meaning.ATTENTION, risk.translated(), choices))
 
     def ways_back(self) -> WaysBack:
         return ((self.profile.profile is not None and not self.profile.is_running, self._close_profile),)
