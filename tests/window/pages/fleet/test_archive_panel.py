@@ -102,16 +102,15 @@ def test_earlier_settings_are_compared_and_used_as_edits(qtbot: QtBot, assembly:
     qtbot.waitUntil(lambda: panel.life.model().rowCount() == 2, timeout=WAIT_MS)
     assert panel.settings.text().startswith("Choose an entry")
     assert not panel.use.isEnabled(), "none is chosen"
-    panel.life.selectAll()
-    assert panel.settings.text() == "Attitude threshold 60° → 65°"
-    assert not panel.use.isEnabled()
+    panel.life.selectRow(1)
+    assert not panel.use.isEnabled(), "no module answers"
     used: list[object] = []
     exchange = panel._services.exchange
     exchange.used.connect(used.append)
-    panel.life.selectRow(1)
-    assert not panel.use.isEnabled(), "no module answers"
     exchange.can_use = lambda: True
-    panel.life.selectRow(0)
+    panel.life.selectAll()
+    assert panel.settings.text() == "Attitude threshold 60° → 65°"
+    assert not panel.use.isEnabled()
     panel.life.selectRow(1)
     panel.use.click()
     assert used == [{"attitude_threshold_deg": 60}]
