@@ -6,7 +6,7 @@ from functools import partial
 from pathlib import Path
 from typing import Final
 
-from PySide6.QtCore import QDate, Qt, QTimer, Signal
+from PySide6.QtCore import QDate, QTimer, Signal
 from PySide6.QtGui import QShowEvent
 from PySide6.QtWidgets import (
     QCheckBox,
@@ -358,15 +358,11 @@ class ServiceForm(QWidget):
         self.kind.setFocus()
 
     def _accept(self, _is_checked: bool) -> None:
-        due = _date_of(self.due) if self.is_due.isChecked() else None
-        kind = ServiceKind(self.kind.currentData())
-        service = serviced(kind, on=_date_of(self.on), due=due, who=self.who.text(), note=self.note.text())
+        on, due = (date(day.year(), day.month(), day.day()) for day in (self.on.date(), self.due.date()))
+        kind, due_again = ServiceKind(self.kind.currentData()), due if self.is_due.isChecked() else None
+        service = serviced(kind, on=on, due=due_again, who=self.who.text(), note=self.note.text())
         self._keep(self.module, service)
         self.closed.emit()
-
-
-def _date_of(day: QDateEdit) -> date:
-    return date.fromisoformat(day.date().toString(Qt.DateFormat.ISODate))
 
 
 # The ports of the fleet
@@ -376,8 +372,7 @@ class FleetMembers:
     """Adds and removes ports, and makes their cards."""
 
     def __init__(self, services: Services) -> None:
-        self._services = services
-        self._ports = services.ports
+        self._services, self._ports = services, services.ports
         # Checks and profiles leave these out.
         self.unticked: set[Port] = set()
 
@@ -404,9 +399,9 @@ class FleetMembers:
 
     def connect_port(self, target: Target) -> Port:
         """Connect one more port; the first one becomes the current one."""
-        for existing in self.connections:
-            if existing.target is not None and existing.target.key == target.key:
-                return existing
+        there = next((port for port in self.connections if port.target and port.target.key == target.key), None)
+        if there is not None:
+            return there
         current = self._ports.current
         is_free = not current.is_requested and not current.is_open
         port = current if is_free else self._ports.add()
@@ -457,8 +452,7 @@ class AddPort(QToolButton):
     def __init__(self, members: FleetMembers, refresh_ports: Callable[[], object]) -> None:
         super().__init__()
         control(self, "fleet_add", text=tr("Add port"), picture=Icon.PLUG)
-        self._members = members
-        self._refresh_ports = refresh_ports
+        self._members, self._refresh_ports = members, refresh_ports
         self.ask_text: AskText = ask_text
         self.setPopupMode(QToolButton.ToolButtonPopupMode.InstantPopup)
         self._menu = named(QMenu(self), "fleet_add_menu")
