@@ -132,7 +132,7 @@ def _choose_ports(args: argparse.Namespace) -> None:
 
 
 def _refuse_address(port: str) -> None:
-    """Raises `PortError` for a kind of address that is not opened, and `UserError` for a wrong option of `sim://`."""
+    # Raises `PortError` for a kind of address that is not opened, and `UserError` for a wrong option of `sim://`.
     from app.engine.target import is_simulated
     from app.engine.transport import refuse_unsupported
 
@@ -196,7 +196,7 @@ def _open_window(args: argparse.Namespace) -> int:
 
 
 def _print_pages(bodies: Sequence[str], paper: "Paper", attachment: bytes | None) -> bytes:
-    """Raises `UserError`. Signals are noted meanwhile: an exception in the middle of Qt would abort the process."""
+    # Raises `UserError`. Signals are noted meanwhile: an exception in the middle of Qt would abort the process.
     try:
         from ui.files.report_printer import print_pages
 

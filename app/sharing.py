@@ -179,7 +179,7 @@ class Sharing:
                 key.data()
 
     def wake(self) -> None:
-        """End the waiting of `turn`; from any thread."""
+        # End the waiting of `turn`; from any thread.
         with suppress(OSError):  # it will wake up already, or is closed
             self._waking.send(b"\0")
 
@@ -240,7 +240,7 @@ class Sharing:
 
     @contextmanager
     def _watched(self, reader: Reader) -> Iterator[None]:
-        """Whoever leaves meanwhile, or is at fault after it, is no reader any more."""
+        # Whoever leaves meanwhile, or is at fault after it, is no reader any more.
         try:
             yield
         except OSError:

@@ -186,7 +186,7 @@ def event_sentence(event: Event) -> str:
 
 
 def _unplaced(frame: Frame) -> Frame:
-    """Without its place in the stream, so that equal frames are equal."""
+    # Without its place in the stream, so that equal frames are equal.
     return Frame(frame.direction, frame.raw)
 
 
@@ -219,7 +219,7 @@ def _reply_of(message: Reading | Acknowledgement, asked: Asked) -> _Reply:
 
 
 def _inside(title: str) -> str:
-    """A title in the language in use, for the middle of a sentence."""
+    # A title in the language in use, for the middle of a sentence.
     words = tr(title)
     return words[:1].lower() + words[1:]
 

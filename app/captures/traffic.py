@@ -109,7 +109,7 @@ class Explainer:
         return rows + self._rows(self._parsers[way].feed(raw), at_s, way)
 
     def feed_untimed(self, raw: bytes) -> list[Explained]:
-        """The pieces in bytes of both directions without times; noise counts as the module's."""
+        # The pieces in bytes of both directions without times; noise counts as the module's.
         return self._rows(self._mixed.feed(raw), None)
 
     def end(self) -> list[Explained]:

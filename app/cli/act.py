@@ -42,7 +42,7 @@ def run(args: argparse.Namespace) -> int:
 
 
 def permit_for(act: Act, opened: OpenPort) -> Permit:
-    """A person's word for this act, in the conversation that goes on."""
+    # A person's word for this act, in the conversation that goes on.
     return Permit(act, Origin.COMMAND_LINE, steady_time(), opened.number)
 
 

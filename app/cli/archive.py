@@ -13,7 +13,7 @@ from msgspec import field
 
 from app.archive.archive import exchanged, status_of, sync
 from app.archive.places import is_server, server_url
-from app.archive.report import ModuleToday, module_history, report
+from app.archive.report import module_history, report
 from app.modules.service import ServiceKind, service_summary, serviced
 from app.records.filing import local_now
 from app.store.fact_store import Store
@@ -195,18 +195,27 @@ def run_sync(args: argparse.Namespace, store: Store) -> int:
 
 def run_report(args: argparse.Namespace, store: Store) -> int:
     now = datetime.now(UTC)
-    modules = report(store, now)
-    answer = ArchiveReportJson(now.isoformat(timespec="seconds"), list(map(_module_json, modules)))
-    if args.csv:
-        rows = [_report_cells(module, state.due_words) for module, state in zip(answer.modules, modules, strict=True)]
-        console.write(csv_text(REPORT_HEAD, rows))
-        return console.SUCCESS
+    answer, cells = ArchiveReportJson(now.isoformat(timespec="seconds"), []), list[list[object]]()
     lines = [(tr("Module"), tr("Last check"), tr("Verdict"), tr("Trigger records"), tr("Due"))]
-    for state in modules:
-        check = state.last_check
-        at, verdict = (local_time(check.at, MINUTE), check.words.translated()) if check else ("", tr("none"))
+    for state in report(store, now):
+        check, last_check = state.last_check, None
+        at, verdict = "", tr("none")
+        if check is not None:
+            at, verdict = local_time(check.at, MINUTE), check.words.translated()
+            last_check = ArchiveCheckJson.of(check, void=check.is_void or check.is_fired_since)
+        due = [due.in_english() for due in state.due]
+        module = ArchiveModuleJson.of(state, last_at=state.last_at or None, last_check=last_check, due=due)
+        answer.modules.append(module)
         lines.append((state.name, at, verdict, str(state.trigger_records), state.due_words))
-    return console.emit(args, answer, console.columns(lines))
+        # The JSON as one line of a table, in UTC as spreadsheets know it.
+        told = msgspec.to_builtins(module)
+        told |= {**(told.pop("last_check") or {}), "due": state.due_words}
+        told["last_at"], told["check_at"] = utc_cell(state.last_at), utc_cell(told.get("at", ""))
+        cells.append([told.get(head) for head in REPORT_HEAD])
+    if not args.csv:
+        return console.emit(args, answer, console.columns(lines))
+    console.write(csv_text(REPORT_HEAD, cells))
+    return console.SUCCESS
 
 
 def run_module(args: argparse.Namespace, store: Store) -> int:
@@ -235,19 +244,3 @@ def run_service(args: argparse.Namespace, store: Store) -> int:
 
 def _unknown(module: str) -> console.Refused:
     return console.Refused(labelled(module, tr("none")), ErrorCode.REFUSED)
-
-
-def _module_json(state: ModuleToday) -> ArchiveModuleJson:
-    check = state.last_check
-    last_check = None if check is None else ArchiveCheckJson.of(check, void=check.is_void or check.is_fired_since)
-    due = [due.in_english() for due in state.due]
-    return ArchiveModuleJson.of(state, last_at=state.last_at or None, last_check=last_check, due=due)
-
-
-def _report_cells(module: ArchiveModuleJson, due: str) -> list[object]:
-    """The JSON of a module as one line, in UTC as spreadsheets know it."""
-    told = msgspec.to_builtins(module)
-    check = told.pop("last_check") or {}
-    cells = {**check, **told, "due": due}
-    cells["last_at"], cells["check_at"] = utc_cell(told["last_at"] or ""), utc_cell(check.get("at", ""))
-    return [cells.get(head) for head in REPORT_HEAD]

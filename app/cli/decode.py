@@ -111,7 +111,7 @@ def run(args: argparse.Namespace) -> int:
 
 
 def _names_file(word: str) -> bool:
-    """Also one that is not there, a folder, or a pipe."""
+    # Also one that is not there, a folder, or a pipe.
     with suppress(NotHex):
         hex_bytes(word)
         return False
@@ -120,7 +120,7 @@ def _names_file(word: str) -> bool:
 
 
 def _print_rows(steps: Iterable[list[Explained]], reader: Explainer | TextReader, *, is_json: bool) -> bool:
-    """Print the rows of each step as it comes; whether every byte is part of a frame."""
+    # Print the rows of each step as it comes; whether every byte is part of a frame.
     is_whole = True
 
     def show(rows: list[Explained]) -> None:
@@ -136,7 +136,7 @@ def _print_rows(steps: Iterable[list[Explained]], reader: Explainer | TextReader
 
 
 def _as_json(row: Explained) -> Struct:
-    """Always in English."""
+    # Always in English.
     piece = row.piece
     usual: dict[str, Any] = {
         "t_s": UNSET if row.at_s is None else round(row.at_s, 6),

@@ -180,8 +180,8 @@ def _page(names: Sequence[str], judged: Sequence[tuple[FiredJson, list[UserMessa
 
 
 def _defaults_lines(logs: Sequence[SummarisedLog], *, is_must: bool) -> list[str]:
-    """What the vendor's defaults do in these flights, and in which not what they should. Flights of one side alone
-    propose no thresholds."""
+    # What the vendor's defaults do in these flights, and in which not what they should. Flights of one side alone
+    # propose no thresholds.
     flights = [log.flight for log in logs if log.flight is not None]
     total, unread = len(logs), len(logs) - len(flights)
     if unread:  # a folder that was thinned out proves nothing

@@ -106,8 +106,8 @@ def run(args: argparse.Namespace) -> int:
 
 
 def _store_visit(reading: TriggersReading, records: Records, args: argparse.Namespace) -> bool:
-    """Store the records under the name; False if they do not follow those of its last visit, or the store cannot be
-    used. Errors are printed, never raised."""
+    # Store the records under the name; False if they do not follow those of its last visit, or the store cannot be
+    # used. Errors are printed, never raised.
 
     def keep(facts: Facts) -> Visit | PossiblyOther:
         adapter = records.find_where().adapter
@@ -130,7 +130,7 @@ def _store_visit(reading: TriggersReading, records: Records, args: argparse.Name
 
 
 def with_fields(history: History) -> list[tuple[TriggerRecord, dict[str, Any]]]:
-    """Every record with its fields, and whether it is certain: seen in at least two readings."""
+    # Every record with its fields, and whether it is certain: seen in at least two readings.
     certain = [(record, True) for record in history.records] + [(record, False) for record in history.seen_once]
     return [(record, fields_of(record) | {"confirmed": is_certain}) for record, is_certain in certain]
 

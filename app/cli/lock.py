@@ -26,7 +26,7 @@ ARGUMENTS = (
 
 
 def run(args: argparse.Namespace) -> int:
-    """LOCK is sent before any file is opened, and its exit code does not depend on one."""
+    # LOCK is sent before any file is opened, and its exit code does not depend on one.
     with records_of(args.port, STORE_LIMIT_S, starts_late=True) as records:
         is_locked = False
         try:

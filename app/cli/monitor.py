@@ -153,7 +153,7 @@ def watched(args: argparse.Namespace, *, reads_all: bool = False) -> Iterator[Ba
 
 @contextmanager
 def _stream_memory(port: str) -> Iterator[StreamMemory]:
-    """Remembers that the serial output is switched on; not for simulated modules."""
+    # Remembers that the serial output is switched on; not for simulated modules.
     if is_simulated(port):
         yield StreamMemory()
         return

@@ -134,7 +134,7 @@ def _take_each(bench: BatchRun, store: Store, troubles: list[UserMessage], args:
     last: console.Line = ""
 
     def tell(line: console.Line) -> None:
-        """Once in a row. With --json standard output has the result only."""
+        # Once in a row. With --json standard output has the result only.
         nonlocal last
         if line != last and args.json:
             console.notify(line if isinstance(line, str) else line[0])
@@ -143,7 +143,7 @@ def _take_each(bench: BatchRun, store: Store, troubles: list[UserMessage], args:
         last = line
 
     def next_name() -> str:
-        """Another program may give some, too."""
+        # Another program may give some, too.
         names, taken = store.read(bench.left)
         for name in taken:
             console.notify_once(tr(TAKEN, module=name))

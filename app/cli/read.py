@@ -110,7 +110,7 @@ def run(args: argparse.Namespace) -> int:
 
 
 def is_answered_twice() -> Procedure[bool]:
-    """Whether questions are: a second module on this line answers a little later, also the last one."""
+    # Whether questions are: a second module on this line answers a little later, also the last one.
     yield Pause(SECOND_ANSWER_S)
     view: EngineView = yield Inspect()
     return view.told.is_answered_twice(view.now)

@@ -147,7 +147,7 @@ def _recording(library: RecordingLibrary, name: str) -> RecordingEntry:
 
 
 def refuse_unwritable(args: argparse.Namespace) -> None:
-    """Before anything is recorded. Raises `Refused`."""
+    # Before anything is recorded. Raises `Refused`.
     path: Path = args.file
     if path == STANDARD_OUTPUT:
         if args.json:  # there is one standard output

@@ -118,7 +118,7 @@ def run(args: argparse.Namespace) -> int:
 
 
 def warn(wishes: Sequence[SettingChange]) -> None:
-    """What a value takes away is told, accepted or not."""
+    # What a value takes away is told, accepted or not.
     for wish in wishes:
         for consequence in consequences(wish.command, wish.value):
             if consequence.weight is not Weight.PLAIN:
@@ -126,7 +126,7 @@ def warn(wishes: Sequence[SettingChange]) -> None:
 
 
 def _show(wishes: Sequence[SettingChange], args: argparse.Namespace) -> int:
-    """Sends queries only."""
+    # Sends queries only.
     module = read_module(args.port, args.baud)
     answer, rows = SetJson({}), list[tuple[str, str]]()
     for wish in wishes:

@@ -56,13 +56,13 @@ def write_whole(path: Path, data: bytes, *, is_private: bool = False) -> None:
 
 
 def private_opener(path: str, flags: int) -> int:
-    """For `open`: create files that only this user can read."""
+    # For `open`: create files that only this user can read.
     return os.open(path, flags, 0o600)
 
 
 def lock(file: IO[bytes], *, is_shared: bool = False) -> None:
-    """Hold the file until it is closed or the process ends. Never waits: raises OSError if another process holds it.
-    `is_shared`: others may hold it so, too; not on Windows."""
+    # Hold the file until it is closed or the process ends. Never waits: raises OSError if another process holds it.
+    # `is_shared`: others may hold it so, too; not on Windows.
     if sys.platform == "win32":
         os.lseek(file.fileno(), _LOCKED_BYTE, os.SEEK_SET)
         msvcrt.locking(file.fileno(), msvcrt.LK_NBLCK, 1)

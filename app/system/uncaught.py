@@ -48,7 +48,7 @@ def catch_uncaught_errors(tell: Callable[[UncaughtError], None]) -> Callable[[],
 
 
 def report_uncaught_error(error: BaseException) -> None:
-    """Log and tell an exception, also one that was caught only so that its thread goes on."""
+    # Log and tell an exception, also one that was caught only so that its thread goes on.
     thread = threading.current_thread().name
     details = "".join(traceback.format_exception(error))
     _log.error("An error that nobody expected, in thread %s:\n%s", thread, details)

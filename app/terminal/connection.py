@@ -111,7 +111,7 @@ class OpenPort:
         return job.outcome()
 
     def wait_for(self, work: Callable[[], Result]) -> Result:
-        """Do what may take long, such as the store's disk, in a thread of its own: the conversation goes on."""
+        # Do what may take long, such as the store's disk, in a thread of its own: the conversation goes on.
         done: list[Result] = []
         thread = threading.Thread(target=lambda: done.append(work()), daemon=True)
         thread.start()
@@ -120,7 +120,7 @@ class OpenPort:
         return done[0] if done else work()
 
     def bind(self) -> None:
-        """From now on everything runs in the conversation that goes on, and in no other."""
+        # From now on everything runs in the conversation that goes on, and in no other.
         self.drain()
         self.number = self.conversation.number
         _log.debug("bound to conversation %d", self.number)
@@ -133,7 +133,7 @@ class OpenPort:
         check_signals()
 
     def drain(self) -> None:
-        """Take all batches that are there, without waiting."""
+        # Take all batches that are there, without waiting.
         with suppress(queue.Empty):
             while True:
                 self._receive(self._batches.get_nowait())
@@ -164,12 +164,12 @@ class OpenPort:
             notify(tr("ACTIVE, not locked."))
 
     def close(self) -> None:
-        """Idempotent. Returns in bounded time, even if opening or closing the port hangs."""
+        # Idempotent. Returns in bounded time, even if opening or closing the port hangs.
         self.worker.stop(0.2 if self.connection.state is PortState.OPENING else STOP_LIMIT_S)
         self.drain()
 
     def _make_lock(self) -> "Job[Locked]":
-        """In the worker's thread."""
+        # In the worker's thread.
         from app.procedures.lock import lock
 
         self._owed = Job(lock(self._journal, is_owed=True), outlives=True)

@@ -117,7 +117,7 @@ def expected(what: str) -> argparse.ArgumentTypeError:
 
 
 def name(text: str) -> str:
-    """An empty one is refused, as it would name nothing."""
+    # An empty one is refused, as it would name nothing.
     if not text.strip():
         raise expected("NAME")
     return text
@@ -290,7 +290,7 @@ def note_wait(sentence: str) -> None:
 
 
 def notify(sentence: str) -> None:
-    """Print a line on standard error; an error of writing it is ignored."""
+    # Print a line on standard error; an error of writing it is ignored.
     with suppress(OSError, ValueError):
         _print(sys.stderr, visible(sentence, keep="\n") + "\n")
 
@@ -366,7 +366,7 @@ def emit(args: argparse.Namespace, answer: object, page: Iterable[Line], code: i
 
 
 def as_json(value: object) -> str:
-    """One line. Raises `ValueError` for a number that JSON has not, such as NaN."""
+    # One line. Raises `ValueError` for a number that JSON has not, such as NaN.
     import json
 
     import msgspec
@@ -375,7 +375,7 @@ def as_json(value: object) -> str:
 
 
 def failure_of(error: Exception) -> Refused:
-    """Why a command has no result, as it is printed."""
+    # Why a command has no result, as it is printed.
     if isinstance(error, UserError) and error.code is not ErrorCode.INTERRUPTED:  # which is told with what to do next
         return Refused(error.message, error.code, what=error.what, hint=error.hint)
     if isinstance(error, ImportError):
@@ -419,7 +419,7 @@ def columns(rows: Sequence[tuple[str, ...]], *, indent: int = 0) -> list[str]:
     """Left-aligned columns, two spaces apart. The last cell of a row does not widen its column."""
 
     def width(text: str) -> int:
-        """A Chinese character takes two columns of a terminal."""
+        # A Chinese character takes two columns of a terminal.
         shown = [character for character in text if not unicodedata.combining(character)]
         return sum(2 if unicodedata.east_asian_width(character) in "WF" else 1 for character in shown)
 

@@ -45,11 +45,11 @@ class Records(NamedTuple):
     known_as: KnownAs
 
     def keep_as_found(self, settings: Mapping[str, Value], boot_count: int | None) -> "Future[Row]":
-        """The future ends when it is on disk or has failed; a failure does not prevent changing a setting."""
+        # The future ends when it is on disk or has failed; a failure does not prevent changing a setting.
         return self.store.write(partial(store_as_found, settings=settings, boot_count=boot_count, port=self.port))
 
     def ask(self, work: Callable[[Facts], Result]) -> Result | None:
-        """None where the store is in trouble, which is said at the end, or too slow."""
+        # None where the store is in trouble, which is said at the end, or too slow.
         try:
             return self.store.write(work).result(READ_LIMIT_S)
         except (UserError, TimeoutError):
@@ -97,14 +97,14 @@ def records_of(port: str, limit_s: float = CLOSE_LIMIT_S, *, starts_late: bool =
 
 
 def records_on(store: Store, troubles: list[UserMessage], port: str, module: str | None = None) -> Records:
-    """The store's thread finds the adapter, while the port is opened. `module`: its name."""
+    # The store's thread finds the adapter, while the port is opened. `module`: its name.
     known_as = KnownAs(module or "", new_run())
     find_where = cache(lambda: Where(port, ORIGIN, adapter_of(port), known_as))
     return Records(StoreJournal(store, find_where, on_trouble=troubles.append), store, port, find_where, known_as)
 
 
 def existing_store() -> Store | None:
-    """The store, where there is one: reading makes none."""
+    # The store, where there is one: reading makes none.
     try:
         if not (data_folder() / FILE_NAME).exists():
             return None
@@ -125,7 +125,7 @@ def adapter_of(port: str) -> str:
 
 
 def say_left_active(ports: Sequence[str], module: str | None) -> None:
-    """Before anything is sent, where the disk answers within half a second; else nothing waits for it any longer."""
+    # Before anything is sent, where the disk answers within half a second; else nothing waits for it any longer.
     store = existing_store()
     if store is None:
         return
@@ -193,8 +193,8 @@ def _left_here(facts: Facts, port: str, module: str | None) -> list[LeftActive]:
 
 
 def refuse_another(conversation: ConversationView, records: Records, args: argparse.Namespace) -> None:
-    """Raises `Refused` where something speaks against the name, unless a person says --same-module. Of a store that
-    cannot be used nothing is known, so nothing speaks against it; why is said at the end."""
+    # Raises `Refused` where something speaks against the name, unless a person says --same-module. Of a store that
+    # cannot be used nothing is known, so nothing speaks against it; why is said at the end.
     if args.module and not args.same_module:
         against = records.ask(lambda facts: speaks_against(facts, args.module, conversation))
         if against:

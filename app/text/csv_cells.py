@@ -30,7 +30,7 @@ def cell(value: object) -> str:
 
 
 def utc_cell(text: str) -> str:
-    """An ISO 8601 time as "2026-01-31 23:59:59" in UTC, which spreadsheets know; other text as it is."""
+    # An ISO 8601 time as "2026-01-31 23:59:59" in UTC, which spreadsheets know; other text as it is.
     try:
         return f"{datetime.fromisoformat(text).astimezone(UTC):%Y-%m-%d %H:%M:%S}"
     except ValueError:
@@ -38,7 +38,7 @@ def utc_cell(text: str) -> str:
 
 
 def defused(text: str) -> str:
-    """`text` with an apostrophe in front where a spreadsheet would take it for a formula."""
+    # `text` with an apostrophe in front where a spreadsheet would take it for a formula.
     return f"'{text}" if text.lstrip().startswith(_FORMULA_STARTS) else text
 
 

@@ -17,7 +17,7 @@ def capitalised(text: str) -> str:
 
 
 def join_sentences(sentences: Iterable[str]) -> str:
-    """No space follows full-width Chinese punctuation."""
+    # No space follows full-width Chinese punctuation.
     return _WIDE_STOP_AND_SPACE.sub(r"\1", " ".join(sentence for sentence in sentences if sentence))
 
 
@@ -30,7 +30,7 @@ def labelled(label: object, text: object) -> str:
 
 
 def in_brackets(text: str) -> str:
-    """To be appended to a word."""
+    # To be appended to a word.
     return f"（{text}）" if language() == CHINESE else f" ({text})"
 
 
@@ -40,7 +40,7 @@ def with_units(text: str) -> str:
 
 
 def not_written(file: object, error: Exception) -> str:
-    """`error`: a `UserError`, whose own sentence says it, OSError, or ValueError for an invalid name."""
+    # `error`: a `UserError`, whose own sentence says it, OSError, or ValueError for an invalid name.
     why = tr("{file} cannot be written: {why}.", file=file, why=error_text(error))
     return getattr(error, "sentence", why)
 

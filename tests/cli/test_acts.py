@@ -1,5 +1,6 @@
 """`dps-s activate | lock | zero | shutdown | set`: what leaves and is recorded, and what an earlier run left ACTIVE."""
 
+import argparse
 import json
 import sqlite3
 import sys
@@ -10,8 +11,11 @@ from pathlib import Path
 
 import pytest
 
+from app.cli.act import print_outcome
 from app.engine import transport
+from app.engine.conversation import StatusSample
 from app.engine.ports import PortInfo
+from app.procedures.act import Performed
 from app.safety.journal import REQUESTS, Act, Outcome
 from app.safety.last_known import keep_away
 from app.safety.left_active import KnownAs
@@ -58,6 +62,12 @@ def test_with_yes_it_is_done_once_and_recorded(name: str, port: str, dps_s: Prog
     assert module.state.is_active is (name == "activate")
     assert module.is_on is (name != "shutdown")
     assert module.memory.zero_tilt_deg == (4 if name == "zero" else 0)
+
+
+def test_zeroing_that_leaves_a_tilt_is_no_success(capsys: pytest.CaptureFixture[str]) -> None:
+    done = Performed(act=Act.ZERO, outcome=Outcome.CONFIRMED, status=StatusSample(0.0, 3, 1.0, False, False))
+    assert print_outcome(argparse.Namespace(json=False), Act.ZERO, done) == 1
+    assert "Tilt now 3°, not 0°" in capsys.readouterr().err
 
 
 @in_virtual_time
