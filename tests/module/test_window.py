@@ -324,6 +324,9 @@ def test_a_verdict_goes_with_the_report_of_the_activation(desk: Desk) -> None:
     desk.module.settings[ACTIVATION] = 1
     desk.until(lambda: given(ports.module.check).standing is Standing.GO)
     desk.until_true("active", "flags")
+    wait_for_disk(desk.assembly)
+    desk.until_true("active")
+    assert not desk.notices("left ACTIVE"), "its conversation goes on"
     desk.module.options.lost_queries = {STATUS: -1, ACTIVE: -1}
     desk.module.options.stream_hz = 0
     desk.until(lambda: given(ports.module.check).standing is Standing.VOID, 7.0)

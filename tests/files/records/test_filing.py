@@ -23,9 +23,9 @@ from app.store.fact_store import Store, StoreFault, StoreTrouble
 from app.store.rows import ModuleVisited, PreflightCheck
 from app.store.station import KEY_FILE
 from app.text.messages import UserError
-from app.trigger_records.history import TriggersReading, Visit, file_triggers, record_of
+from app.trigger_records.history import KeptTriggers, TriggersReading, Visit, file_triggers, record_of
 from tests.support.processes import running
-from tests.support.records.preflight_rig import Fault, check
+from tests.support.records.preflight_rig import FAULTS, Fault, check
 from tests.support.records.stored import checks_of, open_store, remembered_in
 
 RECORD = record_of(bytes.fromhex("41 75 35 01 01 00 6C 02 3C 05 A0 00 01 0C EB 7E"))
@@ -141,6 +141,16 @@ def test_settings_that_a_simulated_module_passed_with_are_approved_for_none_that
     for port in ("sim://", "/dev/ttyUSB0"):
         results = [file_one(store, "M-07", port=port).assessment.result("fingerprint") for _ in range(2)]
         assert results == [CheckResult.WARN, CheckResult.PASS]
+
+
+def test_a_persons_word_for_the_records_is_kept_until_the_module_triggers(store: Store) -> None:
+    for is_said in (True, False):
+        filed = file_one(store, "M-07", FAULTS["new records"], are_records_reviewed=is_said)
+        assert filed.assessment.result("trigger_records") is CheckResult.PASS
+    silent = Fault(frozenset(), {"mute_codes": "35"})
+    for faults, is_said, is_new in (((), True, True), ((), False, True), ((FAULTS["fired"],), False, False)):
+        file_one(store, "M-08", silent, *faults, are_records_reviewed=is_said)
+        assert store.read(lambda facts: KeptTriggers(facts).is_said_new("M-08")) is is_new
 
 
 # Lists
