@@ -7,7 +7,6 @@ import platform
 import signal
 import sys
 import threading
-import time
 from collections.abc import Generator, Iterator
 from itertools import count
 from pathlib import Path
@@ -167,18 +166,6 @@ def user_files(_homes: Iterator[Path], monkeypatch: pytest.MonkeyPatch) -> Path:
     for variable in ("APPDATA", "LOCAL_APPDATA", "COMMON_APPDATA", "PERSONAL") if sys.platform == "win32" else ():
         monkeypatch.setenv(f"WIN_PD_OVERRIDE_{variable}", str(home / variable.lower()))
     return home
-
-
-@pytest.fixture
-def in_china(monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
-    """The computer is eight hours ahead of UTC."""
-    if sys.platform == "win32":
-        pytest.skip("Windows has one time zone for all programs")
-    monkeypatch.setenv("TZ", "CST-8")
-    time.tzset()
-    yield
-    monkeypatch.delenv("TZ")
-    time.tzset()
 
 
 @pytest.fixture(scope="session", autouse=True)

@@ -19,7 +19,7 @@ from PySide6.QtWidgets import QPushButton, QWidget
 
 from app.procedures.write import SettingChange
 from protocol.catalogue import LOCK, Request
-from tests.support.line.sim_line import WatchedLine
+from tests.support.line.sim_line import SimulatedLine
 from tests.support.window.hand import Hand
 from ui.widgets.step_button import gestures
 
@@ -252,7 +252,7 @@ class Ledger:
         wrong = "" if self._writes[frame] >= 0 else "written by nobody, or twice"
         # A module that turns ACTIVE after it was asked cannot be known to be: the answer is on its way.
         line = self.hand.lines[-1]
-        told = line.told_active if isinstance(line, WatchedLine) else None
+        told = line.told_active if isinstance(line, SimulatedLine) else None
         could_know = told is not None and (told[1] or self.clock() - told[0] > TOLD_S)
         if is_active and could_know:
             return UNLOCKED, wrong or ("" if self._take(f"{UNLOCKED} {text[:2]}") else "to an active module")

@@ -9,7 +9,7 @@ import pytest
 
 from app.engine import transport
 from tests.support.cli_line import Program, run_here
-from tests.support.line.sim_line import WatchedLine
+from tests.support.line.sim_line import SimulatedLine
 from tests.support.patience import PATIENCE_S
 from tests.support.virtual_cli import VirtualCli
 
@@ -40,7 +40,7 @@ def wire(monkeypatch: pytest.MonkeyPatch) -> list[bytes]:
         frames.extend(data[start : start + 6] for start in range(0, len(data), 6))
         write(line, data)
 
-    for kind in transport.SerialLine, WatchedLine:
+    for kind in transport.SerialLine, SimulatedLine:
         monkeypatch.setattr(kind, "write", partialmethod(recorded, write=kind.write))
     return frames
 

@@ -1,7 +1,7 @@
 """Times on a machine that others use too: a test waits for what it names, for as long as it takes."""
 
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from contextlib import contextmanager
 
 PATIENCE_S = 60.0
@@ -16,14 +16,3 @@ def in_time(limit_s: float) -> Iterator[None]:
     yield
     took_s = time.monotonic() - start_s
     assert took_s < limit_s + MACHINE_S, f"took {took_s:.2f} s"
-
-
-def quickest(trial: Callable[[], float], enough_s: float, *, times: int = 20) -> float:
-    """The least of the seconds that several trials say, up to the first of at most `enough_s`.
-
-    What others do on the machine only ever makes one longer.
-    """
-    durations = [trial()]
-    while durations[-1] > enough_s and len(durations) < times:
-        durations.append(trial())
-    return min(durations)

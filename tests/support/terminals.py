@@ -34,18 +34,6 @@ class Terminal:
             os.close(self.master)
             os.close(self._slave)
 
-    def choke(self) -> None:
-        """Fill the driver's buffers, so that the next write blocks."""
-        os.set_blocking(self._slave, False)
-        refused = 0
-        while refused < 5:  # the system moves what was written on, which makes room for more
-            try:
-                os.write(self._slave, b"\x00" * 1024)
-                refused = 0
-            except BlockingIOError:
-                refused += 1
-                time.sleep(0.01)
-
 
 @contextmanager
 def taken(name: str) -> Iterator[None]:

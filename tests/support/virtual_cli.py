@@ -27,7 +27,7 @@ from app.terminal.connection import OpenPort
 from tests.module.module import Module
 from tests.module.options import Options
 from tests.support.line.module_line import ModuleLine, Wear
-from tests.support.line.sim_line import FakeClock, ThreadlessWorker, WatchedLine
+from tests.support.line.sim_line import FakeClock, SimulatedLine, ThreadlessWorker
 from tests.support.patience import PATIENCE_S
 
 PORT: Final = "/dev/ttyUSB9"
@@ -78,7 +78,7 @@ class VirtualCli:
 
         def open_line(name: str, baud_rate: int) -> Line:
             if name in self.served or name.startswith("sim:"):
-                return WatchedLine(self.clock, self.served.get(name) or open_bench(name), baud_rate, port=name)
+                return SimulatedLine(self.clock, self.served.get(name) or open_bench(name), baud_rate, port=name)
             if name != PORT:
                 return really_open(name, baud_rate)
             self.line = ModuleLine(self.clock, *self.modules, wear=self.wear, baud_rate=baud_rate)

@@ -35,36 +35,35 @@ class FakeClock:
 
 
 class SimulatedLine:
-    """A `Line` on a simulated module; `sent` holds all bytes written, `arrived` all bytes read."""
+    """A `Line` on a simulated module, which outlives it; it fails for good once that was unplugged. `sent` holds all
+    bytes written; `on_leaving` is called before each frame of the host."""
+
+    sets_rate = True
 
     def __init__(
         self,
         clock: FakeClock,
-        options: Mapping[str, Any] | None = None,
-        *,
+        bench: SimulatedBench,
         baud_rate: int = 115200,
-        bench: SimulatedBench | None = None,
+        on_leaving: Callable[[Request], None] = lambda _request: None,
+        port: str = "sim",
     ) -> None:
-        """`bench`: an existing module; by default a new one is made."""
-        self.clock = clock
-        self.bench = bench or odd_bench(options or {}, clock)
+        self.clock, self.bench, self.port, self._on_leaving = clock, bench, port, on_leaving
+        self.plug_number, self.opened_at = bench.plug_number, clock()
         self.sent = bytearray()
-        self.arrived = bytearray()
         self.is_closed = False
-        self._rate = baud_rate
+        # When the module told last whether it is ACTIVE, and whether it is.
+        self.told_active: tuple[float, bool] | None = None
+        self._parser = StreamParser()
         self._silent_until_s = -inf
-        self.bench.wire.host_baud = baud_rate
+        bench.wire.clear(clock())
+        self._check()
+        self.baud_rate = self.bench.wire.host_baud = baud_rate
 
     def lead_to(self, other: SimulatedBench, silent_s: float) -> None:
         """Another module is at its end from now on; what is sent to it for this long is lost."""
-        other.wire.host_baud, self.bench = self._rate, other
+        other.wire.host_baud, self.bench, self.plug_number = self.baud_rate, other, other.plug_number
         self._silent_until_s = self.clock.now_s + silent_s
-
-    sets_rate = True
-
-    @property
-    def baud_rate(self) -> int:
-        return self._rate
 
     @property
     def requests(self) -> list[Request]:
@@ -73,7 +72,9 @@ class SimulatedLine:
 
     def read(self, longest_s: float, gather_s: float) -> bytes:
         data = self._read(longest_s)
-        self.arrived += data
+        for piece in self._parser.feed(data):
+            if isinstance(piece, Frame) and piece.raw[:3] in (b"Au0", b"Au2"):
+                self.told_active = self.clock(), bool(piece.raw[6 if len(piece.raw) == Layout.STATUS.value else 4] & 1)
         return data
 
     def _read(self, longest_s: float) -> bytes:
@@ -93,57 +94,21 @@ class SimulatedLine:
     def write(self, data: bytes) -> None:
         self._check()
         self.sent += data
+        for at in range(0, len(data), 6):
+            self._on_leaving(decode_request(data[at : at + 6]))
         if self.clock.now_s >= self._silent_until_s:
             self.bench.wire.write(data, self.clock.now_s)
 
     def use_rate(self, baud_rate: int) -> None:
         self._check()
-        self._rate = self.bench.wire.host_baud = baud_rate
+        self.baud_rate = self.bench.wire.host_baud = baud_rate
         self.bench.wire.read(self.clock.now_s)
-
-    def close(self) -> None:
-        self.is_closed = True
-
-    def _check(self) -> None:
-        if not self.bench.is_plugged_in:
-            raise PortError(PortTrouble.LOST, "sim", "unplugged")
-
-
-class WatchedLine(SimulatedLine):
-    """A line on a module that outlives it, and that fails for good once unplugged; `on_leaving` is called before each
-    frame of the host."""
-
-    def __init__(
-        self,
-        clock: FakeClock,
-        bench: SimulatedBench,
-        baud_rate: int,
-        on_leaving: Callable[[Request], None] = lambda _request: None,
-        port: str = "sim",
-    ) -> None:
-        super().__init__(clock, baud_rate=baud_rate, bench=bench)
-        self.plug_number, self._on_leaving, self._parser = bench.plug_number, on_leaving, StreamParser()
-        self.opened_at, self.port = clock(), port
-        self.told_active: tuple[float, bool] | None = None
-        """When the module told last whether it is ACTIVE, and whether it is."""
-        bench.wire.clear(clock())
-        self._check()
-
-    def read(self, longest_s: float, gather_s: float) -> bytes:
-        data = self._read(longest_s)
-        for piece in self._parser.feed(data):
-            if isinstance(piece, Frame) and piece.raw[:3] in (b"Au0", b"Au2"):
-                self.told_active = self.clock(), bool(piece.raw[6 if len(piece.raw) == Layout.STATUS.value else 4] & 1)
-        return data
-
-    def write(self, data: bytes) -> None:
-        self._check()
-        for at in range(0, len(data), 6):
-            self._on_leaving(decode_request(data[at : at + 6]))
-        self.bench.wire.write(data, self.clock.now_s)
 
     def interrupt(self) -> None:
         """Has no effect: with one thread nobody waits in a read."""
+
+    def close(self) -> None:
+        self.is_closed = True
 
     def _check(self) -> None:
         if not self.bench.is_plugged_in or self.bench.plug_number != self.plug_number:
@@ -253,7 +218,7 @@ class Rig(AnyRig):
         background: Callable[[], Procedure[None]] | None = None,
     ) -> None:
         self.clock = FakeClock()
-        self.line = SimulatedLine(self.clock, {"rate": 10, **(options or {})}, baud_rate=baud_rate)
+        self.line = SimulatedLine(self.clock, odd_bench({"rate": 10, **(options or {})}, self.clock), baud_rate)
         self.session = Session(self.line, self.clock, background=background)
         self.clock.now_s += INSTANT_S
 

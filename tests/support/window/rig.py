@@ -20,7 +20,7 @@ from app.simulator.bench import SimulatedBench
 from protocol.catalogue import SERIAL_OUTPUT, Hazard, Request
 from tests.module.module import Module
 from tests.support.line.module_line import ModuleLine
-from tests.support.line.sim_line import FakeClock, ThreadlessWorker, WatchedLine
+from tests.support.line.sim_line import FakeClock, SimulatedLine, ThreadlessWorker
 from tests.support.patience import PATIENCE_S
 from tests.support.window.fakes_ui import ListedPorts, simulated, wait_for_disk, window
 from tests.support.window.steps import Driver
@@ -50,7 +50,7 @@ class Rig(Driver):
     workers: list[ThreadlessWorker]
     """One for each port."""
     requests: list[Request]
-    lines: list[WatchedLine | ModuleLine]
+    lines: list[SimulatedLine | ModuleLine]
     """Every opening of a port, the last one last."""
     devices: dict[str, tuple[Module, ...]]
     """By port: independent modules, in place of the simulated one."""
@@ -132,7 +132,7 @@ def on_fake_time(
 ) -> Iterator[Made]:  # fmt: skip
     """Open a window and make a module for it; the worker runs in the window's thread, as far as `turn` says."""
     clock, workers, requests = FakeClock(), list[ThreadlessWorker](), list[Request]()
-    lines, rigs, devices = list[WatchedLine | ModuleLine](), list[Made](), dict[str, tuple[Module, ...]]()
+    lines, rigs, devices = list[SimulatedLine | ModuleLine](), list[Made](), dict[str, tuple[Module, ...]]()
 
     def make_worker(callback: Callable[[Batch], None], make_lock: Callable[[], Job[Any]]) -> ThreadlessWorker:
         workers.append(ThreadlessWorker(callback, clock, make_lock))
@@ -142,11 +142,11 @@ def on_fake_time(
         requests.append(request)
         rigs[0].on_leaving(request)
 
-    def open_line(port: str, baud_rate: int) -> WatchedLine | ModuleLine:
+    def open_line(port: str, baud_rate: int) -> SimulatedLine | ModuleLine:
         if port in devices:
             lines.append(ModuleLine(clock, *devices[port], baud_rate=baud_rate, port=port))
         else:
-            lines.append(WatchedLine(clock, open_bench(port), baud_rate, leaves))
+            lines.append(SimulatedLine(clock, open_bench(port), baud_rate, leaves))
         return lines[-1]
 
     gestures().clock = clock

@@ -20,6 +20,7 @@ from protocol.catalogue import ACTIVATION, LOCK, SERIAL_OUTPUT
 from protocol.events import Answered, Began, Ended, Received, Role
 from protocol.messages import Status
 from tests.support.line.batches import Batches
+from tests.support.line.odd_module import odd_bench
 from tests.support.line.sim_line import FakeClock, SimulatedLine
 from tests.support.patience import PATIENCE_S
 from tests.support.processes import run_module
@@ -96,13 +97,17 @@ class _TurnedWorker(Worker):
         self.batches: list[Batch] = []
         super().__init__(self.batches.append, clock=self.clock)
         options = {"uptime": 60, "noise": 0, "active": "yes", "rate": hz}
-        self.line = _Line(self.clock, options)
-        monkeypatch.setattr(worker_module, "open_line", lambda _port, _baud_rate: self.line)
+        self.line = _Line(self.clock, odd_bench(options, self.clock))
+        monkeypatch.setattr(worker_module, "open_line", lambda _port, _baud_rate: self.opened())
         switch = StreamSwitch()
         self.open("sim", 115200, lambda: watch(switch))
         self.turn_for(6.0)
         assert self.batches[-1].conversation.is_streaming
         self.batches.clear()
+
+    def opened(self) -> _Line:
+        self.line.plug_number = self.line.bench.plug_number
+        return self.line
 
     def turn_for(self, seconds: float) -> None:
         end_s = self.clock.now_s + seconds
