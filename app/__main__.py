@@ -182,17 +182,7 @@ def _say_left_active(args: argparse.Namespace) -> None:
 def _open_window(args: argparse.Namespace) -> int:
     from ui.main import WindowOptions, run
 
-    return run(
-        WindowOptions(
-            port=args.port,
-            baud_rate=args.baud,
-            demo=args.demo,
-            language=args.lang,
-            offscreen_seconds=args.offscreen_seconds,
-            evidence=args.evidence,
-            file=args.file,
-        )
-    )
+    return run(WindowOptions(**{name: getattr(args, name) for name in WindowOptions._fields}))
 
 
 def _print_pages(bodies: Sequence[str], paper: "Paper", attachment: bytes | None) -> bytes:

@@ -11,8 +11,10 @@ ARGUMENTS = (
     console.file("file", "FILE", "profile, recording, flight log or record", nargs="?"),
     console.switch("--demo", "connect to a built-in simulated module"),
     console.option("-p", "--port", metavar="P", help="port to connect to"),
-    console.option("-b", "--baud", type=int, choices=console.RATES, default=console.USUAL_RATE, help="baud rate"),
-    console.option("--lang", choices=LANGUAGES, metavar="L", help=f"language: {', '.join(LANGUAGES)}"),
+    console.option(
+        "-b", "--baud", dest="baud_rate", type=int, choices=console.RATES, default=console.USUAL_RATE, help="baud rate"
+    ),
+    console.option("--lang", dest="language", choices=LANGUAGES, metavar="L", help=f"language: {', '.join(LANGUAGES)}"),
     # Of the tests of packages, which look at the window that they start.
     console.option("--offscreen-seconds", type=console.seconds, metavar="S", help="end after S seconds"),
     console.file("--evidence", "DIR", "save a picture there"),

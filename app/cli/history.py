@@ -16,7 +16,7 @@ from app.store.fact_store import CLOSE_LIMIT_S, Facts
 from app.system.files import write_whole
 from app.terminal import console
 from app.terminal.connection import connected
-from app.terminal.records import Records, nothing_done, other_module, records_of, refuse_another
+from app.terminal.records import nothing_done, other_module, records_of, refuse_another
 from app.terminal.results import Byte, Count, Hex, Result
 from app.text.csv_cells import csv_text
 from app.text.i18n import tr
@@ -24,7 +24,6 @@ from app.text.messages import UserError, in_brackets, join_names, join_sentences
 from app.trigger_records.history import (
     FIELDS,
     PossiblyOther,
-    TriggersReading,
     Visit,
     cell_text,
     fields_of,
@@ -99,34 +98,30 @@ def run(args: argparse.Namespace) -> int:
     if args.module:
         with records_of(args.port) as kept:
             refuse_another(opened.conversation, kept, args)
-            is_whole &= _store_visit(reading, kept, args)
+
+            def keep(facts: Facts) -> Visit | PossiblyOther:
+                where, is_same = kept.find_where(), args.same_module
+                return file_triggers(
+                    facts, reading, args.module, port=where.port, adapter=where.adapter, is_same_module=is_same
+                )
+
+            try:
+                visit = kept.store.write(keep).result(CLOSE_LIMIT_S)
+            except (UserError, TimeoutError):
+                console.notify(tr("Not kept."))  # why is said at the end
+                return console.PARTIAL
+            if isinstance(visit, PossiblyOther):
+                console.notify(join_sentences((other_module(visit.why), nothing_done())))
+                is_whole = False
+            else:
+                new = len(visit.records if visit.new is None else visit.new)
+                said = tr(
+                    "{module}: {new} new; records: {count}.", module=args.module, new=new, count=len(visit.records)
+                )
+                console.note(said)
     if not history.is_confirmed:
         console.notify(tr("The readings differ: records may be missing. Read again."))
     return console.SUCCESS if is_whole else console.PARTIAL
-
-
-def _store_visit(reading: TriggersReading, records: Records, args: argparse.Namespace) -> bool:
-    # Store the records under the name; False if they do not follow those of its last visit, or the store cannot be
-    # used. Errors are printed, never raised.
-
-    def keep(facts: Facts) -> Visit | PossiblyOther:
-        adapter = records.find_where().adapter
-        return file_triggers(
-            facts, reading, args.module, port=records.port, adapter=adapter, is_same_module=args.same_module
-        )
-
-    try:
-        visit = records.store.write(keep).result(CLOSE_LIMIT_S)
-    except (UserError, TimeoutError):
-        console.notify(tr("Not kept."))  # why is said at the end
-        return False
-    if isinstance(visit, PossiblyOther):
-        console.notify(join_sentences((other_module(visit.why), nothing_done())))
-        return False
-    new = visit.records if visit.new is None else visit.new
-    text = tr("{module}: {new} new; records: {count}.", module=args.module, new=len(new), count=len(visit.records))
-    console.note(text)
-    return True
 
 
 def with_fields(history: History) -> list[tuple[TriggerRecord, dict[str, Any]]]:

@@ -11,7 +11,7 @@ import logging
 import math
 from collections import deque
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import ExitStack
 from typing import Final
 
 from app.diagnosis.causes import PortEvidence
@@ -108,10 +108,11 @@ def watched(args: argparse.Namespace, *, reads_all: bool = False) -> Iterator[Ba
                     console.notify(join_sentences((why, tr("Another module may answer from now on."))))
 
     try:
-        with (
-            _stream_memory(args.port) as memory,
-            connected(args.port, args.baud, on_batch=batches.append) as opened,
-        ):
+        with ExitStack() as stack:
+            memory = StreamMemory()
+            if not is_simulated(args.port):  # it is remembered that the serial output is switched on
+                memory = StreamMemory(stack.enter_context(opened_store())[0], adapter_of(args.port) or args.port)
+            opened = stack.enter_context(connected(args.port, args.baud, on_batch=batches.append))
             gives_up_at = steady_time() + args.seconds + WITHOUT_STATUS_S
             try:
                 while steady_time() < (gives_up_at if first_at is None else ends_at):
@@ -141,6 +142,8 @@ def watched(args: argparse.Namespace, *, reads_all: bool = False) -> Iterator[Ba
                     job.cancel()
                     job.wait(CANCEL_LIMIT_S)
                 opened.drain()
+                if memory.is_taken_over:
+                    console.note(tr(LEFT_ON))
     except console.Signalled:
         if first_at is None:
             raise
@@ -149,18 +152,3 @@ def watched(args: argparse.Namespace, *, reads_all: bool = False) -> Iterator[Ba
     yield from take()  # what came while the stream was switched off
     if lost is not None:
         raise lost
-
-
-@contextmanager
-def _stream_memory(port: str) -> Iterator[StreamMemory]:
-    # Remembers that the serial output is switched on; not for simulated modules.
-    if is_simulated(port):
-        yield StreamMemory()
-        return
-    with opened_store() as (store, _troubles):
-        memory = StreamMemory(store, adapter_of(port) or port)
-        try:
-            yield memory
-        finally:
-            if memory.is_taken_over:
-                console.note(tr(LEFT_ON))

@@ -70,8 +70,11 @@ def test_options_may_stand_between_other_words(words: str, attribute: str) -> No
 @pytest.mark.parametrize(
     ("words", "expected"),
     [
-        ([], {"demo": False, "port": None, "baud": 115200, "lang": None}),
-        (["gui", "--port", "P", "--baud", "9600", "--lang", "zh_CN"], {"port": "P", "baud": 9600, "lang": "zh_CN"}),
+        ([], {"demo": False, "port": None, "baud_rate": 115200, "language": None}),
+        (
+            ["gui", "--port", "P", "--baud", "9600", "--lang", "zh_CN"],
+            {"port": "P", "baud_rate": 9600, "language": "zh_CN"},
+        ),
         (["--offscreen-seconds", "2.5"], {"offscreen_seconds": 2.5}),
     ],
 )
