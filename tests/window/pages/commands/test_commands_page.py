@@ -4,7 +4,7 @@ from collections.abc import Callable
 from pathlib import Path
 
 import pytest
-from PySide6.QtCore import Qt, QTimer
+from PySide6.QtCore import QEvent, Qt, QTimer
 from PySide6.QtWidgets import QApplication, QWidget
 from pytestqt.qtbot import QtBot
 
@@ -228,12 +228,17 @@ def test_letting_go_too_early_and_ten_seconds_end_it(active: Desk) -> None:
     stays_quiet(active, 0.2)
 
 
+def deactivate(window: QWidget) -> None:
+    QApplication.sendEvent(window, QEvent(QEvent.Type.WindowDeactivate))
+
+
 OF_THE_PERSON: dict[str, tuple[Callable[[Desk], None], str]] = {
     "focus": (lambda one: one.assembly.window.navigation.setFocus(), "focus lost"),
     "focus, not held": (lambda one: one.assembly.window.navigation.setFocus(), "focus lost"),
     "page": (lambda one: one.assembly.window.go_to("settings"), "Disarmed"),
     "escape": (lambda one: one.qtbot.keyClick(one.commands.ritual.hold, Qt.Key.Key_Escape), "cancelled"),
     "cancel": (lambda one: one.click(one.commands.ritual.cancel), "cancelled"),
+    "another window": (lambda one: deactivate(one.assembly.window), "window left"),
     "window": (lambda one: one.assembly.window.hide(), "window left"),  # the last one
 }
 OF_THE_MODULE: dict[str, tuple[Callable[[Desk], None], str]] = {
