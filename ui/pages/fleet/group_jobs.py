@@ -1,6 +1,6 @@
-"""Checks and a profile for the ticked modules; no module waits for another.
+"""One profile for the ticked modules, none of which waits for another.
 
-What came of it is asked of the modules themselves: with a conversation its check and its result end here, too.
+What came of it is of a conversation of the module, and ends with that here, too.
 """
 
 from functools import partial
@@ -9,60 +9,17 @@ from PySide6.QtCore import QObject, Signal
 
 from app.engine.procedure import Job
 from app.fleet.card import Applied, AppliedProfile, changes_of, differences, outcome_of
-from app.preflight.checks import Person
-from app.preflight.verdict import Verdict
 from app.procedures.write import SettingChange, WriteContext, WriteReport, write_all
 from app.safety.journal import Act
 from app.safety.permit import Interlock, inputs_at, refusals
 from app.settings.form import ProfileRow
-from app.settings.profiles import NO_PROFILE, Profile
+from app.settings.profiles import Profile
 from app.text.messages import UserError, joined, message
 from protocol.translatable import marked
 from ui.pages.fleet.archive_panel import FleetMembers, port_text
 from ui.services.context import Services
 from ui.session.port import Port
 from ui.session.shown_module import ShownModule
-
-
-class GroupChecks:
-    """Pre-flight checks; they send queries only, or enable the triggers of each locked module first."""
-
-    def __init__(self, members: FleetMembers) -> None:
-        self._members = members
-        # The last set, with the modules that answered.
-        self._set: dict[Port, ShownModule | None] = {}
-
-    @property
-    def is_running(self) -> bool:
-        return any(port.module.is_checking for port in self._set)
-
-    @property
-    def total(self) -> int:
-        return len(self._set)
-
-    @property
-    def verdicts(self) -> list[Verdict | None]:
-        """Of those that have ended, as they stand now: what is void by now is not checked, None."""
-        ended = [module for port, module in self._set.items() if not port.module.is_checking]
-        checks = [None if module is None else module.check for module in ended]
-        return [
-            None if check is None or check.void is not None or check.filed is None else check.filed.assessment.verdict
-            for check in checks
-        ]
-
-    def check(self, profile: Profile | None, *, is_enabling: bool = False) -> None:
-        """Start; the results of the previous set are discarded."""
-        ports = self._members.ticked
-        if any(port.module.is_checking for port in ports):
-            return
-        self._set = {port: port.module if port in self._members.reachable else None for port in ports}
-        for module in filter(None, self._set.values()):
-            module.begin_check(profile or NO_PROFILE, Person(), is_enabling=is_enabling)
-
-    def cancel(self) -> None:
-        for port in self._set:
-            if port.module.check is not None:
-                port.module.check.cancel()
 
 
 class GroupProfile(QObject):

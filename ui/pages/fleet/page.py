@@ -9,19 +9,22 @@ from PySide6.QtCore import Qt
 from PySide6.QtWidgets import QPushButton, QTabBar, QTabWidget, QToolButton, QWidget
 
 from app.fleet.card import Applied, Card, Need, result_line, summary
+from app.preflight.checks import Person
 from app.preflight.verdict import Verdict
 from app.procedures.write import SettingChange, risk_message
+from app.settings.profiles import NO_PROFILE
 from app.text.i18n import tr
 from app.text.messages import capitalised, labelled
 from protocol.translatable import marked
 from ui.files.file_dialogs import AskOpen, ask_profile
 from ui.pages.fleet.archive_panel import AddPort, ArchivePanel, FleetMembers
 from ui.pages.fleet.board import NEED_MEANINGS, Board
-from ui.pages.fleet.group_jobs import GroupChecks, GroupProfile
+from ui.pages.fleet.group_jobs import GroupProfile
 from ui.services.context import Services
 from ui.services.page import Page, WaysBack
 from ui.session.page_job import PageJob, progress_notice
 from ui.session.port import Port
+from ui.session.shown_module import ShownModule
 from ui.style.icons import Icon
 from ui.style.theme import Meaning, Space
 from ui.widgets.controls import EmptyState, control, in_column, in_row, named, text_label
@@ -33,8 +36,7 @@ REFRESH_EVERY_MS: Final = 250
 
 class FleetPage(Page):
     """Two views: the `Board` of connected modules, in whose place a profile is compared and written, and the
-    `ArchivePanel`. `FleetMembers` has the ports; `GroupChecks` and `GroupProfile` run what several modules do at
-    once."""
+    `ArchivePanel`. `FleetMembers` has the ports, `GroupProfile` writes to several."""
 
     def __init__(self, services: Services) -> None:
         super().__init__("fleet")
@@ -42,7 +44,8 @@ class FleetPage(Page):
         self.ask_profile: AskOpen = ask_profile
         self.result = PageJob(self)
         self.members = FleetMembers(services)
-        self.checks = GroupChecks(self.members)
+        # The last set of checks, with the modules that answered.
+        self._checked: dict[Port, ShownModule | None] = {}
         self.profile = GroupProfile(services, self.members, self)
         self.board = Board(self.members, self.profile)
         self._lay_out()
@@ -116,10 +119,10 @@ class FleetPage(Page):
 
     def _notice(self) -> Notice | None:
         """What is going on, else what it came to, else the profile that is open."""
-        if self.checks.is_running:
-            done, total = len(self.checks.verdicts), self.checks.total
+        if self.is_checking:
+            done, total = len(self.verdicts), len(self._checked)
             text = tr("{what} ({done} of {total})", what=capitalised(tr("checking…")), done=done, total=total)
-            return progress_notice(text, self.checks.cancel)
+            return progress_notice(text, self.cancel_checks)
         results = self.profile.named_results()
         if self.profile.is_running:
             return progress_notice(result_line(results), self.profile.cancel)
@@ -132,14 +135,8 @@ class FleetPage(Page):
             meaning = Meaning.DANGER
         text = result_line(results) or tr("Never written: baud rate, serial output, an active module.")
         count = len(self.profile.writable)
-        write = Choice(
-            "write",
-            tr("Write ({count})", count=count),
-            self._write_profile,
-            is_main=True,
-            is_step=True,
-            is_enabled=count > 0,
-        )
+        label = tr("Write ({count})", count=count)
+        write = Choice("write", label, self._write_profile, is_main=True, is_step=True, is_enabled=count > 0)
         close = Choice("close_profile", tr("Close"), self._close_profile)
         return Notice(meaning, f"{labelled(tr('Profile'), profile.name)} · {text}", (close, write))
 
@@ -161,11 +158,32 @@ class FleetPage(Page):
         self.refresh()
 
     def _check(self, _is_checked: bool = False, *, is_enabling: bool = False) -> None:
-        self.checks.check(self.profile.profile, is_enabling=is_enabling)
-        self.result.set_notice_of_now(self._checked_notice)
+        """They send queries only, or enable the triggers of each locked module first."""
+        ports = self.members.ticked
+        if not any(port.module.is_checking for port in ports):
+            self._checked = {port: port.module if port in self.members.reachable else None for port in ports}
+            for module in filter(None, self._checked.values()):
+                module.begin_check(self.profile.profile or NO_PROFILE, Person(), is_enabling=is_enabling)
+            self.result.set_notice_of_now(self._checked_notice)
+
+    @property
+    def is_checking(self) -> bool:
+        return any(port.module.is_checking for port in self._checked)
+
+    @property
+    def verdicts(self) -> list[Verdict | None]:
+        """Of those that have ended, as they stand now: what is void by now is not checked, None."""
+        ended = [module for port, module in self._checked.items() if not port.module.is_checking]
+        held = [None if module is None or module.check is None else module.check.held for module in ended]
+        return [None if one is None else one.verdict for one in held]
+
+    def cancel_checks(self) -> None:
+        for port in self._checked:
+            if port.module.check is not None:
+                port.module.check.cancel()
 
     def _checked_notice(self) -> Notice:
-        verdicts = self.checks.verdicts
+        verdicts = self.verdicts
         is_fine = all(verdict in (Verdict.GO, Verdict.READY) for verdict in verdicts)
         return Notice(Meaning.INFORMATION if is_fine else Meaning.ATTENTION, summary(verdicts))
 

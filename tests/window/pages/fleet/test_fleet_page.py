@@ -262,11 +262,11 @@ def test_a_group_act_sends_questions_and_settings_only_where_it_may(desk: Desk) 
     assert not any(worker.wanted(is_urgent=True) for _, worker in desk.modules)
     desk.modules[0][1].unplug()
     desk.settle()
-    assert desk.page.checks.is_running  # one that is lost stops none of the others
+    assert desk.page.is_checking  # one that is lost stops none of the others
     for _, worker in desk.modules[1:3]:
         worker.end_jobs(Cancelled())
-    desk.wait(lambda: not desk.page.checks.is_running)
-    assert desk.page.checks.verdicts == [None] * 3
+    desk.wait(lambda: not desk.page.is_checking)
+    assert desk.page.verdicts == [None] * 3
     open_profile(desk)
     desk.press("write")
     assert [desk.cell(number, NEXT) for number in range(3)] == ["offline", "writing", "writing"]
@@ -325,14 +325,14 @@ def test_the_triggers_of_all_are_enabled_only_where_that_was_pressed(
     else:
         desk.click(desk.page.check)
     assert begun == [is_enabling] * 2
-    desk.page.checks.cancel()
+    desk.page.cancel_checks()
 
 
 def test_a_module_that_is_being_checked_already_is_not_checked_beside_that(desk: Desk) -> None:
     desk.plug_in(2)
     second, worker = desk.modules[1]
     second.module.begin_check(NO_PROFILE, Person(), is_enabling=True)
-    desk.page.checks.check(None)
+    desk.page._check()
     desk.settle()
     assert not desk.page.check.isEnabled()
     assert [len(one.jobs) for _, one in desk.modules] == [1, 2]
@@ -404,5 +404,5 @@ def test_what_is_void_of_a_set_is_not_said_any_more(desk: Desk) -> None:
     assert desk.notice == "1 NO-GO, 2 not checked"
     first.treat_as_another()
     desk.settle()
-    assert desk.page.checks.verdicts == [None] * 3
+    assert desk.page.verdicts == [None] * 3
     assert second.module.check is None
