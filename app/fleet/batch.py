@@ -25,7 +25,7 @@ from app.preflight.checks import FINGERPRINT_KEYS, Person
 from app.preflight.evidence import UNFINISHED, Evidence, read_state
 from app.preflight.run import run_preflight
 from app.preflight.verdict import Verdict
-from app.procedures.write import SettingChange, WriteContext, WriteReport, why_not_verified, write_all
+from app.procedures.write import SettingChange, WriteContext, why_not_verified, write_all
 from app.records.filing import judge_check, keep_check, local_now
 from app.records.report import check_target
 from app.settings.profiles import SETTINGS_BY_KEY, Profile, read_profile
@@ -171,10 +171,16 @@ class BatchRun:
             report = yield from write_all(self.batch.changes, context)
             if report.interrupted is not None:
                 raise report.interrupted
-            fault = None if report.is_fine else _fault_of(report)
-            if fault is None:
+            if report.is_fine:
                 yield from run_preflight(evidence, is_enabling=self.is_enabling, journal=context.journal)
-            return Provisioned(fault, boot_count)
+                return Provisioned(None, boot_count)
+            for written in report.results:
+                why = why_not_verified(written, report)
+                if why is not None:
+                    named = message(marked("{value}: {why}"), value=message(written.command.title), why=why)
+                    return Provisioned(named, boot_count)
+            changed = message(marked("A setting changed without being written, or could not be read again."))
+            return Provisioned(changed, boot_count)
         except Interrupted as error:
             evidence.note_error(error)
             raise
@@ -238,15 +244,6 @@ class BatchRun:
         names = [row.name for row in self.rows(facts) if row.result == OPEN]
         taken = [name for name in names if remembered(facts, name) is not None]
         return [name for name in names if name not in taken], taken
-
-
-def _fault_of(report: WriteReport) -> UserMessage:
-    """The first setting that was not verified."""
-    for written in report.results:
-        why = why_not_verified(written, report)
-        if why is not None:
-            return message(marked("{value}: {why}"), value=message(written.command.title), why=why)
-    return message(marked("A setting changed without being written, or could not be read again."))
 
 
 def await_gone() -> Procedure[None]:

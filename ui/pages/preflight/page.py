@@ -9,7 +9,7 @@ from dataclasses import replace
 from functools import partial
 from pathlib import Path
 from tempfile import mkdtemp
-from typing import Final
+from typing import Any, Final
 
 from PySide6.QtCore import Qt, Signal
 from PySide6.QtWidgets import QLineEdit, QMenu, QPushButton, QSizePolicy, QTabBar, QToolButton, QWidget
@@ -65,8 +65,7 @@ class PreflightForm(QWidget):
         self._services, self._result = services, result
         self.ask_open: AskOpen = ask_profile
         self.profile: Profile | None = None
-        # The profile's file.
-        self.path: Path | None = None
+        self.path: Path | None = None  # the profile's file
         self.who = named(QLineEdit(services.preferences.who), "preflight_who")
         self.who.setMaxLength(MAX_NAME_LENGTH)
         self.name_field = ModuleField("preflight_module", services.ports)
@@ -95,7 +94,7 @@ class PreflightForm(QWidget):
                 (tr("Profile"), self.choose),
             )
         )
-        self._show_profile()
+        self._use(None, None)
 
     def commit(self) -> None:
         entered = (clean(self.who.text().strip()), clean(self.aircraft.text().strip()))
@@ -135,16 +134,13 @@ class PreflightForm(QWidget):
 
     def _use(self, profile: Profile | None, path: Path | None) -> None:
         self.profile, self.path = profile, path
-        self._show_profile()
-        self.changed.emit()
-
-    def _show_profile(self) -> None:
         self._services.in_use.use(self.profile)
         self._services.exchange.limits_used.emit()
         name = tr("Vendor's advice") if self.profile is None else clean(self.profile.name, longest=40)
         self.choose.setText(without_key(name))
         self.choose.setToolTip(labelled(tr("Profile"), name))
         self.choose.setAccessibleName(labelled(tr("Profile"), name))
+        self.changed.emit()
 
     def choose_file(self) -> None:
         self.ask_open(self, self._services.preferences.profile_folder, self.use_profile)
@@ -407,16 +403,15 @@ class PreflightPage(Page):
 
     def show_module(self, module: ShownModule) -> None:
         """Ticks and aircraft are those of the former module; a name that is said again brings its aircraft back."""
-        if self._module is not None:
-            self._module.named.disconnect(self._on_named)
-            self._module.check_changed.disconnect(self._on_work)
         self._forget_entries()
         self._named = ""
         self._announced = Standing.NOT_CHECKED
-        module.named.connect(self._on_named)
-        module.check_changed.connect(self._on_work)
         self.guided.show_module(module)
         super().show_module(module)
+
+    def _slots(self, module: ShownModule) -> tuple[tuple[Any, Callable[..., None]], ...]:
+        own = ((module.named, self._on_named), (module.check_changed, self._on_work))
+        return (*own, *super()._slots(module))
 
     def _forget_entries(self) -> None:
         self.list.clear_ticks()
