@@ -14,6 +14,7 @@ import app.__main__ as program
 from app.preflight.checks import CHECKS
 from app.safety.journal import Act, Outcome
 from app.simulator.bench import SimulatedBench
+from app.store.acts import unnamed_fired
 from app.store.fact_store import Store
 from app.store.rows import PreflightCheck
 from app.system.files import data_folder
@@ -169,6 +170,15 @@ def test_the_installed_program_prints_without_a_screen(tmp_path: Path, user_file
     assert json.loads(done.stdout)["verdict"] == "READY"
     assert (tmp_path / "r.pdf").read_bytes().startswith(b"%PDF")
     assert "未" not in done.stderr  # nothing was said not to be kept
+
+
+def test_triggered_of_a_module_without_a_name_is_kept_for_the_next_name(port: str, dps_s: Program, kept: Store) -> None:
+    bench_of(port).module.activate(is_active=True)
+    dps_s(["read", "--port", port])
+    assert not kept.read(lambda facts: unnamed_fired(facts, port=port))
+    assert bench_of(port).pulse_pwm()
+    dps_s(["read", "--port", port])
+    assert kept.read(lambda facts: unnamed_fired(facts, port=port))
 
 
 def test_several_ports_are_checked_one_after_the_other(port: str, dps_s: Program) -> None:

@@ -280,6 +280,14 @@ def test_verbose_says_what_is_asked(words: list[str], port: str, dps_s: Program)
     assert printed.out.count("\n") == 1
 
 
+def test_errors_that_nobody_takes_change_no_exit_code(
+    port: str, dps_s: Program, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    with open(os.devnull, encoding="utf-8") as read_only:  # noqa: PTH123
+        monkeypatch.setattr(sys, "stderr", read_only)
+        dps_s(["read", "--port", f"{port}?mute=yes"], 3)
+
+
 def test_twice_verbose_shows_every_frame_once(port: str, wire: list[bytes], dps_s: Program) -> None:
     lines = dps_s(["-vv", "read", "--port", port, "--json"]).err.splitlines()
     sent = [line for line in lines if " > 42 61 " in line]
@@ -288,7 +296,11 @@ def test_twice_verbose_shows_every_frame_once(port: str, wire: list[bytes], dps_
     assert any("status: tilt 0°" in line for line in lines)
 
 
-def test_control_characters_are_shown_and_not_obeyed() -> None:
+def test_control_characters_are_shown_and_not_obeyed(capsys: pytest.CaptureFixture[str]) -> None:
+    console.write_lines([ESCAPE, (ESCAPE, 31)])
+    console.notify(ESCAPE)
+    printed = capsys.readouterr()
+    assert (printed.out + printed.err).replace("\n", "").isprintable()
     shown = visible(f"a{ESCAPE}\ud800\r\tb\n", keep="\n")
     assert shown == ("a[U+001B]]0;owned[U+0007][U+009B]31m[U+202E][U+2066][U+D800]  b\n")
     assert visible("M-07 伞仓 3.8 V …") == "M-07 伞仓 3.8 V …"

@@ -120,6 +120,7 @@ def test_of_two_modules_none_becomes_active() -> None:
     assert read.returncode == 3
     # So it does where it is said: with the setting, or with the line.
     assert any(TWO in why for why in read.said["errors"].values())
+    assert read.said["settings"]["attitude_threshold_deg"] is None, "which of the two holds nobody knows"
     written = cli.run("set", "freefall_time_s=1.2", "--json")
     assert written.returncode in (1, 3)
     assert written.said["results"]["freefall_time_s"]["verified"] is not True
