@@ -42,6 +42,7 @@ _PATIENCE: Final = {
 }
 # What an administrator does once; the first statement makes the table.
 SQL_FILE: Final = Path(__file__).with_name("server.sql")
+_MAY_NOT: Final = marked("This role may not make the table of the archive. As the server's administrator, once:\n{sql}")
 # One statement for a page. The columns go as binary arrays: as text they take psycopg seven times as long.
 _ADD: Final = f"""
     INSERT INTO dps_s_facts ({COLUMNS})
@@ -109,28 +110,20 @@ class PostgresPlace:
         options: dict[str, Any] = _PATIENCE | url.options
         if url.password:
             options["password"] = url.password
+        sql = SQL_FILE.read_text(encoding="utf-8")
         with self._troubles():
             self._connection = psycopg.connect(self.name, autocommit=True, client_encoding="UTF8", **options)
             try:
                 if self._connection.info.parameter_status("server_encoding") != "UTF8":
                     raise ServerTrouble(marked("The database of the archive has to be made with the encoding UTF8."))
                 if self._connection.execute("SELECT to_regclass('dps_s_facts')").fetchone() == (None,):
-                    self._make_table()
+                    self._connection.execute(sql.partition(";")[0])
+            except psycopg.errors.InsufficientPrivilege as error:
+                self.close()
+                raise ServerTrouble(_MAY_NOT, sql=sql) from error
             except BaseException:
                 self.close()
                 raise
-
-    def _make_table(self) -> None:
-        from psycopg.errors import InsufficientPrivilege
-
-        sql = SQL_FILE.read_text(encoding="utf-8")
-        try:
-            self._connection.execute(sql.partition(";")[0])
-        except InsufficientPrivilege as error:
-            text = marked(
-                "This role may not make the table of the archive. As the server's administrator, once:\n{sql}"
-            )
-            raise ServerTrouble(text, sql=sql) from error
 
     def close(self) -> None:
         self._connection.close()
@@ -212,35 +205,31 @@ class FilePlace:
     def __init__(self, path: Path) -> None:
         self.name = str(path)
         with self._troubles():
-            self._file = sqlite3.connect(path, timeout=BUSY_S, isolation_level=None, check_same_thread=False)
+            self._file = file = sqlite3.connect(path, timeout=BUSY_S, isolation_level=None, check_same_thread=False)
             try:
-                self._prepare()
+                file.setlimit(sqlite3.SQLITE_LIMIT_LENGTH, LARGEST_ROW)
+                # A stranger's text may be no UTF-8: it cannot be encoded again, and so is no fact.
+                file.text_factory = lambda data: data.decode(errors="surrogateescape")
+                file.execute("PRAGMA trusted_schema = OFF")
+                file.execute("PRAGMA cell_size_check = ON")
+                # No write-ahead log: a stick that is pulled out has one file, and not two of three.
+                file.execute("PRAGMA journal_mode = DELETE")
+                file.execute("PRAGMA synchronous = FULL")
+                schema = "SELECT type, name, sql FROM sqlite_master ORDER BY type, name"
+                if not file.execute(schema).fetchall():
+                    make_tables(file)
+                if file.execute("PRAGMA application_id").fetchone()[0] != APPLICATION_ID:
+                    raise sqlite3.DatabaseError("no archive file")
+                # A trigger or a view of somebody else's would run when the file is read or written.
+                with closing(sqlite3.connect(":memory:", isolation_level=None)) as ours:
+                    make_tables(ours)
+                    if file.execute(schema).fetchall() != ours.execute(schema).fetchall():
+                        raise sqlite3.DatabaseError("its tables are not those of an archive file")
+                if file.execute("PRAGMA quick_check(1)").fetchone()[0] != "ok":
+                    raise sqlite3.DatabaseError("damaged")
             except BaseException:
                 self.close()
                 raise
-
-    def _prepare(self) -> None:
-        file = self._file
-        file.setlimit(sqlite3.SQLITE_LIMIT_LENGTH, LARGEST_ROW)
-        # A stranger's text may be no UTF-8: it cannot be encoded again, and so is no fact.
-        file.text_factory = lambda data: data.decode(errors="surrogateescape")
-        file.execute("PRAGMA trusted_schema = OFF")
-        file.execute("PRAGMA cell_size_check = ON")
-        # No write-ahead log: a stick that is pulled out has one file, and not two of three.
-        file.execute("PRAGMA journal_mode = DELETE")
-        file.execute("PRAGMA synchronous = FULL")
-        schema = "SELECT type, name, sql FROM sqlite_master ORDER BY type, name"
-        if not file.execute(schema).fetchall():
-            make_tables(file)
-        if file.execute("PRAGMA application_id").fetchone()[0] != APPLICATION_ID:
-            raise sqlite3.DatabaseError("no archive file")
-        # A trigger or a view of somebody else's would run when the file is read or written.
-        with closing(sqlite3.connect(":memory:", isolation_level=None)) as ours:
-            make_tables(ours)
-            if file.execute(schema).fetchall() != ours.execute(schema).fetchall():
-                raise sqlite3.DatabaseError("its tables are not those of an archive file")
-        if file.execute("PRAGMA quick_check(1)").fetchone()[0] != "ok":
-            raise sqlite3.DatabaseError("damaged")
 
     def close(self) -> None:
         self._file.close()

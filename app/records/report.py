@@ -26,44 +26,39 @@ from app.text.template import page
 from protocol.translatable import marked
 
 # More manual items, or more checks against it, crowd the page.
-_ONE_COLUMN = 8
+ONE_COLUMN = 8
 MAX_NAME_LENGTH = 60
 
 
 def report_html(signed: SignedRecord) -> str:
     record = signed.record
-    against = sum(check.result is not CheckResult.PASS for check in record.checks)
+    results = [check.result for check in record.checks]
+    passed, looks = results.count(CheckResult.PASS), results.count(CheckResult.WARN)
+    # Below the verdict: what restricts it, and how many checks passed.
+    under = [caveat.translated() for caveat in record.caveats]
+    if record.verdict is not Verdict.NO_GO and record.void is None:
+        under.append(tr("Passed: {count}; warnings: {looks}.", count=passed, looks=looks))
+    else:
+        under.append(tr("{count} of {all} checks not OK.", count=len(results) - passed - looks, all=len(results)))
+    if record.void is not None:
+        # The sentence with which the check of the connection says it.
+        why = [message_from_json(check.shown).translated() for check in record.checks if check.id == "connection"]
+        under.append(tr("Void: {why}", why=why[0] if why else record.void))
+    skipped = sum(item.is_done is None for item in record.manual)
+    if skipped:
+        under.append(tr("Skipped: {count}.", count=skipped))
     return page(
         "report.html",
         record=record,
         word=verdict_sentence(record.verdict, ActivatedBy(record.activated_by)).translated(),
-        under=_under(record),
+        under=join_sentences(under),
         words={result: tr(word) for result, word in RESULT_WORDS.items()},
         manual_words={state: tr(word) for state, word in MANUAL_WORDS.items()},
-        is_crowded=len(record.manual) > _ONE_COLUMN and against > _ONE_COLUMN,
+        is_crowded=min(len(record.manual), len(results) - passed) > ONE_COLUMN,
         tests=_tests(record),
         station=shown_key(signed.station),
         digest=hashlib.sha256(signed.text.encode()).hexdigest(),
     )
-
-
-def _under(record: Record) -> str:
-    """Below the verdict: what restricts it, and how many checks passed."""
-    results = [check.result for check in record.checks]
-    passed, looks = results.count(CheckResult.PASS), results.count(CheckResult.WARN)
-    sentences = [caveat.translated() for caveat in record.caveats]
-    if record.verdict is not Verdict.NO_GO and record.void is None:
-        sentences.append(tr("Passed: {count}; warnings: {looks}.", count=passed, looks=looks))
-    else:
-        sentences.append(tr("{count} of {all} checks not OK.", count=len(results) - passed - looks, all=len(results)))
-    if record.void is not None:
-        # The sentence with which the check of the connection says it.
-        why = [message_from_json(check.shown).translated() for check in record.checks if check.id == "connection"]
-        sentences.append(tr("Void: {why}", why=why[0] if why else record.void))
-    skipped = sum(item.is_done is None for item in record.manual)
-    if skipped:
-        sentences.append(tr("Skipped: {count}.", count=skipped))
-    return join_sentences(sentences)
 
 
 def _tests(record: Record) -> list[dict[str, str]]:
