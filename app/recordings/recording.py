@@ -12,7 +12,7 @@ import numpy as np
 
 from app.recordings.excerpt import ACTIVE, TRIGGERED, Excerpt, Measured, csv_parts, part_count
 from app.recordings.library import RecordingEntry, unreadable
-from app.recordings.markers import NO_LIMITS, Marker, MarkerKind, ModuleLimits
+from app.recordings.markers import Marker, MarkerKind, ModuleLimits
 from app.recordings.session_file import NANOSECONDS, POLLED, STATUS, RecordedReport, SessionFile, number_in
 from app.samples.samples import Readable
 from app.system.files import whole_file
@@ -92,8 +92,6 @@ class Recording(Measured):
         self.start_s = min((opening.start_s, *(marker.time_s for marker in self.markers[:1])))
         for time_s, limits in sorted(all_limits, key=itemgetter(0)):
             self.put(time_s, limits)
-        if all_limits:  # unknown after the end
-            self.put(max(self.end_s, all_limits[-1][0]), NO_LIMITS)
 
     def excerpt(self, start_s: float, end_s: float) -> Excerpt:
         first, stop = np.searchsorted(self._times, start_s, "left"), np.searchsorted(self._times, end_s, "right")

@@ -6,7 +6,6 @@ import csv
 import errno
 import io
 import threading
-from collections.abc import Iterator
 from datetime import datetime
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -17,10 +16,8 @@ from app.engine.transport import PortError, PortTrouble
 from app.recordings import session_file
 from app.recordings.excerpt import HEAD
 from app.recordings.markers import MarkerKind
-from app.recordings.recording import Recording, export
+from app.recordings.recording import export
 from app.recordings.session_file import SessionWriter
-from protocol.catalogue import BY_NAME
-from protocol.events import Sent
 from tests.support.records.recordings_made import (
     CLOSED,
     HEADING,
@@ -190,37 +187,26 @@ def test_a_hanging_disk_delays_nothing_and_lost_data_is_counted(
         assert not recording.entry.was_cut_off
 
 
-@pytest.fixture
-def recording(tmp_path: Path) -> Iterator[Recording]:
-    """Three seconds of stream with a trigger, changing limits, a lost port and requests."""
-    light = BY_NAME["light"].query()
+def test_csv_holds_every_value_and_is_appended_to(tmp_path: Path) -> None:
+    """Three seconds of stream with a trigger, and a lost port."""
+    path = tmp_path / "x.csv"
     with recorder_in(tmp_path / "shelf") as bench:
         bench.recorder.begin(*HEADING)
         bench.recorder.on_batch(batch(1000.0, events=(asked(1000.0),)))
         bench.feed(*stream(1000.0, 3.0, rate_hz=400))
-        fired = report(1003.5, 77, triggered=True, active=True)
         bench.feed(
-            batch(
-                1003.5,
-                fired,
-                view=talk(1003.5, attitude_threshold_deg=45, freefall_acceleration_g=0.3, freefall_time_s=1.6),
-            ),
-            batch(1003.75, events=(Sent(light.encode(), light, 1, 1003.75),), view=talk(1003.7, light_v=2.5)),
+            batch(1003.4, report(1003.4, 76, active=True)),
+            batch(1003.5, report(1003.5, 77, triggered=True, active=True), view=talk(1003.5, light_v=2.5)),
             batch(1004.0, connection=CLOSED._replace(trouble=PortError(PortTrouble.LOST, PORT, "gone"))),
         )
         bench.finish()
-        made = opened(bench.path)
-        yield made
-
-
-def test_csv_holds_every_value(recording: Recording, tmp_path: Path) -> None:
-    path = tmp_path / "x.csv"
-    count = export(recording.entry, path, is_table=True).rows
+        recording = opened(bench.path)
+    counts = [export(recording.entry, path, is_table=True, appends=True).rows for _ in range(2)]
     text = path.read_bytes().decode("utf-8-sig")
+    assert (text.splitlines()[0], text.count(HEAD)) == (HEAD, 1)
     rows = list(csv.DictReader(io.StringIO(text)))
-    assert text.splitlines()[0] == HEAD
-    assert count == len(rows) == 1201 + 3 + 4 + 4
-    reports = [row for row in rows if row["tilt_deg"]]
+    assert rows[: counts[0]] == rows[counts[0] :]
+    reports = [row for row in rows[: counts[0]] if row["tilt_deg"]]
     excerpt = recording.excerpt(recording.start_s, recording.end_s)
     assert [float(row["tilt_deg"]) for row in reports] == excerpt.tilt.value.tolist()
     assert [float(row["acceleration_g"]) for row in reports] == pytest.approx(excerpt.acceleration.value.tolist())
@@ -230,8 +216,13 @@ def test_csv_holds_every_value(recording: Recording, tmp_path: Path) -> None:
     assert [datetime.fromisoformat(row["time_utc"] + "+00:00").timestamp() for row in reports[:3]] == pytest.approx(
         [NOON.timestamp() + n / 400 for n in range(3)], abs=6e-4
     )
-    assert (reports[-1]["triggered"], reports[-1]["active"]) == ("true", "true")
-    assert [row["event"] for row in rows if row["event"]] == [
-        f"connected: {PORT}", "activated", "triggered", f"port lost: {PORT}"
-    ]  # fmt: skip
-    assert [row["cell_voltage_v"] for row in rows if row["cell_voltage_v"]] == ["3.00", "3.01", "3.02"]
+    flags = [(row["triggered"], row["active"]) for row in reports[-3:]]
+    assert flags == [("false", "false"), ("false", "true"), ("true", "true")]
+    others = {
+        name: [row[name] for row in rows[: counts[0]] if row[name]] for name in ("event", "cell_voltage_v", "light_v")
+    }
+    assert others == {
+        "event": [f"connected: {PORT}", "activated", "triggered", f"port lost: {PORT}"],
+        "cell_voltage_v": ["3.00", "3.01", "3.02"],
+        "light_v": ["1.0", "1.1", "1.2", "2.5"],
+    }
