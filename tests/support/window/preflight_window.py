@@ -16,14 +16,13 @@ from app.records.filing import checks_in
 from app.records.verification import StationNames
 from tests.support.window.fakes_ui import page_entries, store_of
 from tests.support.window.rig import Rig, on_fake_time
-from tests.support.window.steps import Found, await_child, drop, given, notice_text, press, settle
+from tests.support.window.steps import Found, await_child, given, notice_text, press, settle
 from ui.pages.preflight.page import PreflightPage
 from ui.pages.triggers.page import TriggersPage
 from ui.session.check import ModuleCheck, Standing
 from ui.session.trigger_reading import TriggerReading
 
 KINDS: Final[Mapping[str, type[QWidget]]] = {"triggers": TriggersPage, "preflight": PreflightPage}
-VERDICTS = (Standing.GO, Standing.READY, Standing.NO_GO, Standing.VOID)
 
 
 @dataclass
@@ -32,11 +31,6 @@ class OnBench(Rig):
 
     reads_triggers = True
     """Whether the page Triggers reads by itself."""
-
-    @property
-    def name(self) -> str:
-        """Of the simulated module."""
-        return self.url.removeprefix("sim://")
 
     @property
     def preflight(self) -> PreflightPage:
@@ -65,7 +59,7 @@ class OnBench(Rig):
         page = self.preflight
         self.click(page.enable if is_enabling and page.enable.isVisible() else page.run)
         assert page.work.standing is Standing.CHECKING
-        self.wait_standing(*VERDICTS)
+        self.wait_standing(Standing.GO, Standing.READY, Standing.NO_GO, Standing.VOID)
         return page.work.standing
 
     def wait_standing(self, *wanted: Standing) -> None:
@@ -84,9 +78,6 @@ class OnBench(Rig):
         page = self.triggers
         self.click(page.read)
         self.until(lambda: not page.work.is_busy)
-
-    def drop(self, path: Path) -> None:
-        assert drop(self.assembly.window, path)
 
 
 @contextmanager

@@ -30,7 +30,7 @@ from tests.support.window.preflight_window import (
     press_row,
     said,
 )
-from tests.support.window.steps import choosing, find, given, notice_text
+from tests.support.window.steps import choosing, drop, find, given, notice_text
 from ui.pages.preflight.checks import remedy
 from ui.pages.triggers.page import TriggersPage
 from ui.session.check import Standing
@@ -302,19 +302,19 @@ def test_a_dropped_record_is_intact_or_altered(tmp_path: Path, rig: OnBench) -> 
     rig.click(page.export)
     rig.until(lambda: not page.result.is_writing)
     rig.assembly.window.go_to("triggers")
-    rig.drop(target)
+    drop(rig.assembly.window, target)
     rig.until(lambda: "INTACT" in said(rig))
     assert rig.assembly.window.navigation.chosen == "preflight"
     record = target.with_suffix(".json")
     record.write_text(record.read_text(encoding="utf-8").replace('"measured":3.9', '"measured":4.1'), "utf-8")
-    rig.drop(record)
+    drop(rig.assembly.window, record)
     rig.until(lambda: "ALTERED" in said(rig))
     assert given(page.strip.notice).meaning is Meaning.DANGER
     nonsense = tmp_path / "x.json"
     nonsense.write_text("[" * 100_000, encoding="utf-8")
-    rig.drop(nonsense)
+    drop(rig.assembly.window, nonsense)
     rig.until(lambda: "No pre-flight record" in said(rig))
-    rig.drop(tmp_path / "gone.pdf")
+    drop(rig.assembly.window, tmp_path / "gone.pdf")
     rig.until(lambda: "cannot be read" in said(rig))
 
 
