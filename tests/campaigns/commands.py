@@ -75,6 +75,11 @@ class Case:
     cli: VirtualCli
     happening: Happening | None = None
 
+    def __post_init__(self) -> None:
+        # One that is ACTIVE already may fire by itself.
+        self.may_fire = self.module.settings[ACTIVATION] == 1 or self.happening is not None
+        self.fired_before = len(self.module.records)
+
     @property
     def module(self) -> Module:
         return self.cli.module
@@ -188,6 +193,8 @@ def _judge_conduct(ran: Ran, case: Case, may_set: tuple[int, ...]) -> Iterator[s
         yield "activated unasked, or twice"
     if any(log.sets(code) for code in (DEPLOY, SHUT_DOWN)) or log.got(ZERO):
         yield "a dangerous frame"
+    if len(case.module.records) > case.fired_before and not case.may_fire:
+        yield "it fired"
     for code, count in Counter(entry.code for entry in log.sets()).items():
         if code not in (*may_set, OUTPUT):
             yield f"{code:02X} was set unasked"
