@@ -34,7 +34,7 @@ from ui.main import WindowOptions
 from ui.pages.live.page import LivePage
 from ui.pages.logs import work as work_module
 from ui.pages.logs.page import LogsPage
-from ui.pages.logs.rows import LogColumn
+from ui.pages.logs.rows import COLUMNS, LogColumn
 from ui.pages.logs.work import LogFile, LogRow
 from ui.plots.lanes import Span
 from ui.services.storage import Storage
@@ -319,7 +319,7 @@ def test_the_map_is_dragged_and_has_keys(desk: Desk) -> None:
     assert (page.work.limits.attitude_threshold_deg, page.work.limits.freefall_time_s) == (30, 0.2)
 
 
-def test_each_answer_has_its_word(desk: Desk) -> None:
+def test_each_answer_has_its_word_and_stands_out_where_it_is_wrong(desk: Desk) -> None:
     late = tilted("late", 5)
     late.specific_force_g[100:103] = 9.0
     late.tilt_deg[150:] = 90.0
@@ -329,6 +329,9 @@ def test_each_answer_has_its_word(desk: Desk) -> None:
     desk.add(unknown, tilted("calm", 20), tilted("steep", 80))
     words = {"late": "too late", "flies on": "no", "tilt only": "not judged", "calm": "no", "steep": "2.0 s"}
     assert desk.texts(LogColumn.ANSWER) == words
+    inks = {row.name: COLUMNS[LogColumn.ANSWER].ink(row) for row in desk.rows()}
+    wrong, doubtful = Meaning.DANGER, Meaning.ATTENTION
+    assert inks == {"late": wrong, "flies on": wrong, "tilt only": doubtful, "calm": None, "steep": wrong}
     assert desk.page.counts.text() == "Must not fire: 1 of 3 fire · Must fire: 0 of 2 fire in time"
 
 
