@@ -14,9 +14,9 @@ import zipfile
 from collections import Counter
 from collections.abc import Mapping, Sequence
 from contextlib import suppress
-from dataclasses import dataclass, field
 from datetime import UTC, datetime
 from pathlib import Path
+from types import MappingProxyType
 from typing import NamedTuple
 
 from app.captures.traffic import entries_of
@@ -58,32 +58,27 @@ def scrub(text: str, names: Names) -> str:
     return text
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Contents:
-    """What goes into the bundle. Only the version is required."""
-
-    version: str
-    log: str = ""
-    connection: Connection = field(default_factory=Connection)
-    conversation: ConversationView = field(default_factory=ConversationView)
-    # In seconds of the program's clock.
-    now: float = 0.0
-    statistics: LinkStatistics | None = None
-    # Language, theme …
-    preferences: Mapping[str, object] = field(default_factory=dict)
-    # The latest, oldest first.
-    traffic: Sequence[Event] = ()
-
-
-def bundle_files(contents: Contents, names: Names | None = None) -> dict[str, str]:
-    """The text of each file, by name. `names`: None for those of this computer."""
+def bundle_files(
+    names: Names | None = None,
+    *,
+    version: str,
+    log: str = "",
+    connection: Connection | None = None,
+    conversation: ConversationView | None = None,
+    now: float = 0.0,
+    statistics: LinkStatistics | None = None,
+    preferences: Mapping[str, object] = MappingProxyType({}),
+    traffic: Sequence[Event] = (),
+) -> dict[str, str]:
+    """The text of each file, by name. `names`: None for those of this computer. `now`: of the program's clock.
+    `preferences`: language, theme … `traffic`: the latest, oldest first."""
     if names is None:
         user = ""
         with suppress(OSError, KeyError, ImportError):
             user = getpass.getuser()
         names = Names(user, socket.gethostname(), str(Path.home()))
     about = {
-        "program": f"DPS-S Configurator {contents.version}",
+        "program": f"DPS-S Configurator {version}",
         "python": platform.python_version(),
         "system": platform.system(),
         "release": platform.release(),
@@ -91,17 +86,17 @@ def bundle_files(contents: Contents, names: Names | None = None) -> dict[str, st
     }
     texts = {
         "about.json": _json(about),
-        "link.json": _json(_link(contents.connection, contents.statistics)),
-        "module.json": _json(_module(contents.conversation, contents.now)),
-        "preferences.json": _json(dict(contents.preferences)),
-        "log.txt": contents.log,
+        "link.json": _json(_link(connection or Connection(), statistics)),
+        "module.json": _json(_module(conversation or ConversationView(), now)),
+        "preferences.json": _json(dict(preferences)),
+        "log.txt": log,
     }
-    if contents.traffic:
+    if traffic:
         # As `dps-s decode` reads it.
-        began_at = contents.traffic[0].at
+        began_at = traffic[0].at
         started_at = datetime.fromtimestamp(began_at + wall_offset_s(), UTC)
         lines = [f"# started: {started_at.isoformat(timespec='seconds')}"]
-        lines += [entry.line for entry in entries_of(contents.traffic, began_at)]
+        lines += [entry.line for entry in entries_of(traffic, began_at)]
         texts["capture.txt"] = "\n".join([*lines, ""])
     return {name: scrub(text, names) for name, text in texts.items() if text}
 

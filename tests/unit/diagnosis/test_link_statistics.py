@@ -2,12 +2,13 @@
 
 import json
 import zipfile
+from functools import partial
 from pathlib import Path
 
 import pytest
 
 from app.diagnosis.link_state import LinkStatistics
-from app.diagnosis.support_bundle import COMPUTER, USER, Contents, Names, bundle_files, scrub, write_bundle
+from app.diagnosis.support_bundle import COMPUTER, USER, Names, bundle_files, scrub, write_bundle
 from app.engine.conversation import ConversationView, How, Known
 from app.engine.procedure import LinkView
 from app.engine.transport import PortError, PortHolder, PortTrouble
@@ -77,7 +78,9 @@ def test_statistics_equal_the_links_totals_on_a_bad_line() -> None:
 
 NAMES = Names("wolfgang", "field-laptop.example.org", "/home/wolfgang")
 TRAFFIC = (asked(1000.0), Rejected(Noise(b"\x02", Reason.NO_HEADER, 0), 1001.0))
-CONTENTS = Contents(
+CONTENTS = partial(
+    bundle_files,
+    NAMES,
     version="1.2",
     log="2026-11-21 opened /home/wolfgang/x on field-laptop\n",
     connection=Connection(
@@ -120,7 +123,7 @@ def test_names_that_identify_nobody_stay(name: str) -> None:
 
 
 def test_the_zip_equals_the_preview_and_names_nobody(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    files = bundle_files(CONTENTS, NAMES)
+    files = CONTENTS()
     for name, text in files.items():
         assert "wolfgang" not in text.lower(), name
         assert "field-laptop" not in text.lower(), name
@@ -145,7 +148,7 @@ def test_the_zip_equals_the_preview_and_names_nobody(tmp_path: Path, monkeypatch
 
 
 def test_a_bundle_contains_what_support_needs() -> None:
-    files = bundle_files(CONTENTS, NAMES)
+    files = CONTENTS()
     link = json.loads(files["link.json"])
     assert link["trouble"] == "busy"
     assert "minicom" in link["what"]
@@ -157,5 +160,5 @@ def test_a_bundle_contains_what_support_needs() -> None:
     started, *lines = files["capture.txt"].splitlines()
     assert started.startswith("# started: 20")
     assert lines == [f"0.000000 > {TRAFFIC[0].raw.hex(' ').upper()}", "1.000000 < 02"]
-    least = bundle_files(Contents(version="1"), NAMES)
+    least = bundle_files(NAMES, version="1")
     assert least.keys() == {"about.json", "link.json", "module.json", "preferences.json"}

@@ -13,7 +13,7 @@ import pytest
 from PySide6.QtWidgets import QApplication
 from pytestqt.qtbot import QtBot
 
-from app.diagnosis.support_bundle import Contents, bundle_files
+from app.diagnosis.support_bundle import bundle_files
 from app.system import gil_yield as pace
 from app.system import libraries as qt_libraries
 from app.system import logs
@@ -184,7 +184,7 @@ def test_what_came_an_hour_ago_came_an_hour_ago(qapp: QApplication) -> None:
     event = asked(steady_time() - HOUR_S)
     model.append([event])
     model.show_new()
-    capture = bundle_files(Contents(version="1", traffic=[event]))["capture.txt"]
+    capture = bundle_files(version="1", traffic=[event])["capture.txt"]
     began = datetime.fromisoformat(capture.splitlines()[0].removeprefix("# started: "))
     assert abs((datetime.now(UTC) - began).total_seconds() - HOUR_S) < 2
     shown = model.index(0, Column.TIME.value).data()

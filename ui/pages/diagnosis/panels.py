@@ -1,7 +1,6 @@
 """The smaller panels of the Diagnosis page: sharing of the port, statistics, and the support bundle."""
 
 import copy
-from dataclasses import replace
 from datetime import datetime
 from functools import partial
 from pathlib import Path
@@ -10,7 +9,7 @@ from typing import Final
 from PySide6.QtWidgets import QCheckBox, QFormLayout, QFrame, QLabel, QLineEdit, QPlainTextEdit, QPushButton, QWidget
 
 from app import version
-from app.diagnosis.support_bundle import Contents, bundle_files, write_bundle
+from app.diagnosis.support_bundle import bundle_files, write_bundle
 from app.text import i18n
 from app.text.i18n import tr
 from app.text.messages import error_text, in_brackets, join_names, labelled
@@ -173,7 +172,8 @@ class BundlePreview(QWidget):
     def make(self) -> None:
         """Makes the bundle in the background from the present state, of which a copy is taken now."""
         services, log = self._services, self.log
-        contents = Contents(
+        make = partial(
+            bundle_files,
             version=version(),
             connection=services.ports.current.connection,
             conversation=services.ports.module.view,
@@ -185,7 +185,7 @@ class BundlePreview(QWidget):
         self.save.setEnabled(False)
 
         def pack(_running: Running) -> dict[str, str]:
-            return bundle_files(contents if log is None else replace(contents, log=log.text()))
+            return make(log="" if log is None else log.text())
 
         def fail(error: Exception) -> None:
             self._result.notify(Meaning.ATTENTION, tr("Failed: {why}.", why=error_text(error)))
