@@ -102,9 +102,8 @@ class Verification(NamedTuple):
                 told.append(message(marked("SIMULATED MODULE: no evidence.")))
         if self.is_report:
             told.append(message(marked("Only the record in the report is signed.")))
-        return told if self.state is RecordState.ALTERED else told + self._signed_by()
-
-    def _signed_by(self) -> list[UserMessage]:
+        if self.state is RecordState.ALTERED:
+            return told
         own_names = self.names.of_key(self.signer)
         names = joined([UserMessage(clean(name, longest=60)) for name in own_names])
         if self.is_own:
@@ -113,7 +112,7 @@ class Verification(NamedTuple):
             text = marked("Signed by a station known in the archive as {names} ({fingerprint}).")
         else:
             text = marked("Signed by an unknown key ({fingerprint}).")
-        told = [message(text, names=names, fingerprint=shown_key(self.signer))]
+        told.append(message(text, names=names, fingerprint=shown_key(self.signer)))
         for name in dict.fromkeys(own_names):
             others = [key for key, other in self.names.introductions if other == name and key != self.signer]
             if others:
