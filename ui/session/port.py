@@ -183,7 +183,7 @@ class Port(QObject):
             module.number,
             module.is_going,
             module.is_read,
-            (module.name, module.doubted_name, module.is_name_answered),
+            (module.name, module.doubted_name, self.last_name),
             activation,
             module.may_have_fired,
             self.is_requested,

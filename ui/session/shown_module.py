@@ -139,8 +139,6 @@ class ShownModule(QObject):
         self.name = ""
         # A name against which something speaks, and that a person has said once.
         self.doubted_name = ""
-        # A person has answered whether it is the module that was here before.
-        self.is_name_answered = False
         # Names this conversation in the audit log.
         self.run_id = new_run()
         self.statistics = LinkStatistics()
@@ -379,7 +377,7 @@ class ShownModule(QObject):
         if name and name != self.doubted_name and self.what_speaks_against(name):
             self.doubted_name = name
         else:
-            self.doubted_name, self.is_name_answered = "", True
+            self.doubted_name = ""
             self.say_name(name)
         self._port.update_view()
 

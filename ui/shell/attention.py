@@ -207,7 +207,7 @@ class Attention(QObject):
         """Where nothing speaks against a name, one press says it; else a second one is needed, beside what speaks
         against it. Neither is ever the default button."""
         module = port.module
-        name = module.doubted_name or ("" if module.name or module.is_name_answered else port.last_name)
+        name = module.doubted_name or ("" if module.name else port.last_name)
         if not name or not module.can_be_named:
             return None
         against, known = module.what_speaks_against(name), module.remembered(name)
@@ -219,7 +219,6 @@ class Attention(QObject):
 
         def decline() -> None:
             module.doubted_name = port.last_name = ""
-            module.is_name_answered = True
             port.update_view()
 
         yes = (
