@@ -159,21 +159,6 @@ def test_what_is_no_longer_ready_is_not_activated() -> None:
     assert REQUESTS[Act.ACTIVATE].encode() not in rig.acts
 
 
-@pytest.mark.promise("f")
-def test_a_restart_after_the_activation_is_no_go() -> None:
-    rig = settled_rig()
-    ready = ready_case(rig)
-    job = rig.job(activate_ready(ready, FakeJournal(), rig.permit(Act.ACTIVATE)))
-    activate = REQUESTS[Act.ACTIVATE].encode()
-    rig.step_until(lambda: activate in rig.acts)
-    rig.bench.restart()
-    rig.step_until(lambda: job.has_ended)
-    performed, found = job.outcome()
-    assert found.void is not None
-    assert assess(Case(evidence=found, profile=NO_PROFILE, past=Past())).verdict is Verdict.NO_GO
-    assert performed.outcome is Outcome.UNKNOWN
-
-
 # The frames that a record has
 
 
