@@ -1,7 +1,8 @@
-"""The Diagnosis page: causes and next steps, statistics, support bundle, errors of the program."""
+"""The Diagnosis page: causes and next steps, sharing of the port, statistics, support bundle, errors of the program."""
 
 import logging
 import re
+import socket
 import sys
 import threading
 import time
@@ -24,7 +25,7 @@ from app.safety.journal import Act
 from app.system.clock import steady_time
 from app.system.logs import Log, start_log
 from app.system.uncaught import catch_uncaught_errors
-from protocol.catalogue import HEARTBEAT
+from protocol.catalogue import ACTIVATION, BOOT_COUNT, BY_NAME, HEARTBEAT, LOCK, STATUS
 from protocol.events import Answered, Counters
 from protocol.messages import Heartbeat, Reason
 from tests.support.window.fakes_ui import connect, simulated, window
@@ -32,6 +33,7 @@ from tests.support.window.rig import Rig, on_fake_time
 from tests.support.window.steps import choosing, find, given, notice_text, press, show_page
 from ui.main import Assembly
 from ui.pages.diagnosis.page import DiagnosisPage
+from ui.pages.diagnosis.panels import SharingCard
 from ui.services.context import PageEntry
 from ui.style.icons import Icon
 
@@ -281,3 +283,95 @@ def test_an_error_disarms_is_logged_and_said_with_its_details(
                 thread.join()
             assert armed.act is None
             qtbot.waitUntil(lambda: "no number" in notice_text(bar))
+
+
+@pytest.fixture
+def rig(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> Iterator[Rig]:
+    with on_fake_time(Rig, qtbot, qapp, tmp_path, "shared", ALONE) as one:
+        one.connect("boot_count")
+        yield one
+
+
+@pytest.fixture
+def card(qtbot: QtBot, rig: Rig) -> SharingCard:
+    """Switched on, at a free port."""
+    card = show_page(qtbot, rig.assembly.window, "diagnosis", DiagnosisPage).why.sharing
+    card.address.setText("127.0.0.1:0")
+    rig.click(card.switch)
+    assert card.switch.isChecked()
+    return card
+
+
+def reader(card: SharingCard) -> socket.socket:
+    address = card.state.text().split(",")[0].removeprefix("shared://")
+    client = socket.create_connection(("127.0.0.1", int(address.rpartition(":")[2])))
+    client.setblocking(False)
+    return client
+
+
+def hear(rig: Rig, client: socket.socket, length: int) -> bytes:
+    heard = bytearray()
+
+    def is_there() -> bool:
+        try:
+            heard.extend(client.recv(4096))
+        except BlockingIOError:
+            return False
+        return len(heard) >= length
+
+    rig.until(is_there)
+    return bytes(heard)
+
+
+@pytest.mark.promise("h")
+def test_a_reader_asks_and_changes_nothing(rig: Rig, card: SharingCard) -> None:
+    with reader(card) as client:
+        client.sendall(BOOT_COUNT.query().encode())
+        assert hear(rig, client, 6)[:3] == bytes.fromhex("41 75 23")
+        assert "readers: 1" in card.state.text()
+        for change in (ACTIVATION.set(True), BY_NAME["freefall_time"].set(1.2)):
+            client.sendall(change.encode() + STATUS.query().encode())
+            hear(rig, client, 8)
+            assert f"{change.encode().hex(' ').upper()}: Shared, read-only" in card.last.text()
+        assert rig.acts == []
+    rig.until(lambda: "readers: 0" in card.state.text())
+
+
+def test_a_readers_lock_is_that_of_the_window(rig: Rig, card: SharingCard) -> None:
+    rig.bench.module.activate(is_active=True)
+    rig.until(lambda: rig.assembly.ports.current.is_active)
+    with reader(card) as client:
+        client.sendall(LOCK.encode())
+        assert hear(rig, client, 6) == bytes.fromhex("41 75 10 01 00 11")
+        assert not rig.bench.module.state.is_active
+        assert "The module reports LOCKED." in card.last.text()
+        assert set(rig.acts) == {LOCK}
+        # A second one is sent as the first was.
+        client.sendall(LOCK.encode())
+        hear(rig, client, 6)
+
+
+def test_it_ends_with_the_switch_and_with_the_port(rig: Rig, card: SharingCard) -> None:
+    with reader(card) as client:
+        rig.until(lambda: "readers: 1" in card.state.text())
+        rig.click(card.switch)
+        assert hear(rig, client, 0) == b""
+    rig.click(card.switch)
+    with reader(card) as client:
+        rig.until(lambda: "readers: 1" in card.state.text())
+        rig.assembly.ports.current.disconnect_port()
+        rig.until(lambda: not card.switch.isChecked())
+        assert hear(rig, client, 0) == b""
+        assert not card.switch.isEnabled()
+
+
+@pytest.mark.parametrize(
+    ("address", "is_on", "said"),
+    [("nowhere", False, "HOST:PORT"), ("192.0.2.1:7001", False, "192.0.2.1"), ("0.0.0.0:0", True, "no authentication")],
+)
+def test_an_address_is_judged(rig: Rig, card: SharingCard, address: str, is_on: bool, said: str) -> None:
+    rig.click(card.switch)
+    card.address.setText(address)
+    rig.click(card.switch)
+    assert card.switch.isChecked() is is_on
+    assert said in card.last.text()
