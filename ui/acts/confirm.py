@@ -38,13 +38,13 @@ class Confirm(QWidget):
         self.left.setText(tr("{value} s", value=ceil(ASKS_FOR_S)))
         self.left.setMinimumWidth(self.left.sizeHint().width())
         retain_size(self.left)
+        for button in (self.ask, self.cancel, self.go):  # Tab leads from the answer that has the focus to the other one
+            button.setParent(self)
         if is_text_large():  # there is no room for all in one row
             answers = in_row(1, self.go, self.cancel, spacing=Space.S)
             in_column(in_row(1, self.left, self.ask), answers, of=self, spacing=Space.S, margins=0)
         else:
             in_row(1, self.left, self.go, self.cancel, self.ask, of=self, spacing=Space.S, margins=0)
-        self.setTabOrder(self.ask, self.cancel)
-        self.setTabOrder(self.cancel, self.go)
         self._timer = QTimer(self, interval=CHECK_EVERY_MS)
         self._timer.timeout.connect(self.check)
         self._show()

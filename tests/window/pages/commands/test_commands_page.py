@@ -101,6 +101,13 @@ def test_an_act_takes_two_clicks_and_is_sent_once(qtbot: QtBot, one: Desk) -> No
             one.click("lock_button")
 
 
+def test_tab_leads_from_cancel_to_the_other_answer(qtbot: QtBot, one: Desk) -> None:
+    row = ask(one, Act.ACTIVATE)
+    assert QApplication.focusWidget() is row.confirm.cancel
+    qtbot.keyClick(row.confirm.cancel, Qt.Key.Key_Tab)
+    assert QApplication.focusWidget() is row.confirm.go
+
+
 def test_an_act_that_is_refused_names_the_open_condition(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
     with desk(qtbot, qapp, tmp_path, "commands", tilt=70) as one:
         row = one.commands.acts[Act.ACTIVATE]
