@@ -83,14 +83,14 @@ class GuideViewer(QDialog):
                 cursor.mergeBlockFormat(room)
             block = block.next()
         theme, ratio = current(), self.devicePixelRatioF()
-        room_px_of_text = self.text.viewport().width() - 2 * round(document.documentMargin())
-        room_px_of_lists = room_px_of_text - round(document.indentWidth())  # drawings stand in lists
+        # Also where one stands in a list.
+        room_px = self.text.viewport().width() - 2 * round(document.documentMargin()) - round(document.indentWidth())
         for picture in sorted((GUIDE / "images").glob(f"*-{page.stem}.*")):
             if picture.suffix == ".svg":
                 svg = picture.read_text(encoding="utf-8").replace(_INK, theme.text).replace(_PAPER, theme.surface)
-                image, room_px = QImage.fromData(svg.encode()), room_px_of_lists
+                image = QImage.fromData(svg.encode())
             else:
-                image, room_px = QImage(str(picture)), room_px_of_text
+                image = QImage(str(picture))
             if image.width() > room_px:
                 image = image.scaledToWidth(round(room_px * ratio), Qt.TransformationMode.SmoothTransformation)
                 image.setDevicePixelRatio(ratio)

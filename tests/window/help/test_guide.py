@@ -128,6 +128,7 @@ def test_the_viewer_shows_it(language: str, qtbot: QtBot, qapp: QApplication) ->
     viewer = GuideViewer(around)
     viewer.open_at("")
     document = viewer.text.document()
+    assert viewer.text.horizontalScrollBar().maximum() == 0
     assert document.toPlainText() == rendered(language)
     for name in pictures(text_of(language)):
         image = document.resource(QTextDocument.ResourceType.ImageResource.value, document.baseUrl().resolved(name))
