@@ -1,1 +1,1 @@
-"""Editors, sliders and tables."""
+"""Tables: columns, model, filter and search."""

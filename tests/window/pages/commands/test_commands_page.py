@@ -338,13 +338,3 @@ def test_what_was_said_of_one_module_is_not_said_of_the_next_nor_of_a_port_that_
         one.wait(3.0)
         labels = [*(row.conditions for row in page.acts.values()), page.ritual.conditions]
         assert {label.text() for label in labels} == {"Not connected"}
-
-
-def test_a_restart_of_an_active_module_is_shown_on_every_page_until_a_person_closes_it(full_desk: Desk) -> None:
-    full_desk.go_to("commands")
-    bar = full_desk.assembly.window.notice_bar
-    full_desk.bench.restart()
-    for text in ("may have fired before the restart", "Interrupted at"):
-        full_desk.until(lambda text=text: text in notice_text(bar))  # type: ignore[misc]
-        given(given(bar.notice).dismiss)()
-    full_desk.until(lambda: bar.notice is None)
