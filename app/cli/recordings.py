@@ -10,7 +10,7 @@ from pathlib import Path
 
 from msgspec import field
 
-from app.recordings.excerpt import csv_parts
+from app.recordings.excerpt import HEAD, csv_parts
 from app.recordings.library import RecordingEntry, RecordingLibrary, remarks, size_text, when_text
 from app.recordings.recording import export as write_file
 from app.recordings.recording import open_recording
@@ -66,7 +66,8 @@ def _export_path(text: str) -> Path:
 
 # The file, and what becomes of one that is there; also of `dps-s record`.
 EXPORT = (
-    console.FORCE,
+    console.switch("--append", "add to the file (only .csv)", one_of="existing"),
+    console.FORCE._replace(one_of="existing"),
     console.file("file", "FILE", ".mcap, .csv, or - for a table on standard output", type=_export_path),
 )
 
@@ -154,7 +155,17 @@ def refuse_unwritable(args: argparse.Namespace) -> None:
         return
     if not path.parent.is_dir():
         raise console.Refused(tr("There is no folder {folder}.", folder=path.parent))
-    console.refuse_existing(path, is_forced=args.force)
+    if args.append and path.suffix.lower() == MCAP:
+        raise console.Refused(tr("expected {expected}", expected=CSV))
+    console.refuse_existing(path, is_forced=args.force or args.append, options="--append, --force")
+    if args.append and path.exists():
+        try:
+            with path.open("rb") as file:
+                first = file.readline(1000).removeprefix(b"\xef\xbb\xbf").strip().decode("utf-8", "replace")
+        except OSError as error:
+            raise console.Refused(not_written(path, error)) from error
+        if first != HEAD and path.stat().st_size:
+            raise console.Refused(tr("{file} has other columns or is no recording.", file=path))
 
 
 def export(entry: RecordingEntry, args: argparse.Namespace) -> bool:
@@ -169,7 +180,7 @@ def export(entry: RecordingEntry, args: argparse.Namespace) -> bool:
             console.write(part.decode().replace("\r\n", "\n"))  # standard output ends lines as the system does
     else:
         try:
-            rows, damage = write_file(entry, path, is_table=path.suffix.lower() != MCAP)
+            rows, damage = write_file(entry, path, is_table=path.suffix.lower() != MCAP, appends=args.append)
         except (OSError, ValueError) as error:
             raise console.Refused(not_written(path, error), ErrorCode.REFUSED) from error
         if not args.json:

@@ -4590,6 +4590,10 @@
         <translation>{file} 已存在：请使用 {options}。</translation>
     </message>
     <message>
+        <source>{file} has other columns or is no recording.</source>
+        <translation>{file} 的列不同，或不是数据记录。</translation>
+    </message>
+    <message>
         <source>{file} is damaged</source>
         <translation>{file} 已损坏</translation>
     </message>

@@ -2,6 +2,7 @@
 
 from array import array
 from collections.abc import Callable, Iterable
+from itertools import chain
 from operator import itemgetter
 from pathlib import Path
 from typing import NamedTuple
@@ -129,9 +130,11 @@ def write_parts(path: Path, parts: Iterable[bytes], count: int, on_progress: Pro
         on_progress(1.0)
 
 
-def export(entry: RecordingEntry, path: Path, *, is_table: bool, on_progress: Progress = bool) -> Exported:
-    """Writes a CSV table, or copies the session. Raises OSError, `UserError`, ValueError for a file that shrinks
-    meanwhile, and what `on_progress` raises."""
+def export(
+    entry: RecordingEntry, path: Path, *, is_table: bool, appends: bool = False, on_progress: Progress = bool
+) -> Exported:
+    """Writes a CSV table, with `appends` behind the rows of the file; or copies the session. Raises OSError,
+    `UserError`, ValueError for a file that shrinks meanwhile, and what `on_progress` raises."""
     recording = open_recording(entry)
     if not is_table:
         with entry.path.open("rb") as file:
@@ -140,5 +143,9 @@ def export(entry: RecordingEntry, path: Path, *, is_table: bool, on_progress: Pr
         return Exported(len(recording.tilt), recording.damage)
     excerpt = recording.excerpt(recording.start_s, recording.end_s)
     rows = csv_parts(excerpt, wall_offset_s=recording.wall_offset_s)
+    if appends and path.exists() and path.stat().st_size:
+        next(rows)  # without a second head
+        before = path.read_bytes()
+        rows = chain((before, b"" if before.endswith(b"\n") else b"\r\n"), rows)
     write_parts(path, rows, part_count(excerpt), on_progress)
     return Exported(excerpt.row_count, recording.damage)

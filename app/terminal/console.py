@@ -218,9 +218,9 @@ def unreadable(file: object, error: Exception) -> Refused:
     return Refused(text, ErrorCode.UNREADABLE)
 
 
-def refuse_existing(path: Path, *, is_forced: bool) -> None:
+def refuse_existing(path: Path, *, is_forced: bool, options: str = "--force") -> None:
     if not is_forced and os.path.lexists(path):
-        raise Refused(message(marked("{file} exists: use {options}."), file=path, options="--force"))
+        raise Refused(message(marked("{file} exists: use {options}."), file=path, options=options))
 
 
 # Signals

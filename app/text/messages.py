@@ -188,6 +188,9 @@ class ErrorCode(StrEnum):
     NO_LINK = "no_link"
     INTERRUPTED = "interrupted"
     REFUSED = "refused"
+    # These two are of the contract, for other programs. Here such a command has a result, which says it.
+    NOT_CONFIRMED = "not_confirmed"
+    NOT_VERIFIED = "not_verified"
     UNREADABLE = "unreadable"
     NOT_JUDGED = "not_judged"
     STORE = "store"

@@ -66,11 +66,13 @@ def test_csv_holds_the_stream_and_says_what_is_simulated(port: str, tmp_path: Pa
     assert len(list(csv.DictReader(io.StringIO(dps_s(["recordings", "export", "latest", "-"]).out)))) == len(found)
 
 
-def test_a_file_is_never_replaced_unasked(port: str, tmp_path: Path, dps_s: Program) -> None:
+@pytest.mark.parametrize("text", ["precious", "\n"])
+def test_a_file_is_never_replaced_unasked(text: str, port: str, tmp_path: Path, dps_s: Program) -> None:
     path = tmp_path / "a.csv"
-    path.write_text("precious", encoding="utf-8")
-    assert "--force" in record(dps_s, port, path, code=2)
-    assert path.read_text(encoding="utf-8") == "precious"
+    path.write_text(text, encoding="utf-8")
+    assert "--append" in record(dps_s, port, path, code=2)
+    assert "has other columns" in record(dps_s, port, path, "--append", code=2)
+    assert path.read_text(encoding="utf-8") == text
     record(dps_s, port, path, "--force")
     assert rows(path)
 

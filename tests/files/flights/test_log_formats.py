@@ -106,8 +106,7 @@ def test_recordings_and_their_exports_are_judged_alike_and_a_restart_ends_a_fall
         else:
             assert [source for _, source in fires(log)] == [Source.ATTITUDE] * 2
             assert [reset.kind.value for reset in log.resets] == ["connected", kind]
-    once = table.read_bytes()
-    table.write_bytes(once + once.partition(b"\n")[2])
+    export(entry_of(path), table, is_table=True, appends=True)
     with pytest.raises(UserError, match="begin again"):
         read_flight_log(table)
 

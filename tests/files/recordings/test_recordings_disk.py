@@ -187,7 +187,7 @@ def test_a_hanging_disk_delays_nothing_and_lost_data_is_counted(
         assert not recording.entry.was_cut_off
 
 
-def test_csv_holds_every_value(tmp_path: Path) -> None:
+def test_csv_holds_every_value_and_is_appended_to(tmp_path: Path) -> None:
     """Three seconds of stream with a trigger, and a lost port."""
     path = tmp_path / "x.csv"
     with recorder_in(tmp_path / "shelf") as bench:
@@ -201,12 +201,12 @@ def test_csv_holds_every_value(tmp_path: Path) -> None:
         )
         bench.finish()
         recording = opened(bench.path)
-    count = export(recording.entry, path, is_table=True).rows
+    counts = [export(recording.entry, path, is_table=True, appends=True).rows for _ in range(2)]
     text = path.read_bytes().decode("utf-8-sig")
     assert (text.splitlines()[0], text.count(HEAD)) == (HEAD, 1)
     rows = list(csv.DictReader(io.StringIO(text)))
-    assert len(rows) == count
-    reports = [row for row in rows if row["tilt_deg"]]
+    assert rows[: counts[0]] == rows[counts[0] :]
+    reports = [row for row in rows[: counts[0]] if row["tilt_deg"]]
     excerpt = recording.excerpt(recording.start_s, recording.end_s)
     assert [float(row["tilt_deg"]) for row in reports] == excerpt.tilt.value.tolist()
     assert [float(row["acceleration_g"]) for row in reports] == pytest.approx(excerpt.acceleration.value.tolist())
@@ -218,7 +218,9 @@ def test_csv_holds_every_value(tmp_path: Path) -> None:
     )
     flags = [(row["triggered"], row["active"]) for row in reports[-3:]]
     assert flags == [("false", "false"), ("false", "true"), ("true", "true")]
-    others = {name: [row[name] for row in rows if row[name]] for name in ("event", "cell_voltage_v", "light_v")}
+    others = {
+        name: [row[name] for row in rows[: counts[0]] if row[name]] for name in ("event", "cell_voltage_v", "light_v")
+    }
     assert others == {
         "event": [f"connected: {PORT}", "activated", "triggered", f"port lost: {PORT}"],
         "cell_voltage_v": ["3.00", "3.01", "3.02"],
