@@ -20,6 +20,7 @@ from app.flights.judging import FlightGroup, summarise
 from app.flights.read_log import SummarisedLog
 from app.recordings.library import recordings_folder
 from app.text.i18n import CHINESE
+from app.text.messages import message
 from tests.files.recordings.test_damage import chunks_in
 from tests.support.cli_line import Printed
 from tests.support.flights.made_flights import crash, made_flight, ordinary_flight, write_csv, write_logs
@@ -269,6 +270,10 @@ def test_the_proposal_separates_and_is_tried(desk: Desk) -> None:
     assert not page.proposal.take.isEnabled()
     page.work.choose(TriggerLimits(attitude_threshold_deg=30))
     assert page.proposal.take.isEnabled()
+    page.work.logs["lost.ulg"] = LogFile("lost.ulg", why_not=message("It is gone."))
+    page.proposal.refresh()
+    assert desk.said() == "No proposal: 1 of 6 not read"
+    assert not page.proposal.take.isEnabled()
 
 
 # Thresholds and map
