@@ -297,6 +297,7 @@ def test_an_error_anywhere_in_the_window_disarms(qtbot: QtBot, active: Desk) -> 
         timer = QTimer(active.assembly.window, singleShot=True)
         timer.timeout.connect(fail)
         timer.start(0)
+        qtbot.waitUntil(lambda: bool(faults))
         active.until(lambda: ritual.ritual.stage is Stage.IDLE, 1.0)
     assert [str(one_fault[1]) for one_fault in faults] == ["a fault of ours"]
     assert "program error" in outcome(active)
