@@ -129,7 +129,8 @@ class NoticeBar(QFrame):
             for button, choice in zip(self._buttons, notice.choices, strict=True):
                 button.setEnabled(choice.is_enabled)
             others = [one for one in notices if one is not notice]
-            self.more.setVisible(bool(others))
+            # Beside three buttons of large text there is no room for both its sentence and the way to others.
+            self.more.setVisible(bool(others) and not (is_text_large() and len(notice.choices) > 2))
             if others:
                 self.more.setText(tr("{count} more", count=len(others)))
                 self.more.setIcon(icon(MEANING_ICONS[others[0].meaning], others[0].meaning))
