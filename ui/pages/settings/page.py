@@ -306,11 +306,15 @@ class ComparePanel(_Panel):
             held = tr("unknown") if known is None else value_text(command, known.value)
             is_calm = row.match in (Match.SAME, Match.NOT_IN_PROFILE)
             texts = (wanted, held, tr(row.match.value))
-            muted = (row.target is None, known is None or known.is_stale, is_calm)
-            for label, text, is_muted in zip(labels, texts, muted, strict=True):
+            roles = (
+                "muted" if row.target is None else "strong",
+                "muted" if known is None or known.is_stale else "",
+                "muted" if is_calm else "strong",
+            )
+            for label, text, role in zip(labels, texts, roles, strict=True):
                 label.setText(text)
                 label.setAccessibleName(labelled(tr(command.title), text))
-                set_role(label, "muted" if is_muted else "strong")
+                set_role(label, role)
         self.apply.setText(tr("Apply {count} ticked", count=count))
         self.apply.setEnabled(work.job.can_run and count > 0)
 
