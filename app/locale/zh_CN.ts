@@ -1028,10 +1028,6 @@
         <translation>按住开伞</translation>
     </message>
     <message>
-        <source>Hold to rehearse</source>
-        <translation>按住演练</translation>
-    </message>
-    <message>
         <source>How long it falls before it fires.</source>
         <translation>失重持续多久才开伞。</translation>
     </message>
@@ -2172,10 +2168,6 @@
         <translation>待激活</translation>
     </message>
     <message>
-        <source>REHEARSAL</source>
-        <translation>演练</translation>
-    </message>
-    <message>
         <source>Raw bytes</source>
         <translation>原始字节</translation>
     </message>
@@ -2274,14 +2266,6 @@
     <message>
         <source>Refused: still at {old} baud.</source>
         <translation>被拒绝：仍为 {old} 波特。</translation>
-    </message>
-    <message>
-        <source>Rehearsal: {frame} was not sent.</source>
-        <translation>演练：未发送 {frame}。</translation>
-    </message>
-    <message>
-        <source>Rehearse…</source>
-        <translation>演练…</translation>
     </message>
     <message>
         <source>Remove</source>

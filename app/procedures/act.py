@@ -94,7 +94,6 @@ class Performed:
     act: Act
     outcome: Outcome
     refusals: tuple[Refusal, ...] = ()
-    is_rehearsal: bool = False
     status: StatusSample | None = None  # the last report afterwards
     interrupted: Interrupted | None = None  # why it ended early
 
@@ -106,8 +105,6 @@ class Performed:
     @property
     def sentence(self) -> str:
         """In the language in use now."""
-        if self.is_rehearsal:
-            return tr("Rehearsal: {frame} was not sent.", frame=REQUESTS[self.act].encode().hex(" ").upper())
         if self.outcome is Outcome.NOT_SENT:
             parts = [tr("Nothing was sent."), *(refusal.sentence for refusal in self.refusals)]
         else:
@@ -121,11 +118,6 @@ class Performed:
         if self.interrupted is not None:
             parts.append(self.interrupted.sentence)
         return join_sentences(parts)
-
-
-def rehearse(act: Act) -> Performed:
-    """The end of a rehearsal, with the bytes that would have been sent."""
-    return Performed(act=act, outcome=Outcome.NOT_SENT, is_rehearsal=True)
 
 
 def perform(

@@ -39,7 +39,6 @@ class Permit:
     origin: Origin
     granted_at: float  # by the session's clock, in seconds
     conversation: int
-    is_rehearsal: bool = False  # nothing is ever sent
     is_spent: bool = False
 
     def is_in_time(self, now: float) -> bool:
@@ -260,8 +259,6 @@ def _why_not_permitted(
     permit, now = inputs.permit, inputs.now
     if permit is None or permit.act is not act or permit.origin not in origins:
         return message(missing)
-    if permit.is_rehearsal:
-        return message(marked("Nothing is sent."))
     if permit.is_spent:
         return message(marked("Confirm again: already used."))
     if permit.conversation != inputs.conversation:

@@ -11,8 +11,6 @@ Rules that it lives by:
 - Only `tick` completes the hold, and only where ticks came all along, at most `MAX_GAP_S` apart: a window that hung
   for a moment cannot know that the button was still held, so it disarms.
 - One run through gives one `Permit`. To fire again is to choose again.
-
-A rehearsal is the same machine; its permit sends nothing.
 """
 
 import logging
@@ -95,7 +93,6 @@ class Ritual:
 
     def __init__(self) -> None:
         self.stage = Stage.IDLE
-        self.is_rehearsal = False
         # The input that led back to IDLE last, for the notice in the window.
         self.ended_by: Input | None = None
         # The number of the conversation in which it was chosen, as the permit will be void in any other.
@@ -113,10 +110,9 @@ class Ritual:
         """Seconds that it has been held, 0 … 2."""
         return min(HOLD_S, max(0.0, now - self._pressed_at)) if self.stage is Stage.HOLDING else 0.0
 
-    def choose(self, conversation: int, *, is_rehearsal: bool = False) -> None:
+    def choose(self, conversation: int) -> None:
         """`conversation`: the number of the one that goes on."""
         if (self.stage, Input.CHOOSE) in TRANSITIONS:
-            self.is_rehearsal = is_rehearsal
             self._conversation = conversation
             self._apply(Input.CHOOSE)
 
@@ -154,7 +150,7 @@ class Ritual:
             self._apply(Input.HOLD_BROKEN)
         elif now - self._pressed_at >= HOLD_S:
             self._apply(Input.HELD)
-            return Permit(Act.DEPLOY, Origin.RITUAL, now, self._conversation, self.is_rehearsal)
+            return Permit(Act.DEPLOY, Origin.RITUAL, now, self._conversation)
         return None
 
     def _apply(self, what: Input) -> None:

@@ -183,14 +183,14 @@ def check_until(studio: Studio, page: PreflightPage, wanted: Standing, *against:
 
 
 def deploy(studio: Studio) -> None:
-    """The armed rehearsal."""
+    """The ritual, armed."""
     studio.assembly.window.go_to("commands")
     studio.window.activateWindow()
     ports = studio.assembly.ports
     studio.module.module.activate(is_active=True)
     studio.until(lambda: ports.current.is_active, "it is not active")
     ritual = studio.find(RitualWidget)
-    for step in (ritual.rehearse, ritual.arm):
+    for step in (ritual.choose, ritual.arm):
         studio.until(partial(getattr, step, "is_live"), "a step is dead")
         step.click()
     studio.until(lambda: ritual.ritual.is_armed, "it is not armed")

@@ -63,7 +63,7 @@ BEFORE: Final = {
     "ritual_arm": "ritual_choose",
     HOLD: "ritual_arm",
 }
-WATCHED: Final = frozenset({*BEFORE, *BEFORE.values(), *ENABLE, UNLOCK, "ritual_rehearse"})
+WATCHED: Final = frozenset({*BEFORE, *BEFORE.values(), *ENABLE, UNLOCK})
 
 
 @dataclass
@@ -203,9 +203,7 @@ class Ledger:
         first = BEFORE.get(name)
         if not name or (first and first not in self._chosen):
             return
-        if name == "ritual_rehearse":
-            self._chosen.pop("ritual_choose", None)
-        elif name == UNLOCK:
+        if name == UNLOCK:
             # One press allows one write, which is of every setting that stands there as changed; each once.
             for change in self._changes():
                 self._grant(f"{UNLOCKED} {change.command.code:02x}", COUNTS_FOR_S)

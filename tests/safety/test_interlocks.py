@@ -77,7 +77,6 @@ def opened(act: Act) -> dict[str, list[tuple[dict[str, Any], str]]]:
             ({"permit": permit(act, granted_at=NOW - 3.5)}, asked),
             ({"permit": permit(act, granted_at=NOW + 0.1)}, asked),
             ({"permit": permit(act, is_spent=True)}, asked),
-            ({"permit": permit(act, is_rehearsal=True)}, asked),
             ({"overtaken_at": NOW}, asked),
         ],
         "audit": [({"is_audit_ready": False}, "INTENT_DURABLE")],

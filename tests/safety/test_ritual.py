@@ -43,8 +43,8 @@ def test_the_whole_way_gives_one_permit() -> None:
     assert hold(ritual, T0, 1.0) == []
     ritual.press(T0 + 1)
     permits = hold(ritual, T0 + 1, 5.0)
-    assert [(permit.act, permit.origin, permit.conversation, permit.is_rehearsal) for permit in permits] == [
-        (Act.DEPLOY, Origin.RITUAL, TALK, False)
+    assert [(permit.act, permit.origin, permit.conversation) for permit in permits] == [
+        (Act.DEPLOY, Origin.RITUAL, TALK)
     ]
     assert permits[0].granted_at == pytest.approx(T0 + 3, abs=0.051)
     assert (ritual.stage, ritual.ended_by) == (Stage.FIRED, None)

@@ -62,8 +62,6 @@ def say_outcome(job: PageJob, module: ShownModule, done: Performed | None) -> No
 
 
 def outcome_meaning(done: Performed) -> Meaning:
-    if done.is_rehearsal:
-        return Meaning.INFORMATION
     if done.outcome is Outcome.UNKNOWN or (done.outcome is Outcome.CONFIRMED and done.act is Act.DEPLOY):
         return Meaning.DANGER
     is_hot = done.act is Act.ACTIVATE or (done.act is Act.ZERO and not done.is_level)

@@ -12,18 +12,18 @@ from itertools import pairwise
 from types import TracebackType
 from typing import Final
 
-from PySide6.QtCore import QEvent, QObject, QRectF, Qt, QTimer, Signal
+from PySide6.QtCore import QEvent, QObject, QRectF, QSize, Qt, QTimer, Signal
 from PySide6.QtGui import QColor, QFontMetrics, QHideEvent, QKeyEvent, QMouseEvent, QPainterPath, QPaintEvent
 from PySide6.QtWidgets import QFrame, QGridLayout, QLabel, QProgressBar, QStackedLayout, QStyle, QStylePainter, QWidget
 
 from app.engine.procedure import Job
-from app.procedures.act import Performed, perform, rehearse
+from app.procedures.act import Performed, perform
 from app.safety.journal import EFFECTS, REQUESTS, TITLES, Act
 from app.safety.ritual import ARMED_FOR_S, HOLD_S, Input, Ritual, Stage
 from app.text.i18n import tr
 from app.text.messages import join_sentences, labelled
 from protocol.translatable import marked
-from ui.acts.act_row import ASKING, is_blocked, open_conditions, outcome_meaning, say_outcome
+from ui.acts.act_row import ASKING, is_blocked, open_conditions, say_outcome
 from ui.services.context import Services
 from ui.session.page_job import PageJob
 from ui.session.shown_module import ShownModule
@@ -77,8 +77,8 @@ class HoldButton(StepButton):
     hold_started = Signal()
     hold_ended = Signal()
 
-    def __init__(self) -> None:
-        super().__init__()
+    def __init__(self, text: str) -> None:
+        super().__init__(text)
         self._share = 0.0
         self._held_by_key = False
         self.setFocusPolicy(Qt.FocusPolicy.StrongFocus)
@@ -222,6 +222,7 @@ class RitualWidget(QFrame):
         self._conversation = 0
         self._title = named(ElidedLabel(), "ritual_title", "strong")
         self._effect = text_label("ritual_effect", "small")
+        self._effect.setText(tr(EFFECTS[Act.DEPLOY]))
         self.conditions = text_label("ritual_conditions", "attention")
         self.step = text_label("ritual_step", "strong")
         self.step.setWordWrap(False)
@@ -234,17 +235,13 @@ class RitualWidget(QFrame):
         self.countdown.setRange(0, round(ARMED_FOR_S * 1000))
         tip = tr("Arm, then hold for two seconds. Letting go, Esc or leaving the page sends nothing.")
         self.choose = control(StepButton(tr("Deploy…")), "ritual_choose", role="danger", tip=tip)
-        self.choose.chosen.connect(partial(self._choose, is_rehearsal=False))
-        self.rehearse = control(StepButton(tr("Rehearse…")), "ritual_rehearse", tip=tr("Nothing is sent."))
-        self.rehearse.chosen.connect(partial(self._choose, is_rehearsal=True))
+        self.choose.chosen.connect(self._choose)
         self.arm = control(StepButton(tr("Arm for 10 s")), "ritual_arm", role="danger", slot=self._arm)
-        self.hold = control(HoldButton(), "ritual_hold", role="danger", tip=tr("Mouse or space bar"))
-        # Large enough for a gloved finger, and for either text.
-        self.hold.setMinimumSize(180, 44)
-        for text in (tr("Hold to rehearse"), tr("Hold to DEPLOY")):
-            self.hold.setText(text)
-            self.hold.ensurePolished()
-            self.hold.setMinimumSize(self.hold.minimumSize().expandedTo(self.hold.sizeHint()))
+        self.hold = control(
+            HoldButton(tr("Hold to DEPLOY")), "ritual_hold", role="danger", tip=tr("Mouse or space bar")
+        )
+        self.hold.ensurePolished()
+        self.hold.setMinimumSize(self.hold.sizeHint().expandedTo(QSize(180, 44)))  # for a gloved finger
         self.hold.hold_started.connect(self._press)
         self.hold.hold_ended.connect(self._release)
         cancel = StepButton(tr("Cancel"), is_safe=True)
@@ -284,8 +281,7 @@ class RitualWidget(QFrame):
         steps.setVerticalSpacing(Space.XS)
         # Large text has no room for all steps side by side.
         last_row, last_column = (2, 0) if is_text_large() else (0, 2)
-        starts = in_row(self.rehearse, self.choose, 1, spacing=Space.S)
-        buttons = (starts, in_row(self.arm, 1), in_row(self.hold, 1))
+        buttons = (in_row(self.choose, 1), in_row(self.arm, 1), in_row(self.hold, 1))
         places = ((0, 0), (0, 1), (last_row, last_column))
         for mark, layout, (row, column) in zip(self.marks, buttons, places, strict=True):
             steps.addWidget(mark, row, column)
@@ -296,7 +292,7 @@ class RitualWidget(QFrame):
         steps.setColumnStretch(last_column + 1, 1)
         in_column(self._head, steps, of=self, spacing=Space.XS, margins=(Space.M, Space.S))
         # Cancel has the focus at every step: one Tab leads to the next one.
-        for first, second in pairwise((self.rehearse, self.choose, self.cancel, self.arm, self.hold)):
+        for first, second in pairwise((self.choose, self.cancel, self.arm, self.hold)):
             self.setTabOrder(first, second)
 
     @property
@@ -315,13 +311,13 @@ class RitualWidget(QFrame):
 
     # The gestures
 
-    def _choose(self, *, is_rehearsal: bool) -> None:
+    def _choose(self) -> None:
         if not is_in_sight(self):
             bring_into_sight(self)
             if is_in_sight(self):
                 return  # it moved under the pointer; where there is no room for all of it, the watch says so
         self._conversation = self._ports.module.number
-        self.ritual.choose(self._conversation, is_rehearsal=is_rehearsal)
+        self.ritual.choose(self._conversation)
         self._focus_cancel()
         self._job.dismiss()
         self._disarmed = None
@@ -359,7 +355,7 @@ class RitualWidget(QFrame):
             return
         module, ritual = self._ports.module, self.ritual
         controls = [button for button in (self.cancel, self.arm, self.hold) if not button.isHidden()]
-        if module.number != self._conversation or not (module.is_going or self._conversation == 0):
+        if module.number != self._conversation or not module.is_going:
             self.disarm(Input.INTERRUPTED)
         elif ritual.stage is Stage.HOLDING and not self.hold.hasFocus():
             self.disarm(Input.FOCUS_LOST)
@@ -367,7 +363,7 @@ class RitualWidget(QFrame):
             self.disarm(Input.OUT_OF_SIGHT)
         elif ritual.is_armed and self._services.armed.act is None:
             self.disarm(Input.FAILED)  # disarmed by an error in another thread
-        elif ritual.is_armed and not ritual.is_rehearsal and open_conditions(self._services, Act.DEPLOY):
+        elif ritual.is_armed and open_conditions(self._services, Act.DEPLOY):
             self.disarm(Input.CONDITION_OPENED)
 
     def _on_another_module(self, _module: ShownModule) -> None:
@@ -389,11 +385,7 @@ class RitualWidget(QFrame):
             self.disarm(Input.FAILED)
             raise
         module, job = self._ports.module, self._job
-        if permit is not None and permit.is_rehearsal:
-            self.ritual.disarm(Input.FINISHED)
-            done = rehearse(Act.DEPLOY)
-            job.notify(outcome_meaning(done), done.sentence)
-        elif permit is not None:
+        if permit is not None:
             performing = perform(Act.DEPLOY, module.journal, permit=permit, armed=self._services.armed)
             job.run(performing, partial(self._end, job, module))
         self._on_stage()
@@ -427,18 +419,11 @@ class RitualWidget(QFrame):
             (self.hold, ritual.is_armed),
             (self.arm, stage is Stage.CHOSEN),
             (self.choose, not is_under_way),
-            (self.rehearse, not is_under_way),
             (self.countdown, ritual.is_armed),
         ):
             widget.setVisible(is_shown)  # also what was never shown: it would appear with its parent
         self.countdown.setValue(round(ritual.armed_left_s(now) * 1000))
         self.hold.show_share(ritual.held_s(now) / HOLD_S)
-        self.hold.setText(tr("Hold to rehearse") if ritual.is_rehearsal else tr("Hold to DEPLOY"))
-        # A rehearsal has its own frame and title.
-        is_rehearsal = is_under_way and ritual.is_rehearsal
-        set_role(self, "rehearsal" if is_rehearsal else "danger-corner")
-        set_role(self.hold, "" if is_rehearsal else "danger")
-        set_role(self.arm, "" if is_rehearsal else "danger")
         due = {Stage.CHOSEN: 1, Stage.ARMED: 2, Stage.HOLDING: 2}.get(stage, 0)
         for number, mark in enumerate(self.marks):
             is_now = number == due and is_under_way
@@ -446,7 +431,7 @@ class RitualWidget(QFrame):
             spoken = ", ".join(filter(None, (mark.text(), state)))
             if mark.accessibleName() != spoken:
                 mark.setAccessibleName(spoken)
-            set_role(mark, ("strong" if is_rehearsal else "danger") if is_now else "caption")
+            set_role(mark, "danger" if is_now else "caption")
         text = ""
         if ritual.is_armed:
             text = tr("ARMED: {seconds:.0f} s.", seconds=ritual.armed_left_s(now))
@@ -457,8 +442,7 @@ class RitualWidget(QFrame):
 
     def refresh(self) -> None:
         port, name = self._ports.current, self._ports.module.name
-        is_rehearsal = self.is_under_way and self.ritual.is_rehearsal
-        title = tr("REHEARSAL") if is_rehearsal else tr(TITLES[Act.DEPLOY])
+        title = tr(TITLES[Act.DEPLOY])
         if port.target is not None and port.is_open:
             device = port.target.device.removeprefix("/dev/").partition("?")[0]
             named_so = tr("{act}: {module} on {port}", act=title, module=name, port=device)
@@ -466,12 +450,10 @@ class RitualWidget(QFrame):
         self._title.setText(title)
         open_ones = open_conditions(self._services, Act.DEPLOY)
         self.conditions.setText(join_sentences(refusal.sentence for refusal in open_ones))
-        self._effect.setText(tr("Nothing is sent.") if is_rehearsal else tr(EFFECTS[Act.DEPLOY]))
-        self._reasons.setCurrentWidget(self.conditions if open_ones and not is_rehearsal else self._effect)
+        self._reasons.setCurrentWidget(self.conditions if open_ones else self._effect)
         is_free = not self.is_under_way and not self._job.is_running
         self.choose.setEnabled(is_free and not is_blocked(open_ones))
-        self.rehearse.setEnabled(is_free)
-        self.arm.setEnabled(self.ritual.stage is Stage.CHOSEN and (self.ritual.is_rehearsal or not open_ones))
+        self.arm.setEnabled(self.ritual.stage is Stage.CHOSEN and not open_ones)
         notice = self._job.notice(ASKING, can_cancel=False) or self._disarmed
         self.notice_bar.show_notice(notice)
         self._head.setCurrentWidget(self._words if notice is None else self.notice_bar)

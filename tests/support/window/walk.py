@@ -155,12 +155,15 @@ class Walk(Rig):
         yield self._stop("commands, asked")
         confirm.cancel.click()
         bring_into_sight(self.find(QWidget, "ritual"))
-        self.press("ritual_rehearse")
+        self.bench.module.activate(is_active=True)
+        self.until(self.find(QWidget, "ritual_choose").isEnabled)
+        self.press("ritual_choose")
         yield self._stop("commands, ritual chosen")
         self.press("ritual_arm")
         yield self._stop("commands, ritual armed")
         self.press("ritual_cancel")
         yield self._stop("commands, ritual ended")
+        self.bench.module.activate(is_active=False)
 
     def _on_logs(self) -> Iterator[Stop]:
         page = self.find(LogsPage)
