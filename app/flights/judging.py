@@ -380,9 +380,6 @@ def fire_map(
 
 # The proposal
 
-# Margins count up to these; among equal proposals the one nearest to the vendor's defaults is chosen.
-FULL_MARGIN_DEG: Final = 10
-FULL_MARGIN_S: Final = 0.3
 # The bounds of a proposal are this program's. The vendor's table says less: 55° and up, below 0.7 g, and the defaults.
 LEAST: Final = TriggerLimits(55, 0.3, SHORT_FALL_S)
 MOST: Final = TriggerLimits(80, 0.6, 2.0)
@@ -395,8 +392,9 @@ _TILTS, _ACCELERATIONS, _TIMES = np.ix_(
         )
     )
 )
-_FULL_TILT: Final = FULL_MARGIN_DEG * DEGREE.per_unit
-_FULL_TIME: Final = round(FULL_MARGIN_S * CENTISECOND.per_unit)
+# Margins count up to 10° and 0.3 s; among equal proposals the one nearest to the vendor's defaults is chosen.
+_FULL_TILT: Final = steps_of(10, DEGREE.per_unit)
+_FULL_TIME: Final = steps_of(0.3, CENTISECOND.per_unit)
 
 
 class FlightMargin(NamedTuple):
