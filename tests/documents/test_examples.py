@@ -25,6 +25,7 @@ PROFILE = 'format = 1\nname = "Survey"\n[settings]\nattitude_threshold_deg = 65\
 TIMES = np.arange(0, 20, 0.1)
 
 
+@pytest.mark.usefixtures("qapp")  # what is printed otherwise makes an application of its own
 def test_every_command_of_the_readme_does_what_it_says(tmp_path: Path) -> None:
     """One after the other, as some use what one before has left; the simulated module's check is NO-GO, code 1."""
     text = (ROOT / "README.md").read_text(encoding="utf-8")
@@ -92,6 +93,7 @@ def test_the_example_of_the_protocol_prints_what_the_page_says() -> None:
     assert is_right, done.stdout + done.stderr
 
 
+@pytest.mark.usefixtures("qapp")
 def test_a_production_line_names_what_it_checked(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """A person moves the plug when told to."""
     monkeypatch.chdir(tmp_path)

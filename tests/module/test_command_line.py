@@ -144,6 +144,7 @@ def test_what_30_or_31_contradicts_is_null_and_both_are_named(code: int, key: st
 
 
 @pytest.mark.promise("f")
+@pytest.mark.usefixtures("qapp")  # the report is printed, which otherwise makes an application of its own
 def test_from_power_on_to_the_verified_record(tmp_path: Path) -> None:
     cli, report = VirtualCli(), tmp_path / "M-07.pdf"
     module = cli.module

@@ -125,7 +125,8 @@ class VirtualCli:
         steady = clock.steady_time
         with ExitStack() as stack:
             for module in list(sys.modules.values()):
-                if getattr(module, "steady_time", None) is steady:
+                # Not where it is defined: what is imported in here would keep this clock.
+                if module is not clock and getattr(module, "steady_time", None) is steady:
                     stack.enter_context(patch.object(module, "steady_time", self.clock))
             for what in (
                 patch.object(OpenPort, "wait", wait),
