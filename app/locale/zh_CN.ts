@@ -160,6 +160,10 @@
         <translation>激活/锁定</translation>
     </message>
     <message>
+        <source>Activated by</source>
+        <translation>由谁激活</translation>
+    </message>
+    <message>
         <source>Activation</source>
         <translation>激活状态</translation>
     </message>
@@ -198,6 +202,10 @@
     <message>
         <source>Aircraft</source>
         <translation>飞行器</translation>
+    </message>
+    <message>
+        <source>Airframe</source>
+        <translation>机型</translation>
     </message>
     <message>
         <source>All</source>
@@ -1344,6 +1352,10 @@
         <translation>要求</translation>
     </message>
     <message>
+        <source>Limits</source>
+        <translation>限值</translation>
+    </message>
+    <message>
         <source>Limits of this program: {least_tilt}° to {most_tilt}°, {least_force} g to {most_force} g, {least_fall:.2f} s to {most_fall:.2f} s.</source>
         <translation>本程序的范围：{least_tilt}° 至 {most_tilt}°、{least_force} g 至 {most_force} g、{least_fall:.2f} s 至 {most_fall:.2f} s。</translation>
     </message>
@@ -1622,6 +1634,10 @@
     <message>
         <source>New folder…</source>
         <translation>新建文件夹…</translation>
+    </message>
+    <message>
+        <source>New profile…</source>
+        <translation>新建配置文件…</translation>
     </message>
     <message>
         <source>New records are started.</source>
@@ -2030,6 +2046,10 @@
     <message>
         <source>Over {seconds:.2f} s: active, it would have fired.</source>
         <translation>超过 {seconds:.2f} s：激活时会开伞。</translation>
+    </message>
+    <message>
+        <source>Overdue service is NO-GO</source>
+        <translation>维护逾期即禁止飞行</translation>
     </message>
     <message>
         <source>PLUG IN: {module}</source>
@@ -3250,6 +3270,10 @@
         <translation>已拔出</translation>
     </message>
     <message>
+        <source>Unsaved edits.</source>
+        <translation>有未保存的修改。</translation>
+    </message>
+    <message>
         <source>Use a device name, socket://HOST:PORT or rfc2217://HOST:PORT; dps-s FILE opens a file.</source>
         <translation>请使用设备名、socket://HOST:PORT 或 rfc2217://HOST:PORT；打开文件请用 dps-s FILE。</translation>
     </message>
@@ -3456,6 +3480,10 @@
     <message>
         <source>a number is needed</source>
         <translation>需要一个数</translation>
+    </message>
+    <message>
+        <source>a person</source>
+        <translation>人员</translation>
     </message>
     <message>
         <source>acknowledged</source>
@@ -3668,6 +3696,10 @@
     <message>
         <source>damaged, or encrypted</source>
         <translation>已损坏或已加密</translation>
+    </message>
+    <message>
+        <source>days</source>
+        <translation>天</translation>
     </message>
     <message>
         <source>device or socket://host:port</source>
@@ -4308,6 +4340,10 @@
     <message>
         <source>streamed</source>
         <translation>主动输出</translation>
+    </message>
+    <message>
+        <source>the aircraft</source>
+        <translation>飞行器</translation>
     </message>
     <message>
         <source>the aircraft activates it</source>

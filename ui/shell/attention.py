@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Final
 
 from PySide6.QtCore import QObject, Qt, Signal
 from PySide6.QtGui import QGuiApplication
+from PySide6.QtWidgets import QWidget
 
 from app import version
 from app.diagnosis.causes import STEP_WORDS, NextStep
@@ -327,6 +328,9 @@ class Attention(QObject):
         if is_closing or is_other:
             count += sum(one.interruptions.count_drafts() for one in leaving.ports)
         parts = [tr("Settings not written: {count}.", count=count)] if count else []
+        editor = self._window.findChild(QWidget, "profile_editor")
+        if is_closing and editor is not None and editor.isWindowModified():
+            parts.append(labelled(tr("Profile"), tr("Unsaved edits.")))
         # A module that is or may be ready to fire, and can still be locked. One that was lost can be locked no more,
         # but the program that could lock it when it is back is not closed without a word.
         is_risky = not leaving.is_opened_again and any(

@@ -1,4 +1,4 @@
-"""Pre-flight page: the checks with their verdict and one main button; the guided tests; the past checks.
+"""Pre-flight page: the checks with their verdict and one main button; the guided tests; the past checks; the profile.
 
 The verdict is watched as long as the program runs; what voids it is announced at once, also while the page is hidden.
 """
@@ -33,6 +33,7 @@ from ui.files.report_printer import print_pages
 from ui.pages.preflight.checks import CheckList
 from ui.pages.preflight.guided import GuidedPanel
 from ui.pages.preflight.past_checks import PastChecks
+from ui.pages.preflight.profile_editor import ProfileEditor
 from ui.pages.preflight.verdict import SPOKEN, VerdictBanner, Work, announcement, work_on
 from ui.services.context import Services
 from ui.services.page import Page, WaysBack
@@ -55,9 +56,10 @@ VIEWS: Final = ("checks", "guided", "past")
 
 
 class PreflightForm(QWidget):
-    """Person, module, aircraft, profile. `changed`: an entry changed."""
+    """Person, module, aircraft, profile. `changed`: an entry. `edit_wanted`: of the profile, or of a new one."""
 
     changed = Signal()
+    edit_wanted = Signal()
 
     def __init__(self, services: Services, result: PageJob) -> None:
         super().__init__()
@@ -156,9 +158,7 @@ class PreflightForm(QWidget):
         add_recent(self.menu, "preflight_profile", self._services.preferences.recent_profiles, self.use_profile)
         self.menu.addSeparator()
         add("open", tr("Open profile…"), self.choose_file)
-        path = self.path
-        if path is not None:  # in the system's editor of texts; what was saved is read at the next check
-            add("edit", tr("Edit profile…"), lambda: self._result.open_file(path))
+        add("edit", tr("New profile…") if self.profile is None else tr("Edit profile…"), self.edit_wanted.emit)
 
 
 class PreflightPage(Page):
@@ -179,6 +179,7 @@ class PreflightPage(Page):
         self.list = CheckList(services)
         self.guided = GuidedPanel(services, self._committed_person)
         self.past = PastChecks(services)
+        self.editor: ProfileEditor | None = None  # while a profile is edited, in place of everything else
         self.strip = named(NoticeBar(), "preflight_notice")
         self.run = named(QPushButton(tr("Start")), "preflight_run")
         # Cancel disappears when the check ends: a press that comes too late must not enable anything.
@@ -210,12 +211,15 @@ class PreflightPage(Page):
         return VIEWS[self.tabs.currentIndex()]
 
     def show_view(self, view: str) -> None:
+        if self.editor is not None:
+            self.editor.close_editor()  # which asks where edits would be lost
         self.tabs.setCurrentIndex(VIEWS.index(view))
 
     def _on_view(self, row: int) -> None:
         for number, part in enumerate(self._parts):  # no stack: that would be as high as the highest of them
-            part.setVisible(number == row)
-        self.form.setVisible(self.view != "past")
+            part.setVisible(number == row and self.editor is None)
+        self.form.setVisible(self.view != "past" and self.editor is None)
+        self.header.setVisible(self.editor is None)
         if self.view == "past":
             self.past.open()
         self._refresh_if_seen()
@@ -288,6 +292,24 @@ class PreflightPage(Page):
         """To the page that has the control for it; nothing is sent."""
         self.page_wanted.emit(page)
         then()
+
+    def edit_profile(self) -> None:
+        if self.editor is None and self.form.read_again():
+            self.editor = ProfileEditor(self.form.profile, self.form.path, self._services.preferences.profile_folder)
+            self.editor.closed.connect(self._on_edited)
+            self._column.addWidget(self.editor, 1)
+            self._on_view(self.tabs.currentIndex())
+            self.editor.name.setFocus()
+
+    def _on_edited(self, saved: Path | None) -> None:
+        self.setFocus()  # else Qt gives it to whichever button comes next
+        editor, self.editor = self.editor, None
+        if editor is not None:
+            editor.setParent(None)
+            editor.deleteLater()
+        self._on_view(self.tabs.currentIndex())
+        if saved is not None:
+            self.form.use_profile(saved)
 
     def approve(self) -> None:
         """Keep the code of the checked settings as the approved one in the profile, and check again."""
@@ -446,7 +468,7 @@ class PreflightPage(Page):
     def ways_back(self) -> WaysBack:
         return (
             (self.guided.work.is_running, self.guided.work.cancel),
-            (self.view != "checks", lambda: self.show_view("checks")),
+            (self.editor is not None or self.view != "checks", lambda: self.show_view("checks")),
             (self.work.standing is Standing.CHECKING, self._cancel),
             (self.strip.notice, self.result.dismiss),
         )
@@ -462,6 +484,7 @@ class PreflightPage(Page):
         self.list.mend_wanted.connect(lambda remedy: remedy.act(self))
         self.list.ticked.connect(self._enter)
         self.form.changed.connect(self._on_form)
+        self.form.edit_wanted.connect(self.edit_profile)
         self.past.export_wanted.connect(self._export_stored)
         self.result.changed.connect(lambda: self.strip.show_notice(self.result.result_notice()))
         Shortcut(self.run, "Ctrl+Return", self.press_main, holder=self._checks)
@@ -473,7 +496,7 @@ class PreflightPage(Page):
         self.tabs.setAccessibleName(tr("Pre-flight"))
         for title in (tr("Checks"), tr("Guided tests"), tr("Past checks")):
             self.tabs.addTab(title)
-        header = self.make_header(tr("Pre-flight"), self.tabs)
+        header = self.header = self.make_header(tr("Pre-flight"), self.tabs)
         # Large tabs have no room beside it, and below it would take a line.
         header.title.setHidden(is_text_large())
         self._of_report = (
@@ -498,5 +521,5 @@ class PreflightPage(Page):
         else:
             head.addWidget(self.form)
             checks.insertLayout(0, in_row(self.banner, margins=edges))
-        in_column(head, *((part, 1) for part in self._parts), of=self, spacing=0, margins=0)
+        self._column = in_column(head, *((part, 1) for part in self._parts), of=self, spacing=0, margins=0)
         self._on_view(0)

@@ -1,0 +1,171 @@
+"""The panel that edits a profile: limits, guided tests, manual checks. Its settings are edited on the Settings page."""
+
+from contextlib import suppress
+from pathlib import Path
+from typing import Final
+
+from PySide6.QtCore import Signal
+from PySide6.QtWidgets import QCheckBox, QComboBox, QFormLayout, QLabel, QLineEdit, QPushButton, QWidget
+
+from app.guided.results import TITLES, GuidedKind
+from app.preflight.checks import CHECKS
+from app.settings import profiles
+from app.settings.profiles import LIMITS, ActivatedBy, ManualLine, Profile, ProfileRefused
+from app.text.i18n import tr
+from app.text.messages import in_brackets, labelled, not_written
+from ui.files.file_dialogs import AskPath, ask_path
+from ui.style.theme import Meaning, Space, scaled
+from ui.widgets.controls import Shortcut, in_column, in_row, named, scroll_area, set_role
+from ui.widgets.notice_bar import Choice, Notice, NoticeBar
+from ui.widgets.number_line import NumberKind, NumberLine, WheelGuard
+
+_RANGE_PX: Final = 84  # so that all fields end at one edge
+
+
+class ProfileEditor(QWidget):
+    """Made anew for each profile, or a new one. `closed`: with the path it was saved to, or None."""
+
+    closed = Signal(object)
+
+    def __init__(self, profile: Profile | None, path: Path | None, folder: Path) -> None:
+        super().__init__()
+        self.setObjectName("profile_editor")
+        self.ask_save: AskPath = ask_path
+        self._path, self._folder = path, folder
+        one = self._original = profile or profiles.NO_PROFILE
+        content = named(QWidget(), "profile_editor_content")
+        self._form = QFormLayout(content)
+        self._form.setFieldGrowthPolicy(QFormLayout.FieldGrowthPolicy.AllNonFixedFieldsGrow)
+        self._form.setRowWrapPolicy(QFormLayout.RowWrapPolicy.WrapLongRows)
+        self.name, self.airframe = QLineEdit(one.name), QLineEdit(one.airframe)
+        self.activated_by = QComboBox()
+        self.activated_by.addItems([tr("a person"), tr("the aircraft")])  # in the order of `ActivatedBy`
+        self.activated_by.setCurrentIndex(list(ActivatedBy).index(one.activated_by))
+        WheelGuard(self.activated_by)
+        for key, title, field in (
+            ("name", tr("Name"), self.name),
+            ("airframe", tr("Airframe"), self.airframe),
+            ("activated_by", tr("Activated by"), self.activated_by),
+        ):
+            named(field, f"profile_{key}").setAccessibleName(title)
+            self._form.addRow(title, field)
+        self.service = named(QCheckBox(tr("Overdue service is NO-GO")), "profile_service")
+        self.service.setChecked(one.is_service_required)
+        self._form.addRow(self.service)
+        self._ranges: dict[NumberLine, QLabel] = {}
+        self._form.addRow(named(QLabel(tr("Limits")), "profile_caption", "caption"))
+        self.limits: dict[str, NumberLine] = {}
+        titles = {check.id: tr(check.title) for check in CHECKS}
+        for name, limit in LIMITS.items():
+            # In steps so fine that what a file says is kept as it is.
+            kind = NumberKind.of(limit.low, limit.high, 1e-9, limit.shown.partition("}")[2].strip(), 2)
+            title = f"{titles[limit.check]} {'≤' if limit.is_maximum else '≥'}"
+            line = self.limits[name] = self._add_number(f"profile_limit_{name}", title, kind)
+            line.setPlaceholderText(limit.shown.format(limit.usual))  # what holds while it is empty
+            line.show_text(f"{one.limits[name]:.10g}" if name in one.limits else "")
+        self._form.addRow(named(QLabel(tr("Guided tests")), "profile_caption", "caption"))
+        days = NumberKind.of(1, profiles.MAX_TEST_DAYS, 1, tr("days"), 0)
+        self.tests: dict[GuidedKind, NumberLine] = {}
+        for test, title in TITLES.items():
+            line = self.tests[test] = self._add_number(f"profile_test_{test.value}", f"{tr(title)} ≤", days)
+            line.show_number(one.tests_within_days.get(test))
+        self._form.addRow(named(QLabel(tr("Manual checks")), "profile_manual_caption", "caption"))
+        self.manual: list[tuple[QLineEdit, QCheckBox]] = []
+        for item in one.manual:
+            self._add_manual(item)
+        self.strip = named(NoticeBar(), "profile_editor_notice")
+        self.cancel = named(QPushButton(tr("Cancel")), "profile_cancel")
+        self.save_as = named(QPushButton(tr("Save as…")), "profile_save_as")
+        self.save = named(QPushButton(tr("Save")), "profile_save", "primary")
+        for edited in (
+            *(self.name.textEdited, self.airframe.textEdited, self.activated_by.activated, self.service.toggled),
+            *(line.edited for line in self._ranges),
+        ):
+            edited.connect(self.refresh)
+        self.cancel.clicked.connect(self.close_editor)
+        self.save_as.clicked.connect(self._choose_and_save)
+        self.save.clicked.connect(lambda: self._choose_and_save() if path is None else self._save_to(path))
+        Shortcut(self.save, "Ctrl+S")
+        heading = in_row(named(QLabel(tr("Profile")), "profile_title", "title"), margins=(Space.M, 0))
+        scroll = scroll_area(content, "profile_editor_scroll", tr("Profile"), is_vertical=True)
+        foot = in_row(1, self.cancel, self.save_as, self.save, spacing=Space.S, margins=(Space.M, Space.XS))
+        in_column(heading, (scroll, 1), self.strip, foot, of=self, spacing=0, margins=0)
+        self._unedited = self.profile
+        self.refresh()
+
+    def _add_number(self, name: str, title: str, kind: NumberKind) -> NumberLine:
+        line = named(NumberLine(kind, start=float(kind.low), may_be_empty=True), name)
+        text = tr("{low} to {high}", low=f"{float(kind.low):g}", high=f"{float(kind.high):g}")
+        self._ranges[line] = named(QLabel(text), f"{name}_range")
+        self._ranges[line].setMinimumWidth(scaled(_RANGE_PX))
+        line.setAccessibleName(title + in_brackets(kind.unit) if kind.unit else title)
+        line.setAccessibleDescription(text)
+        self._form.addRow(line.accessibleName(), in_row((line, 1), self._ranges[line], spacing=Space.S))
+        return line
+
+    def _add_manual(self, item: ManualLine) -> None:
+        number = len(self.manual) + 1
+        text = named(QLineEdit(item.text), f"profile_manual_{number}_text")
+        text.setAccessibleName(f"{tr('Manual checks')} {number}")
+        required = named(QCheckBox(tr("Required")), f"profile_manual_{number}_required")
+        required.setChecked(item.is_required)
+        text.textEdited.connect(self.refresh)
+        required.toggled.connect(self.refresh)
+        self._form.addRow(in_row((text, 1), required, spacing=Space.S))
+        if self.manual:  # else Tab would reach it after the buttons
+            self.setTabOrder(self.manual[-1][1], text)
+            self.setTabOrder(text, required)
+        self.manual.append((text, required))
+
+    @property
+    def profile(self) -> Profile:
+        lines = (ManualLine(text.text().strip(), required.isChecked()) for text, required in self.manual)
+        return self._original._replace(
+            name=self.name.text().strip(),
+            airframe=self.airframe.text().strip(),
+            activated_by=list(ActivatedBy)[self.activated_by.currentIndex()],
+            is_service_required=self.service.isChecked(),
+            limits={name: line.number for name, line in self.limits.items() if line.number is not None},
+            tests_within_days={test: int(line.number) for test, line in self.tests.items() if line.number is not None},
+            manual=tuple(line for line in lines if line.text),
+        )
+
+    @property
+    def is_edited(self) -> bool:
+        return self.profile != self._unedited or any(line.is_wrong for line in self._ranges)
+
+    def refresh(self) -> None:
+        if len(self.manual) < profiles.MAX_ITEMS and (not self.manual or self.manual[-1][0].text().strip()):
+            self._add_manual(ManualLine(""))  # one more is typed there
+        for line, span in self._ranges.items():
+            set_role(span, "danger" if line.is_wrong else "muted")
+        # Said also where the field is out of sight.
+        wrong = [labelled(one.accessibleName(), span.text()) for one, span in self._ranges.items() if one.is_wrong]
+        self.strip.show_notice(Notice(Meaning.ATTENTION, wrong[0]) if wrong else None)
+        self.setWindowModified(self.is_edited)  # closing the window asks, too
+        self.save.setEnabled(not wrong and (self.is_edited or self._path is None))
+        self.save_as.setEnabled(not wrong)
+
+    def close_editor(self) -> None:
+        keep = Choice("keep", tr("Cancel"), self.refresh)
+        discard = Choice("discard", tr("Discard edits"), lambda: self.closed.emit(None), is_step=True)
+        if self.is_edited:
+            self.strip.show_notice(Notice(Meaning.ATTENTION, tr("Unsaved edits."), (keep, discard)))
+        else:
+            self.closed.emit(None)
+
+    def _choose_and_save(self) -> None:
+        suggested = self._path or self._folder / "profile.toml"
+        self.ask_save(self, tr("Save as profile…"), suggested, "*.toml", self._save_to)
+
+    def _save_to(self, path: Path) -> None:
+        if self._path is not None:
+            with suppress(ProfileRefused):  # another page may have written its settings meanwhile
+                self._original = profiles.read_profile(self._path)
+        profile = self.profile
+        try:
+            profiles.save_profile(path, profile._replace(name=profile.name or path.stem), source=self._path)
+        except (ProfileRefused, OSError, ValueError) as error:
+            self.strip.show_notice(Notice(Meaning.DANGER, not_written(path, error), dismiss=self.refresh))
+        else:
+            self.closed.emit(path)
