@@ -15,10 +15,9 @@ import socket
 from collections import deque
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager, suppress
-from enum import Enum
 from ipaddress import ip_address
 from selectors import EVENT_READ, DefaultSelector
-from typing import Any
+from typing import Any, Literal
 
 from app.engine.conversation import ConversationView, reason_message
 from app.engine.procedure import SHARED, Ask, Job, Procedure
@@ -56,19 +55,8 @@ MOST_NOISE = 512
 MOST_UNREAD = 65_536
 
 
-class Event(Enum):
-    """What happened; a reader's address and what there is to say of it go with it."""
-
-    JOINED = "joined"
-    LEFT = "left"
-    DROPPED = "dropped"
-    REFUSED = "refused"
-    LOCK = "lock"  # a reader's LOCK is being sent
-    LOCKED = "locked"
-    NOT_LOCKED = "not_locked"
-    ENDED = "ended"  # the conversation with the module
-
-
+# What happened: "lock" where a reader's LOCK is being sent, "ended" the conversation with the module.
+Event = Literal["joined", "left", "dropped", "refused", "lock", "locked", "not_locked", "ended"]
 # Given what happened, a reader's address or "", and a sentence or "".
 Tell = Callable[[Event, str, str], None]
 
@@ -189,7 +177,7 @@ class Sharing:
             if isinstance(event, Ended) and event.reason not in (EndReason.CLOSED, EndReason.PORT_LOST):
                 self._quiet_until = steady_time() + QUIET_S
                 self._askers.clear()
-                self._tell(Event.ENDED, "", reason_message(event.reason, event.contradiction).translated())
+                self._tell("ended", "", reason_message(event.reason, event.contradiction).translated())
             elif isinstance(event, Received) and event.role in (Role.STREAMED, Role.UNSOLICITED, Role.DUPLICATE):
                 is_quiet = steady_time() < self._quiet_until
                 is_restart = isinstance(event.message, Heartbeat)  # told at once, also while it is quiet
@@ -218,7 +206,7 @@ class Sharing:
             reader = Reader(client, f"{address[0]}:{address[1]}")
             self.readers.append(reader)
             self._selector.register(client, EVENT_READ, reader)
-            self._tell(Event.JOINED, reader.name, "")
+            self._tell("joined", reader.name, "")
             if len(self.readers) > MOST_READERS:
                 self._drop(reader, tr("Dropped: too many readers."))
 
@@ -228,13 +216,13 @@ class Sharing:
                 if request == LOCK:
                     if reader not in self._lockers:
                         self._lockers.append(reader)
-                        self._tell(Event.LOCK, reader.name, "LOCK")
+                        self._tell("lock", reader.name, "LOCK")
                     self._lock(self._on_locked)
                 elif not request.command.can_be_asked or request.is_set:
                     if request.command.code not in reader.refused:
                         reader.refused.add(request.command.code)
                         why = labelled(request.encode().hex(" ").upper(), tr(SHARED))
-                        self._tell(Event.REFUSED, reader.name, why)
+                        self._tell("refused", reader.name, why)
                 elif request not in reader.questions and not (reader in self._askers and request == self._question):
                     reader.questions.append(request)
 
@@ -254,7 +242,7 @@ class Sharing:
             self.readers.remove(reader)
             self._selector.unregister(reader.client)
             reader.client.close()
-            self._tell(Event.DROPPED if why else Event.LEFT, reader.name, why)
+            self._tell("dropped" if why else "left", reader.name, why)
 
     def _send(self, readers: Sequence[Reader], data: bytes) -> None:
         for reader in tuple(readers):
@@ -287,7 +275,7 @@ class Sharing:
 
     def _on_locked(self, done: Locked) -> None:
         names = join_names(reader.name for reader in self._lockers)
-        self._tell(Event.LOCKED if done.is_locked else Event.NOT_LOCKED, names, done.sentence)
+        self._tell("locked" if done.is_locked else "not_locked", names, done.sentence)
         if done.is_acknowledged:
             self._send(self._lockers, encode_reply(LOCK.command.code, LOCK.data))
         self._lockers = []

@@ -53,7 +53,7 @@ def run(args: argparse.Namespace) -> int:
         if sentence:
             console.notify(labelled(reader, sentence) if reader else sentence)
         if args.json:
-            console.emit(args, ServeJson(event.value, reader), [])
+            console.emit(args, ServeJson(event, reader), [])
 
     with listener, records_of(args.port) as records, connected(args.port, args.baud) as opened:
         address = address_of(listener)

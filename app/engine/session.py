@@ -331,27 +331,24 @@ class Session:
                 case Ended():
                     self._on_ended(event, now)
                 case Sent():
-                    self._on_sent(event)
+                    request, job = event.request, self._asking
+                    ask = None if job is None else job.pending_ask
+                    if job is not None and ask is not None and ask.request == request:
+                        self._has_left = True
+                        if request == ACTIVATION.set(True):
+                            job.activated_at = event.at
+                        if request == LOCK and ask.repeat is not None and event.attempt == 1:
+                            ask.repeat.note_sent(event.at)
+                    if request == LOCK:
+                        self._lock_sent_at = event.at
+                    if request.command is BAUD_RATE:
+                        self._is_rate_in_doubt = True
                 case Answered() | Unanswered() | OutcomeUnknown():
                     job, self._asking = self._asking, None
                     if job is not None:
                         job.resume(event, now)
                 case Rejected():
                     self._noise = (self._noise + event.noise.raw)[-MAX_NOISE_BYTES:]
-
-    def _on_sent(self, sent: Sent) -> None:
-        job, request = self._asking, sent.request
-        ask = None if job is None else job.pending_ask
-        if job is not None and ask is not None and ask.request == request:
-            self._has_left = True
-            if request == ACTIVATION.set(True):
-                job.activated_at = sent.at
-            if request == LOCK and ask.repeat is not None and sent.attempt == 1:
-                ask.repeat.note_sent(sent.at)
-        if request == LOCK:
-            self._lock_sent_at = sent.at
-        if request.command is BAUD_RATE:
-            self._is_rate_in_doubt = True
 
     def _on_began(self, began: Began, now: float) -> None:
         self.conversations += 1

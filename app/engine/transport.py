@@ -203,25 +203,22 @@ class SerialLine:
     def write(self, data: bytes) -> None:
         """Hand all of `data` to the driver; raises `PortError` LOST, or STUCK after 0.3 s."""
         try:
-            if self._interrupts is not None or (sys.platform != "win32" and is_socket(self.port)):
-                self._write_in_time(data)
-            else:
+            if self._interrupts is None and (sys.platform == "win32" or not is_socket(self.port)):
                 self._serial.write(data)
+                return
+            # pyserial also calls a time-out what the driver took, where this thread was kept waiting after it.
+            port, ends_at = self._serial.fileno(), time.monotonic() + WRITE_LIMIT_S
+            while data:
+                _, ready, _ = select.select([], [port], [], max(0.0, ends_at - time.monotonic()))
+                if not ready:
+                    raise serial.SerialTimeoutException("Write timeout")
+                with suppress(BlockingIOError):
+                    data = data[os.write(port, data) :]
         except serial.SerialTimeoutException as error:
             self._is_stuck = True
             raise PortError(PortTrouble.STUCK, self.port, str(error)) from error
         except _DRIVER_ERRORS as error:
             raise PortError(PortTrouble.LOST, self.port, str(error)) from error
-
-    def _write_in_time(self, data: bytes) -> None:
-        """pyserial also calls a time-out what the driver took, where this thread was kept waiting after it."""
-        port, ends_at = self._serial.fileno(), time.monotonic() + WRITE_LIMIT_S
-        while data:
-            _, ready, _ = select.select([], [port], [], max(0.0, ends_at - time.monotonic()))
-            if not ready:
-                raise serial.SerialTimeoutException("Write timeout")
-            with suppress(BlockingIOError):
-                data = data[os.write(port, data) :]
 
     def use_rate(self, baud_rate: int) -> None:
         """Continue at another rate, with empty buffers; raises `PortError` LOST."""

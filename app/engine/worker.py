@@ -247,12 +247,18 @@ class Worker:
     # What is handed over
 
     def _collect(self) -> None:
-        """Take what happened on the port, and the jobs that ended."""
+        """Take what happened on the port, and the jobs that ended. The batch goes at once where more than the numbers
+        of the last report may have changed."""
         session = self._session
         if session is not None:
             for event in session.take_events():
                 self._events.append(event)
-                self._note(event)
+                match event:
+                    case Began() | Ended() | OutcomeUnknown() | Answered(messages=(Acknowledgement(),)):
+                        self._is_urgent = True
+                    case Sent(request=request) if request == LOCK:
+                        self._owed_lock = None
+                        self._is_urgent = True
             for sample in session.take_samples():
                 self._samples.append(sample)
                 if (sample.triggered, sample.active) != self._reported:
@@ -267,15 +273,6 @@ class Worker:
             self._jobs.remove(job)
             self._finished.append(job)
             self._is_urgent = True
-
-    def _note(self, event: Event) -> None:
-        """A batch goes at once where more than the numbers of the last report may have changed."""
-        match event:
-            case Began() | Ended() | OutcomeUnknown() | Answered(messages=(Acknowledgement(),)):
-                self._is_urgent = True
-            case Sent(request=request) if request == LOCK:
-                self._owed_lock = None
-                self._is_urgent = True
 
     def _publish(self) -> None:
         now = self._clock()

@@ -8,7 +8,6 @@ the rate, and nothing is asked here.
 
 import logging
 import re
-from collections.abc import Sequence
 from enum import Enum
 from typing import NamedTuple
 
@@ -81,48 +80,32 @@ def _is_of_flight_controller(noise: bytes) -> bool:
 
 
 class RateSearch(NamedTuple):
-    """`baud_rate`: None if nothing answered. `tried`: all rates, in order."""
+    """`baud_rate`: None if nothing answered."""
 
     baud_rate: int | None
     tried: tuple[int, ...]
 
 
-def find_rate(first: int | None = None) -> Procedure[RateSearch]:
-    """Try `first`, then all rates from the fastest down. The port stays at the first that answers, else at the old one.
-    Behind a plain socket, whose rate is set at its other end, only that one is tried."""
+def find_rate(first: int | None = None, old: int | None = None) -> Procedure[RateSearch]:
+    """Try `first`, then all rates from the fastest down. The port stays at the first that answers, else at the one it
+    has. `old`: the module was told to change from this one to `first`."""
     view: EngineView = yield Inspect()
-    rates = [view.baud_rate]
-    if view.sets_rate:
-        rates = sorted(BAUD_RATES, key=lambda rate: rate != first)
-    return (yield from _search([(rate, WAIT_S) for rate in rates]))
-
-
-def look_for(new_rate: int, old_rate: int) -> Procedure[int | None]:
-    """Search for the module at the new, the old and then all rates. The port stays at the rate that is returned, or at
-    the old one where nothing answers (None)."""
-    likely = [new_rate] if new_rate == old_rate else [new_rate, old_rate]
-    others = [rate for rate in BAUD_RATES if rate not in likely]
-    places = [(rate, LIKELY_WAIT_S) for rate in likely] + [(rate, WAIT_S) for rate in others]
-    found = yield from _search(places)
-    if found.baud_rate is None:
-        yield UseRate(old_rate)
-    return found.baud_rate
-
-
-def _search(places: Sequence[tuple[int, float]]) -> Procedure[RateSearch]:
-    """Try these rates, each for so many seconds."""
-    begin: EngineView = yield Inspect()
+    likely = [first] if old is None else [first, old]
+    likely_s = WAIT_S if old is None else LIKELY_WAIT_S
+    waits_s = {rate: likely_s for rate in likely if rate is not None}
+    waits_s |= {rate: WAIT_S for rate in BAUD_RATES if rate not in waits_s}
+    if not view.sets_rate:
+        waits_s = {view.baud_rate: WAIT_S}  # somebody else sets it, at the other end of the socket
     tried: list[int] = []
-    for rate, wait_s in places:
-        yield Report(len(tried), len(places), marked("Trying {rate} baud"), (("rate", rate),))
+    for rate, wait_s in waits_s.items():
+        yield Report(len(tried), len(waits_s), marked("Trying {rate} baud"), (("rate", rate),))
         tried.append(rate)
-        _log.debug("trying %d baud", rate)
-        found = yield from _begins(wait_s, at=rate if begin.sets_rate else None)
+        found = yield from _begins(wait_s, at=rate if view.sets_rate else None)
+        _log.debug("at %d baud: %s", rate, found)
         if found is not None:
-            _log.debug("found at %d baud", found)
             return RateSearch(found, tuple(tried))
-    if begin.sets_rate:
-        yield UseRate(begin.baud_rate)
+    if view.sets_rate:
+        yield UseRate(view.baud_rate)
     return RateSearch(None, tuple(tried))
 
 

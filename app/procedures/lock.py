@@ -139,13 +139,6 @@ class _Proof:
         """Whether the last report does."""
         return bool(self._reports) and not self._reports[-1]
 
-    @property
-    def outcome(self) -> Outcome:
-        if self.is_locked:
-            return Outcome.CONFIRMED
-        # Without an acknowledgement the reports may be older than LOCK.
-        return Outcome.REFUSED if self.is_locked is False and self.is_acknowledged else Outcome.UNKNOWN
-
 
 def lock(
     journal: Journal | None = None, repeat: LockRepeat | None = None, *, is_owed: bool = False
@@ -163,10 +156,14 @@ def lock(
         is_replaced = True
     except Interrupted:
         is_port_lost = True
-    sent = repeat.sent
-    outcome = proof.outcome
-    if sent == before and not proof.is_locked:
-        outcome = Outcome.UNKNOWN if sent else Outcome.NOT_SENT
+    sent, outcome = repeat.sent, Outcome.UNKNOWN
+    if proof.is_locked:
+        outcome = Outcome.CONFIRMED
+    elif not sent:
+        outcome = Outcome.NOT_SENT
+    elif sent > before and proof.is_locked is False and proof.is_acknowledged:
+        # Without an acknowledgement the reports may be older than LOCK.
+        outcome = Outcome.REFUSED
     if sent > before and not entries:
         entries.append(journal.begin(Act.LOCK, LOCK.encode(), {}))
     _log.debug("lock: %s, sent %d times, may be another: %s", outcome.value, sent, proof.may_be_another)

@@ -87,9 +87,6 @@ class Readings:
     def is_complete(self) -> bool:
         return not self.errors
 
-    def __repr__(self) -> str:
-        return f"Readings(values={self.values}, status={self.status}, errors={self.errors})"
-
 
 def read_everything(readings: Readings | None = None) -> Procedure[Readings]:
     """Ask once for everything that can be asked for. `readings`: has what was read so far, also if this ends with

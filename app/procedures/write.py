@@ -35,7 +35,7 @@ from app.engine.procedure import (
     ask_report,
 )
 from app.procedures.act import Armed, begin_act, checked_inputs, inputs_of
-from app.procedures.find import look_for
+from app.procedures.find import find_rate
 from app.procedures.read import read_settings, read_twice, who_is_there
 from app.safety.consequences import Consequence, risks
 from app.safety.journal import DURABLE_LIMIT_S, NOTE, Act, Entry, Journal, Outcome
@@ -277,7 +277,13 @@ class _Writing:
         report, results = self.report, self.report.results
         try:
             if reads and not report.refusals:
-                yield from self._read_before()
+                report.before = (yield from read_settings()).values
+                if self.context.keep_as_found is not None:
+                    view: EngineView = yield Inspect()
+                    talk = view.conversation
+                    stored = self.context.keep_as_found(talk.settings(view.now), talk.boot_count)
+                    if stored is not None:
+                        yield Await(stored, DURABLE_LIMIT_S)
             for done, written in enumerate(() if report.refusals else results):
                 what = (("what", written.command.title),)
                 self.progress = Report(done, len(results), marked("Writing: {what}"), what)
@@ -318,15 +324,6 @@ class _Writing:
             if report.refusals and not written.is_sent:
                 written.fault = WriteFault.NOT_ALLOWED
         return report
-
-    def _read_before(self) -> Procedure[None]:
-        self.report.before = (yield from read_settings()).values
-        if self.context.keep_as_found is not None:
-            view: EngineView = yield Inspect()
-            talk = view.conversation
-            stored = self.context.keep_as_found(talk.settings(view.now), talk.boot_count)
-            if stored is not None:
-                yield Await(stored, DURABLE_LIMIT_S)
 
     def _read_again(self) -> Procedure[None]:
         """The last reading decides."""
@@ -503,7 +500,7 @@ def change_baud(
     try:
         written.heard = _reply_of((yield Ask(request, is_deliberate=True)))
         if written.is_sent:
-            found = written.read_back = yield from look_for(new_rate, old_rate)
+            found = written.read_back = (yield from find_rate(new_rate, old_rate)).baud_rate
             if found is None:
                 written.fault = WriteFault.MODULE_LOST
             elif found == new_rate:

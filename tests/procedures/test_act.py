@@ -12,7 +12,7 @@ import pytest
 from app.engine.conversation import Interrupted, StatusSample
 from app.engine.procedure import TOO_SLOW
 from app.procedures.act import Armed, Performed, checked_inputs, perform
-from app.procedures.find import look_for
+from app.procedures.find import find_rate
 from app.procedures.lock import lock
 from app.procedures.read import Present
 from app.procedures.write import BaudChanged, SetReply, SettingChange, WriteContext, WriteFault, change_baud, write_all
@@ -284,7 +284,7 @@ def test_a_lost_module_says_how_to_get_it_back_and_stays_written_down() -> None:
     assert rig.line.baud_rate == 115200
     assert journal.outcomes == {0: Outcome.UNKNOWN}, "it may have been carried out"
     rig.module.be_silent(rig.clock(), 0.0)
-    assert rig.run(look_for(9600, 115200), outlives=True) == rig.module.rate
+    assert rig.run(find_rate(9600, 115200), outlives=True).baud_rate == rig.module.rate
 
 
 def test_a_break_in_the_middle_stays_written_down_as_unknown() -> None:

@@ -102,9 +102,9 @@ class PortSharing(QObject):
             then(done)
 
     def _tell(self, event: "Event", reader: str, sentence: str) -> None:
-        _log.info("Sharing: %s %s %s", event.value, reader, sentence)
+        _log.info("Sharing: %s %s %s", event, reader, sentence)
         if sentence:
-            meaning = Meaning.INFORMATION if event.value == "locked" else Meaning.ATTENTION
+            meaning = Meaning.INFORMATION if event == "locked" else Meaning.ATTENTION
             self._say(meaning, labelled(reader, sentence) if reader else sentence)
         else:
             self.changed.emit()
