@@ -2,7 +2,6 @@
 
 from contextlib import suppress
 from pathlib import Path
-from typing import Final
 
 from PySide6.QtCore import Signal
 from PySide6.QtWidgets import QCheckBox, QComboBox, QFormLayout, QLabel, QLineEdit, QPushButton, QWidget
@@ -18,8 +17,6 @@ from ui.style.theme import Meaning, Space, scaled
 from ui.widgets.controls import Shortcut, in_column, in_row, named, scroll_area, set_role
 from ui.widgets.notice_bar import Choice, Notice, NoticeBar
 from ui.widgets.number_line import NumberKind, NumberLine, WheelGuard
-
-_RANGE_PX: Final = 84  # so that all fields end at one edge
 
 
 class ProfileEditor(QWidget):
@@ -57,8 +54,8 @@ class ProfileEditor(QWidget):
         self.limits: dict[str, NumberLine] = {}
         titles = {check.id: tr(check.title) for check in CHECKS}
         for name, limit in LIMITS.items():
-            # In steps so fine that what a file says is kept as it is.
-            kind = NumberKind.of(limit.low, limit.high, 1e-9, limit.shown.partition("}")[2].strip(), 2)
+            # In steps finer than any of use, so that what a file says is kept as it is.
+            kind = NumberKind.of(limit.low, limit.high, 0.0001, limit.shown.partition("}")[2].strip(), 4)
             title = f"{titles[limit.check]} {'≤' if limit.is_maximum else '≥'}"
             line = self.limits[name] = self._add_number(f"profile_limit_{name}", title, kind)
             line.setPlaceholderText(limit.shown.format(limit.usual))  # what holds while it is empty
@@ -77,11 +74,10 @@ class ProfileEditor(QWidget):
         self.cancel = named(QPushButton(tr("Cancel")), "profile_cancel")
         self.save_as = named(QPushButton(tr("Save as…")), "profile_save_as")
         self.save = named(QPushButton(tr("Save")), "profile_save", "primary")
-        for edited in (
-            *(self.name.textEdited, self.airframe.textEdited, self.activated_by.activated, self.service.toggled),
-            *(line.edited for line in self._ranges),
-        ):
-            edited.connect(self.refresh)
+        for text in (self.name, self.airframe):
+            text.textEdited.connect(self.refresh)
+        self.activated_by.activated.connect(self.refresh)
+        self.service.toggled.connect(self.refresh)
         self.cancel.clicked.connect(self.close_editor)
         self.save_as.clicked.connect(self._choose_and_save)
         self.save.clicked.connect(lambda: self._choose_and_save() if path is None else self._save_to(path))
@@ -97,9 +93,10 @@ class ProfileEditor(QWidget):
         line = named(NumberLine(kind, start=float(kind.low), may_be_empty=True), name)
         text = tr("{low} to {high}", low=f"{float(kind.low):g}", high=f"{float(kind.high):g}")
         self._ranges[line] = named(QLabel(text), f"{name}_range")
-        self._ranges[line].setMinimumWidth(scaled(_RANGE_PX))
+        self._ranges[line].setMinimumWidth(scaled(84))  # so that all fields end at one edge
         line.setAccessibleName(title + in_brackets(kind.unit) if kind.unit else title)
         line.setAccessibleDescription(text)
+        line.edited.connect(self.refresh)
         self._form.addRow(line.accessibleName(), in_row((line, 1), self._ranges[line], spacing=Space.S))
         return line
 
@@ -130,10 +127,6 @@ class ProfileEditor(QWidget):
             manual=tuple(line for line in lines if line.text),
         )
 
-    @property
-    def is_edited(self) -> bool:
-        return self.profile != self._unedited or any(line.is_wrong for line in self._ranges)
-
     def refresh(self) -> None:
         if len(self.manual) < profiles.MAX_ITEMS and (not self.manual or self.manual[-1][0].text().strip()):
             self._add_manual(ManualLine(""))  # one more is typed there
@@ -142,14 +135,14 @@ class ProfileEditor(QWidget):
         # Said also where the field is out of sight.
         wrong = [labelled(one.accessibleName(), span.text()) for one, span in self._ranges.items() if one.is_wrong]
         self.strip.show_notice(Notice(Meaning.ATTENTION, wrong[0]) if wrong else None)
-        self.setWindowModified(self.is_edited)  # closing the window asks, too
-        self.save.setEnabled(not wrong and (self.is_edited or self._path is None))
+        self.setWindowModified(bool(wrong) or self.profile != self._unedited)  # closing the window asks, too
+        self.save.setEnabled(not wrong and (self.isWindowModified() or self._path is None))
         self.save_as.setEnabled(not wrong)
 
     def close_editor(self) -> None:
         keep = Choice("keep", tr("Cancel"), self.refresh)
         discard = Choice("discard", tr("Discard edits"), lambda: self.closed.emit(None), is_step=True)
-        if self.is_edited:
+        if self.isWindowModified():
             self.strip.show_notice(Notice(Meaning.ATTENTION, tr("Unsaved edits."), (keep, discard)))
         else:
             self.closed.emit(None)

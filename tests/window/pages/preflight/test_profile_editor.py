@@ -44,19 +44,21 @@ def test_a_profile_is_edited_saved_and_used(qtbot: QtBot, qapp: QApplication, tm
         page.form.menu.aboutToShow.emit()
         find(page, QAction, "preflight_profile_edit").trigger()
         editor = given(page.editor)
-        assert not editor.is_edited  # what is only looked at is not changed
-        assert not editor.save.isEnabled()
+        assert not editor.isWindowModified()  # what is only looked at is not changed
+        assert (editor.save.isEnabled(), page.list.isVisible()) == (False, False)
         number = editor.limits["cell_voltage_min_v"]
         assert (number.text(), editor.limits["round_trip_max_ms"].text()) == ("3.875", "")
         _type(qtbot, number, "2.0")  # below the bound that no profile goes beyond
         assert number.text() == "2.0"
         assert "3.5 to 4.2" in notice_text(editor.strip)
-        assert (editor.save.isEnabled(), editor.save_as.isEnabled(), editor.is_edited) == (False, False, True)
+        assert (editor.save.isEnabled(), editor.save_as.isEnabled(), editor.isWindowModified()) == (False, False, True)
         _type(qtbot, number, "3.5")
         _type(qtbot, editor.limits["tilt_max_deg"], "")
         _type(qtbot, editor.limits["round_trip_max_ms"], "100")
         _type(qtbot, editor.tests[GuidedKind.BAY], "180")
         editor.activated_by.setCurrentIndex(1)
+        editor.service.click()
+        qtbot.keyClicks(editor.airframe, "H6")
         qtbot.keyClicks(editor.manual[1][0], "Pack date")
         assert len(editor.manual) == 3  # a line for one more
         assert editor.manual[1][1].nextInFocusChain() is editor.manual[2][0]
@@ -71,6 +73,8 @@ def test_a_profile_is_edited_saved_and_used(qtbot: QtBot, qapp: QApplication, tm
             limits={"round_trip_max_ms": 100, "cell_voltage_min_v": 3.5},
             tests_within_days={GuidedKind.BAY: 180},
             activated_by=ActivatedBy.AIRCRAFT,
+            is_service_required=True,
+            airframe="H6",
             manual=(ManualLine("Pack date"),),
         )
         assert read_profile(path) == page.form.profile == wanted
@@ -104,7 +108,7 @@ def test_edits_are_discarded_only_when_that_is_said(qtbot: QtBot, qapp: QApplica
         assert page.form.path == tmp_path / "x.toml"
         page.edit_profile()
         editor = given(page.editor)
-        qtbot.keyClicks(editor.name, "other")
+        qtbot.keyClicks(editor.limits["tilt_max_deg"], "99")  # the field was empty, as its number still is
         bench.click(editor.cancel)
         bench.click(given(editor.strip.button("discard")))
         assert page.editor is None
