@@ -7,6 +7,7 @@ from functools import partial
 from pathlib import Path
 
 import pytest
+from PySide6.QtCore import Qt
 from PySide6.QtWidgets import QApplication, QComboBox
 
 from app.guided.results import GuidedKind
@@ -112,6 +113,24 @@ def test_nothing_leaves_a_window_but_what_hands_completed(qapp: QApplication) ->
     """Other hands each day."""
     seed = datetime.datetime.now(datetime.UTC).date().toordinal()
     assert run(qapp, SEQUENCES, seed).faults == [], f"seed {seed}"
+
+
+@pytest.mark.promise("d")
+def test_while_a_key_is_down_since_before_a_step_appeared_no_key_completes_it(hands: Hands) -> None:
+    hands.window.go_to("commands")
+    ask = hands.commands.acts[Act.ACTIVATE].confirm
+    hands.bring(ask.ask)
+    hands.key(Qt.Key.Key_Return, is_press=True)
+    hands.do_whole(ask.ask)
+    hands.wait(1.0)
+    for is_held in (True, False):
+        if not is_held:
+            hands.key(Qt.Key.Key_Return, is_press=False)
+        ask.go.setFocus()
+        for is_press in (True, False):
+            hands.key(Qt.Key.Key_Space, is_press=is_press)
+            hands.look()
+        assert ask.is_asking is is_held
 
 
 def activate_then_lock(hands: Hands) -> None:
