@@ -74,7 +74,7 @@ class Command(NamedTuple):
         return f"<{self.name}>"
 
     def __hash__(self) -> int:
-        """Requests are looked up in every turn, and hashing all fields would cost a twelfth of it."""
+        # Requests are looked up in every turn, and hashing all fields would cost a twelfth of it.
         return self.code
 
     @property

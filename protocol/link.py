@@ -143,7 +143,6 @@ class Link:
         self._await_module(now)
 
     def _await_module(self, now: float) -> None:
-        """No conversation goes on."""
         self.is_begun = False
         self.round_trips = RoundTrips(self._shortest_silence_s)  # of this conversation
         self._begin_at = now  # when the link asks for the next one
@@ -194,9 +193,11 @@ class Link:
         """
         if self._flight is not None:
             raise LinkMisused(f"{request.command.name} asked while a request is in flight")
+        # The last look before the wire: no mistake further up may fire a parachute.
         if request.hazard is Hazard.DANGEROUS and not is_deliberate:
             raise LinkMisused(f"{request.command.name} is dangerous and was not asked for by an explicit act")
         is_change = not request.is_repeatable and request != LOCK
+        # Not sent rather than sent later: what its owner has just found out would be old by then.
         if now < self.flags.free_at(request) or (is_change and (self._boots_are_due or self._stood_still(now))):
             return [Unanswered(request, 0, 0.0, now)]
         self._take_off(request, now, is_own=False, is_fenced=is_fenced, limit_s=limit_s)
@@ -245,6 +246,7 @@ class Link:
         if self._flight is None and now >= self._own_due_at():
             is_heartbeat_due = now >= self._heartbeat_sent_at + timing.HEARTBEAT_EVERY_S
             request = _HEARTBEAT if self.is_begun and is_heartbeat_due and not self._boots_are_due else _BOOTS
+            # A late answer to an earlier question must not begin a conversation.
             self._take_off(request, now, is_own=True, is_fenced=not self.is_begun)
         return self._take_events()
 
@@ -270,7 +272,7 @@ class Link:
         if not self.is_begun:
             return self._begin_at
         if self._boots_are_due:
-            return -inf
+            return -inf  # it may have restarted
         return min(
             self._valid_at + self.round_trips.asks_after_s,
             self._boots_sent_at + timing.BOOT_COUNT_EVERY_S,
@@ -282,7 +284,6 @@ class Link:
     def _take_off(
         self, request: Request, now: float, *, is_own: bool, is_fenced: bool, limit_s: float | None = None
     ) -> None:
-        """Send it, or first a fence."""
         stale = self._stale
         stale.drop_expired(now)
         needs_fence = is_fenced or stale.could_answer(request, now) or stale.owes(request)
@@ -354,7 +355,7 @@ class Link:
         return min(at, look_at), self._probe if is_look else self._transmit
 
     def _fall_silent(self, flight: _Flight, now: float) -> None:
-        """Nobody answers, also if something streams: it does not hear us."""
+        # Nobody answers, also if something streams: it does not hear us.
         if self.is_begun:
             self._end(EndReason.SILENT, now)
         else:
@@ -444,6 +445,7 @@ class Link:
         if self._contradicts(frame, message, Role.ANSWER, now):
             return
         is_copy = self._stale.copied(frame.raw, now) is not None  # perhaps, of the answer to the same question before
+        # A status may be a streamed one, and of repeated questions nobody knows which was answered.
         is_timed = flight.attempts == 1 and request.command is not STATUS and not self._stale.owes(request)
         self._stale.expect_copy(frame.raw, request, now)
         self._note(frame, message, Role.ANSWER, now)
@@ -469,7 +471,7 @@ class Link:
         self._land(flight, (message,), round_trip_s, now)
 
     def _land(self, flight: _Flight, messages: tuple[Message, ...], round_trip_s: float | None, now: float) -> None:
-        """It was answered: send what waited for that, tell the owner, or begin a conversation."""
+        # It was answered: send what waited for that, tell the owner, or begin a conversation.
         self._drop_flight(is_answered=True)
         if flight.behind is not None:
             self._open(flight, now)
@@ -486,7 +488,7 @@ class Link:
             self._events.append(Began(messages[0].raw, now))
 
     def _open(self, fence: _Flight, now: float) -> None:
-        """No earlier reply can follow: send what waited for that."""
+        # No earlier reply can follow: send what waited for that.
         if fence.behind is not None:
             self._flight = _Flight(fence.behind, now, is_own=fence.is_own, limit_s=fence.limit_s, behind=None)
             self._advance(now)
@@ -496,7 +498,6 @@ class Link:
         self._land(flight, tuple(flight.records), None, now)
 
     def _on_other(self, frame: Frame, now: float) -> None:
-        """Take a frame that does not answer the request in flight."""
         stale, raw = self._stale, frame.raw
         stale.drop_expired(now)
         copied = stale.copied(raw, now)
@@ -542,8 +543,8 @@ class Link:
             self._ask_at_once(now)
 
     def _ask_at_once(self, now: float) -> None:
-        """A heartbeat may be a late answer, or a restart's: its boot count tells. Nothing that changes the module
-        leaves before that."""
+        # A heartbeat may be a late answer, or a restart's: its boot count tells. Nothing that changes the module leaves
+        # before that.
         if not self.is_begun:
             return
         self._boots_are_due = True
@@ -556,7 +557,7 @@ class Link:
             self._give_up(flight, now)
 
     def _on_probe_answered(self, sent_at: float, now: float) -> None:
-        """The boot count that was asked at `sent_at` was told: no reply to an earlier frame can follow."""
+        # The boot count that was asked at `sent_at` was told: no reply to an earlier frame can follow.
         flight = self._flight
         if flight is None or not flight.attempts or sent_at < flight.sent_at or flight.request == LOCK:
             return
@@ -605,7 +606,7 @@ class Link:
         return flight
 
     def _give_up(self, flight: _Flight, now: float) -> None:
-        """The module is there and does not answer this, or it must not be sent any more."""
+        # The module is there and does not answer this, or it must not be sent any more.
         self._drop_flight()
         if flight.attempts:
             self.counters.time_outs += 1

@@ -94,6 +94,7 @@ class StaleReplies:
         return any(answers(raw, owed.request) for owed in self._owed)
 
     def pop_late(self, raw: bytes) -> Owed | None:
+        # The oldest, as replies come in the order of the requests.
         late = next((owed for owed in self._owed if answers(raw, owed.request)), None)
         if late is not None:
             self._owed.remove(late)
@@ -250,7 +251,7 @@ class ToldValues:
             self.twice_at = now
 
     def _was_set(self, command: Command, now: float) -> bool:
-        """Whether it was set a moment ago, so that a frame may be older, or the acknowledgement."""
+        # Whether it was set a moment ago, so that a frame may be older, or the acknowledgement.
         set_at = self._set_at.get(command)
         return set_at is not None and now - set_at <= REPEATED_S
 
@@ -263,6 +264,7 @@ class ToldValues:
             return None
         before = self._told.get(message.command)
         if before is None:
+            # What came unasked may be another module's: nothing is compared with it.
             if is_answer:
                 self._told[message.command] = message
             return None

@@ -201,6 +201,7 @@ class Conversation:
         self._flags = flags
         self._values: dict[str, Known] = {
             BOOT_COUNT.key: Known(boot_count, How.READ, began_at),
+            # A module that answers at this rate proves it.
             "baud_rate": Known(baud_rate, How.READ, began_at),
         }
         # When streamed reports came, in the last seconds.
@@ -229,7 +230,7 @@ class Conversation:
 
     def view(self, now: float, lag_s: float | None = None) -> ConversationView:
         if self.ended is not None:
-            now = self.ended.at
+            now = self.ended.at  # as it was then
         values = dict(self._values)
         if not self._flags.are_known(now):
             # E4: a copy of the other one's acknowledgement may have been taken for it.
@@ -284,7 +285,7 @@ class Conversation:
             self._streamed_at.clear()
 
     def _forget_changed(self, request: Request) -> None:
-        """What a set or an act may have changed is unknown until it is read."""
+        # What a set or an act may have changed is unknown until it is read.
         key = _key_changed_by(request)
         if key is not None and request != LOCK:  # a module that was ACTIVE counts as that until it reports otherwise
             self._values.pop(key, None)

@@ -70,7 +70,7 @@ def _scan() -> list[PortInfo]:
 
 
 def _text(value: str | None) -> str:
-    """An adapter may describe itself with any characters."""
+    # An adapter may describe itself with any characters.
     return "" if value is None or value == "n/a" else visible(value)
 
 

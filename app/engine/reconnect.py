@@ -106,7 +106,8 @@ class Reconnection:
             trouble = connection.trouble
             if self.absence is None and trouble is not None and trouble.trouble in LOSSES:
                 self.absence = Absence.AWAY
-                self.absence = Absence.AWAY if self.is_waiting else Absence.UNCLEAR
+                if not self.is_waiting:
+                    self.absence = Absence.UNCLEAR
                 self._next_at = now
 
     def is_due(self, now: float) -> bool:

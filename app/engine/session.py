@@ -104,7 +104,7 @@ class Session:
             if other.is_urgent:
                 other.cancel()
         self._overtaken_at = now
-        self._free_line(now)
+        self._free_line(now)  # LOCK waits for no answer
         self._jobs.insert(0, job)
         job.start(now)
 
@@ -154,6 +154,7 @@ class Session:
         self._notice_sleep(now)
         self._serve(now)
         wait_s = max(0.0, min(longest_s, self._next_due(now) - now))
+        # An answer that somebody waits for is not kept back for the bytes behind it.
         data = self.line.read(wait_s, BATCH_S if self._link.is_idle else 0.0)
         if not data and self.clock() - now > wait_s:
             data = self.line.read(0.0, 0.0)  # in time, though this thread was kept waiting after the driver had nothing
@@ -169,6 +170,7 @@ class Session:
     def close(self, reason: EndReason) -> None:
         """End the conversation and all jobs, and close the port. Never raises."""
         now = self.clock()
+        # LOCK that did not come to its end is owed.
         self.owes_lock |= any(job.is_urgent and not job.has_ended for job in self._jobs)
         self._end_conversation(reason, now)
         for job in self._all():
@@ -200,7 +202,6 @@ class Session:
         return min(dues)
 
     def _serve(self, now: float) -> None:
-        """Advance the jobs that need no new bytes, and send the next request."""
         is_more = True
         while is_more:
             for job in self._all():
@@ -252,6 +253,7 @@ class Session:
             return False
         if isinstance(job.effect, UseRate):
             job.outlast()
+            # LOCK goes back to the proven rate; all others look for the module.
             self._is_rate_in_doubt |= not job.is_urgent
             _log.debug("%d baud", job.effect.baud_rate)
             self.line.use_rate(job.effect.baud_rate)
@@ -275,6 +277,7 @@ class Session:
         if is_dangerous and not ask.is_deliberate:
             job.throw(LinkMisused(f"{request.command.name} is dangerous and needs an explicit act"), now)
             return True
+        # What was confirmed before LOCK was pressed is void.
         is_overtaken = self._overtaken_at is not None and job.submitted_at <= self._overtaken_at
         asks_only = self._is_shared or job.asks_only or not self._link.allows_commands
         is_change = not request.is_repeatable and request != LOCK
@@ -292,8 +295,8 @@ class Session:
         return self._asking is None
 
     def _free_line(self, now: float) -> None:
-        """Nothing that is in flight is waited for any more. Who asked a question asks it again when it is his turn; of
-        a set or an act he is told what became of it."""
+        # Nothing that is in flight is waited for any more. Who asked a question asks it again when it is his turn; of a
+        # set or an act he is told what became of it.
         ask = None if self._asking is None else self._asking.pending_ask
         if ask is not None and ask.request.is_repeatable:
             self._asking = None
@@ -365,7 +368,7 @@ class Session:
             self._background.start(now)
 
     def _end_conversation(self, reason: EndReason, now: float) -> None:
-        """End it, if one goes on, for a reason that the link does not know."""
+        # End it, if one goes on, for a reason that the link does not know.
         self._digest(self._link.end(reason, now), now)
 
     def _on_ended(self, ended: Ended, now: float) -> None:

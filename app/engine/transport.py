@@ -185,7 +185,7 @@ class SerialLine:
             raise PortError(PortTrouble.LOST, self.port, str(error)) from error
 
     def _read_in_time(self, longest_s: float, gather_s: float, interrupts: int) -> bytes:
-        """Wait once for the first byte and once for the rest; pyserial would poll for each byte."""
+        # Wait once for the first byte and once for the rest; pyserial would poll for each byte.
         port = self._serial.fileno()
         ready, _, _ = select.select([port, interrupts], [], [], max(0.0, longest_s))
         if port not in ready:

@@ -100,6 +100,7 @@ class Worker:
         self._make_lock = make_lock
         # What other threads want done in this one.
         self._orders: queue.SimpleQueue[Callable[[], None]] = queue.SimpleQueue()
+        # A daemon: a driver may block it for ever, and the program must end all the same.
         self._thread = threading.Thread(target=self._work, name="dps-s worker", daemon=True)
         self._session: Session | None = None
         self._line: SerialLine | None = None
@@ -179,10 +180,7 @@ class Worker:
         return job
 
     def stop(self, deadline_s: float = 2.0) -> bool:
-        """Close the port and end the thread; return whether it ended within `deadline_s`. Idempotent.
-
-        A thread that the driver blocks for longer is left running; it is a daemon thread.
-        """
+        """Close the port and end the thread; return whether it ended within `deadline_s`. Idempotent."""
         if self._thread.is_alive():
             self._order(self._end)
             self._thread.join(deadline_s)
@@ -236,7 +234,6 @@ class Worker:
         self._owed_lock = OwedLock(self._clock(), self._adapter)
 
     def _pop_owed_lock(self) -> Job[Any] | None:
-        """What goes first in the conversation that begins."""
         owed = self._owed_lock
         if owed is None or self._make_lock is None or owed.port != self._adapter or not owed.is_due(self._clock()):
             return None
@@ -306,7 +303,7 @@ class Worker:
         self._is_stopping = True
 
     def _close_in_order(self) -> None:
-        """Close the port after urgent jobs (LOCK) have run and the background has undone its changes."""
+        # Close the port after urgent jobs (LOCK) have run and the background has undone its changes.
         session = self._session
         if session is None:
             return
@@ -334,7 +331,7 @@ class Worker:
         self._session = self._line = None
 
     def _lose_port(self, error: PortError | None) -> None:
-        """`error`: None for a bug, after which nothing is known of the port either."""
+        # `error`: None for a bug, after which nothing is known of the port either.
         self._end_session(EndReason.PORT_LOST)
         self._set_connection(self._connection._replace(state=PortState.CLOSED, trouble=error))
 

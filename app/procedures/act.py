@@ -184,7 +184,7 @@ def begin_act(
     entry = journal.begin(act, request.encode(), known if detail is None else detail)
     try:
         yield from durable(entry)
-        if act is Act.ACTIVATE:
+        if act is Act.ACTIVATE:  # to judge whether it would fire at once
             yield from ask_value(BY_NAME["attitude_threshold"])
         if act is Act.ZERO:  # to judge whether it lies still
             view = yield Inspect()
@@ -201,6 +201,7 @@ def begin_act(
     except UserError as error:
         why = joined((message(marked("The audit log cannot be written.")), error.message), " ")
         refused = (Refusal(Interlock.INTENT_DURABLE, why),)
+    # Spent before the frame leaves: whatever comes of it, this permit allows no second one.
     if not refused and permit is not None and permit.spend():
         _log.debug("%s may be sent", act.value)
         return entry
@@ -226,6 +227,7 @@ def checked_inputs(
     """What the conditions are judged by, just after it was asked who is there."""
     status = present.status
     contradiction = present.contradiction
+    # Two modules that tell the same contradict nothing, and yet both would obey.
     if contradiction is None and view.told.is_answered_twice(view.now):
         contradiction = ANSWERED_TWICE
     age_s = None if status is None else view.now - present.asked_at
@@ -241,8 +243,9 @@ def checked_inputs(
 
 
 def _observe(act: Act, answer: Acknowledgement | None) -> Procedure[tuple[Outcome, StatusSample | None]]:
-    """What the module reports after the act. Without an answer to it an old report could still come, so that the first
-    question is fenced; and what is not reported may still be carried out."""
+    """What the module reports after the act."""
+    # Without an answer to it an old report could still come, so the first question is fenced; and what is not reported
+    # may still be carried out.
     is_accepted = answer is not None and answer.is_accepted
     if act is Act.SHUTDOWN:
         yield Pause(OFF_WITHIN_S)  # its silence ends the conversation, and this

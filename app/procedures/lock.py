@@ -185,6 +185,7 @@ def lock(
 
 def _lock_until_reported(journal: Journal, repeat: LockRepeat, proof: _Proof, entries: list[Entry]) -> Procedure[None]:
     view = yield from proof.look()
+    # While somebody searches the rate the port may be at any.
     if view.proven_rate is not None and view.proven_rate != view.baud_rate:
         yield UseRate(view.proven_rate)
     silent_since = view.now
@@ -196,6 +197,7 @@ def _lock_until_reported(journal: Journal, repeat: LockRepeat, proof: _Proof, en
         if repeat.is_due(view.now) and not proof.says_locked:
             reply = yield Ask(LOCK, limit_s=ACKNOWLEDGED_S, repeat=repeat)
             if repeat.sent and not entries:
+                # Behind the frame: LOCK waits for no disk.
                 entries.append(journal.begin(Act.LOCK, LOCK.encode(), {}))
             proof.note(reply)
             yield Report(min(repeat.sent, MAX_LOCKS) - 1, MAX_LOCKS, marked("Locking…"))

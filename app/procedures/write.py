@@ -253,8 +253,6 @@ _FINE_THEN = (None, WriteFault.VERIFIED_THEN, WriteFault.ACKNOWLEDGED_THEN)
 
 
 class _Writing:
-    """How far it is."""
-
     def __init__(self, changes: Sequence[SettingChange], context: WriteContext) -> None:
         """Raises `ValueRefused`, `LookupError` or ValueError where a value cannot be sent."""
         for change in changes:
@@ -262,6 +260,7 @@ class _Writing:
                 raise ValueError("changing the baud rate is a job of its own")
             change.command.set(change.value)
         self.context = context
+        # 17 before 16, so that neither has to wait for the other's answer (E4).
         ordered = sorted(changes, key=lambda change: change.command is ATTITUDE_TRIGGER)
         self.report = WriteReport([Written(*change) for change in ordered])
         self.entries: list[tuple[Written, Entry]] = []
@@ -326,7 +325,7 @@ class _Writing:
         return report
 
     def _read_again(self) -> Procedure[None]:
-        """The last reading decides."""
+        # The last reading decides.
         yield Pause(SETTLE_S)
         yield from await_flags_known(self.progress)
         last = yield from read_settings()
@@ -404,7 +403,7 @@ class _Writing:
             written.fault = faults.get(written.heard, WriteFault.NOT_RETAINED)
 
     def _check(self) -> Procedure[None]:
-        """Ask who is there and whether writing is allowed, unless that was done a moment ago."""
+        # Ask who is there and whether writing is allowed, unless that was done a moment ago.
         view: EngineView = yield Inspect()
         if view.now - self.present_at <= PRESENT_FOR_S:
             return
@@ -419,7 +418,7 @@ class _Writing:
         self.present_at = view.now
 
     def _note_broken_off(self, contradiction: Contradiction | None) -> None:
-        """What was found so far was so then."""
+        # What was found so far was so then.
         for written in self.report.results:
             if written.is_sent and written.is_fine:
                 if written.verified:

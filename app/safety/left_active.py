@@ -92,6 +92,7 @@ def keep_left(states: States, left: LeftActive) -> None:
     _log.debug("left ACTIVE: %s", left)
     before = _kept(states).get(left.run)
     if before is not None:
+        # A later report of ACTIVE does not say that an earlier LOCK was carried out.
         left = replace(
             left,
             module=left.module or before.module,

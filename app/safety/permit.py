@@ -263,6 +263,7 @@ def _why_not_permitted(
         return message(marked("Confirm again: already used."))
     if permit.conversation != inputs.conversation:
         return message(marked("Confirm again: it may be another module."))
+    # LOCK wins also where both came in one moment.
     if inputs.overtaken_at is not None and permit.granted_at <= inputs.overtaken_at:
         return message(marked("Confirm again: LOCK was pressed."))
     if not permit.is_in_time(now):

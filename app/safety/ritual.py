@@ -124,6 +124,7 @@ class Ritual:
     def press(self, now: float, *, is_auto_repeat: bool = False, is_double_click: bool = False) -> None:
         if is_auto_repeat:
             return
+        # It ends a hold, as any other press does, and begins none.
         if is_double_click and self.stage is not Stage.HOLDING:
             return
         if self.stage is Stage.ARMED:
@@ -142,6 +143,7 @@ class Ritual:
     def tick(self, now: float) -> Permit | None:
         """To be called at least ten times a second. Returns the permit, once, when the hold is complete."""
         gap_s, self._ticked_at = now - self._ticked_at, now
+        # Also where the clock went back.
         if not 0.0 <= now - self._armed_at < ARMED_FOR_S:
             self._apply(Input.RAN_OUT)
         if self.stage is not Stage.HOLDING:

@@ -332,7 +332,6 @@ class SimulatedModule:
         return True
 
     def _watch(self, until_s: float) -> None:
-        """Read the sensor until then, and fire where the judge says so."""
         if not self.is_on or not self.state.is_active:
             self._sampled_s = until_s
             return
