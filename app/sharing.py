@@ -57,8 +57,6 @@ MOST_UNREAD = 65_536
 
 # What happened: "lock" where a reader's LOCK is being sent, "ended" the conversation with the module.
 Event = Literal["joined", "left", "dropped", "refused", "lock", "locked", "not_locked", "ended"]
-# Given what happened, a reader's address or "", and a sentence or "".
-Tell = Callable[[Event, str, str], None]
 
 
 class Reader:
@@ -106,23 +104,16 @@ class Reader:
                 del self.unread[: self.client.send(self.unread)]
 
 
-def listen_at(host: str, port: int) -> socket.socket:
-    """What readers connect to; port 0 is a free one. Raises OSError."""
-    return socket.create_server((host, port), family=socket.AF_INET6 if ":" in host else socket.AF_INET)
-
-
-def address_of(listener: socket.socket) -> str:
-    """What a reader opens."""
+def listen_at(host: str, port: int) -> tuple[socket.socket, str, str]:
+    """What readers connect to (port 0 is a free one), the address that they open, and what a person must know of it
+    where others than this computer reach it, else "". Raises OSError."""
+    listener = socket.create_server((host, port), family=socket.AF_INET6 if ":" in host else socket.AF_INET)
     host, port = listener.getsockname()[:2]
-    return f"shared://[{host}]:{port}" if ":" in host else f"shared://{host}:{port}"
-
-
-def warning_of(listener: socket.socket) -> str:
-    """What a person must know where others than this computer reach it, else ""."""
-    if ip_address(listener.getsockname()[0]).is_loopback:
-        return ""
-    address = address_of(listener)
-    return tr("TCP has no authentication: whoever reaches {address} reads, and may LOCK.", address=address)
+    address = f"shared://[{host}]:{port}" if ":" in host else f"shared://{host}:{port}"
+    if ip_address(host).is_loopback:
+        return listener, address, ""
+    warning = tr("TCP has no authentication: whoever reaches {address} reads, and may LOCK.", address=address)
+    return listener, address, warning
 
 
 class Sharing:
@@ -134,10 +125,11 @@ class Sharing:
         listener: socket.socket,
         submit: Callable[[Job[Any], Callable[[Job[Any]], None]], object],
         lock: Callable[[Callable[[Locked], None]], object],
-        tell: Tell,
+        tell: Callable[[Event, str, str], None],
     ) -> None:
         """`submit` runs a job on the port and calls back when it has ended; `lock` sends LOCK, unless it is
-        being sent, and calls back when that has come to an end."""
+        being sent, and calls back when that has come to an end; `tell` is given what happened, a reader's address or
+        "", and a sentence or ""."""
         self._submit = submit
         self._lock = lock
         self._tell = tell

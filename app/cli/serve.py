@@ -14,7 +14,7 @@ from typing import Any, Literal
 from app.engine.procedure import Job
 from app.engine.worker import Batch, PortState
 from app.procedures.lock import Locked, lock
-from app.sharing import Event, Sharing, address_of, listen_at, warning_of
+from app.sharing import Event, Sharing, listen_at
 from app.terminal import console
 from app.terminal.connection import connected
 from app.terminal.records import records_of
@@ -43,7 +43,7 @@ ARGUMENTS = (
 def run(args: argparse.Namespace) -> int:
     host, number = args.tcp
     try:
-        listener = listen_at(host, number)
+        listener, address, warning = listen_at(host, number)
     except OSError as error:
         raise console.Refused(labelled(f"{host}:{number}", error_text(error)), ErrorCode.NO_PORT) from error
     endings: dict[Job[Any], Callable[[Job[Any]], None]] = {}
@@ -56,9 +56,8 @@ def run(args: argparse.Namespace) -> int:
             console.emit(args, ServeJson(event, reader), [])
 
     with listener, records_of(args.port) as records, connected(args.port, args.baud) as opened:
-        address = address_of(listener)
         console.emit(args, ServeJson("listening", address), [address])
-        if warning := warning_of(listener):
+        if warning:
             console.notify(warning)
 
         def submit(job: Job[Any], then: Callable[[Job[Any]], None], *, is_urgent: bool = False) -> None:

@@ -119,10 +119,6 @@ class MotionExtremes(NamedTuple):
     acceleration_low_g: float
     acceleration_high_g: float
 
-    @property
-    def tilt_change_deg(self) -> float:
-        return self.tilt_high_deg - self.tilt_low_deg
-
 
 class StatusSample(NamedTuple):
     """One status report. `at`: when its bytes were read from the port, in seconds of the session's clock."""

@@ -330,7 +330,19 @@ class Session:
                 self.conversation.apply(event)
             match event:
                 case Began():
-                    self._on_began(event, now)
+                    self.conversations += 1
+                    _log.debug("conversation %d begins, boot count %d", self.conversations, event.boot_count)
+                    rate = self.line.baud_rate
+                    self._proven_rate, self._is_rate_in_doubt = rate, False
+                    flags = self._link.flags
+                    self.conversation = Conversation(self.conversations, event.boot_count, now, rate, flags)
+                    first = self._make_first()
+                    if first is not None:
+                        self.run(first, is_urgent=True)
+                    if self._make_background is not None:
+                        self._background = Job(self._make_background(), conversation=self.conversations)
+                        self._background.look = self._view
+                        self._background.start(now)
                 case Ended():
                     self._on_ended(event, now)
                 case Sent():
@@ -352,20 +364,6 @@ class Session:
                         job.resume(event, now)
                 case Rejected():
                     self._noise = (self._noise + event.noise.raw)[-MAX_NOISE_BYTES:]
-
-    def _on_began(self, began: Began, now: float) -> None:
-        self.conversations += 1
-        _log.debug("conversation %d begins, boot count %d", self.conversations, began.boot_count)
-        rate = self.line.baud_rate
-        self._proven_rate, self._is_rate_in_doubt = rate, False
-        self.conversation = Conversation(self.conversations, began.boot_count, now, rate, self._link.flags)
-        first = self._make_first()
-        if first is not None:
-            self.run(first, is_urgent=True)
-        if self._make_background is not None:
-            self._background = Job(self._make_background(), conversation=self.conversations)
-            self._background.look = self._view
-            self._background.start(now)
 
     def _end_conversation(self, reason: EndReason, now: float) -> None:
         # End it, if one goes on, for a reason that the link does not know.

@@ -159,20 +159,14 @@ class FiringDoubt:
     """
 
     def __init__(self) -> None:
-        self._is_raised = False
-        self._has_read_records = False
-        self._is_notice_closed = False
+        self.needs_records = False  # they were not read since
+        self.is_to_be_told = False  # no person has closed the notice about it
         # Of a module that may have fired in the silence that ended its conversation.
         self._boot_count_before: int | None = None
 
     @property
     def is_open(self) -> bool:
-        return self._is_raised and not (self._has_read_records and self._is_notice_closed)
-
-    @property
-    def is_to_be_told(self) -> bool:
-        """No person has closed the notice about it yet."""
-        return self._is_raised and not self._is_notice_closed
+        return self.needs_records or self.is_to_be_told
 
     def note_ended(self, conversation: ConversationView, *, was_active: bool = False) -> None:
         """To be called once with each conversation that has ended. `was_active`: it was ACTIVE a moment before, and was
@@ -195,14 +189,6 @@ class FiringDoubt:
         if before is not None and conversation.boot_count == (before + 1) % BOOTS:
             self._raise()
 
-    def note_records_read(self) -> None:
-        """The trigger records were read in the conversation after the restart."""
-        self._has_read_records = True
-
-    def note_closed(self) -> None:
-        self._is_notice_closed = True
-
     def _raise(self) -> None:
         _log.debug("the module may have fired before it restarted")
-        self._is_raised = True
-        self._has_read_records = self._is_notice_closed = False
+        self.needs_records = self.is_to_be_told = True

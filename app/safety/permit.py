@@ -219,7 +219,7 @@ def _why_open(condition: Interlock, act: Act, inputs: InterlockInputs) -> UserMe
             if motion is None or motion.until - motion.since < STILL_FOR_S:
                 return message(marked("Not watched for 2 s yet."))
             is_one_g = motion.acceleration_low_g >= STILL_FROM_G and motion.acceleration_high_g <= STILL_TO_G
-            if motion.tilt_change_deg <= STILL_WITHIN_DEG and is_one_g:
+            if motion.tilt_high_deg - motion.tilt_low_deg <= STILL_WITHIN_DEG and is_one_g:
                 return None
             return message(
                 marked("It moves: {low:.0f}–{high:.0f}°, {weak:.1f}–{strong:.1f} g in 2 s."),

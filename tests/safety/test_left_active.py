@@ -199,9 +199,9 @@ def test_a_report_of_locked_after_the_restart_takes_no_doubt_away() -> None:
 def test_the_doubt_stays_until_the_records_were_read_and_the_notice_was_closed() -> None:
     doubt = FiringDoubt()
     assert not doubt.is_open
-    for first, second in ((doubt.note_records_read, doubt.note_closed), (doubt.note_closed, doubt.note_records_read)):
+    for is_closed_first in (False, True):
         doubt.note_ended(view(True, EndReason.RESTARTED))
-        first()
+        doubt.needs_records, doubt.is_to_be_told = is_closed_first, not is_closed_first
         assert doubt.is_open
-        second()
+        doubt.needs_records = doubt.is_to_be_told = False
         assert not doubt.is_open

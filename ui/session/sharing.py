@@ -49,11 +49,11 @@ class PortSharing(QObject):
 
     def start(self, address: str) -> None:
         """Let readers connect at "HOST:PORT"."""
-        from app.sharing import Sharing, address_of, listen_at, warning_of
+        from app.sharing import Sharing, listen_at
 
         self.stop()
         try:
-            listener = listen_at(*host_and_port(address))
+            listener, address, warning = listen_at(*host_and_port(address))
         except ValueError:
             self._say(Meaning.ATTENTION, tr("An address is HOST:PORT, such as 127.0.0.1:7001."))
             return
@@ -62,9 +62,8 @@ class PortSharing(QObject):
             return
         self._sharing = Sharing(listener, self._port.submit, self._send_lock, self._tell)
         self._opening = self._port.connection.opening
-        self.address = address_of(listener)
+        self.address = address
         self._turning.start()
-        warning = warning_of(listener)
         self._say(Meaning.ATTENTION if warning else Meaning.INFORMATION, warning)
 
     def stop(self) -> None:

@@ -333,7 +333,7 @@ class ShownModule(QObject):
 
     def note_records_read(self) -> None:
         """Its trigger records were read in this conversation."""
-        self._port.firing_doubt.note_records_read()
+        self._port.firing_doubt.needs_records = False
         self._port.update_view()
         self.changed.emit()
 

@@ -172,7 +172,7 @@ class Attention(QObject):
         def close(remainder: Remainder | None = None) -> None:
             if remainder is not None:
                 port.interruptions.close_remainder(remainder)
-            port.firing_doubt.note_closed()
+            port.firing_doubt.is_to_be_told = False
             port.update_view()
             self.refresh()
 
