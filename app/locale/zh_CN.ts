@@ -1908,10 +1908,6 @@
         <translation>未共享：{count} 条。上次：{time}。</translation>
     </message>
     <message>
-        <source>Not sorted</source>
-        <translation>未分类</translation>
-    </message>
-    <message>
         <source>Not testable at {threshold:.1f} g: rest and fall cannot be told apart.</source>
         <translation>{threshold:.1f} g 时无法测试：静止与坠落无法区分。</translation>
     </message>
@@ -4372,10 +4368,6 @@
     <message>
         <source>the time runs backwards</source>
         <translation>时间倒退</translation>
-    </message>
-    <message>
-        <source>then calm again until {time}</source>
-        <translation>此后恢复平稳，直到 {time}</translation>
     </message>
     <message>
         <source>this line repeats answers: not known</source>

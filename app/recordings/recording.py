@@ -16,13 +16,10 @@ from app.recordings.markers import Marker, MarkerKind, ModuleLimits
 from app.recordings.session_file import NANOSECONDS, POLLED, STATUS, RecordedReport, SessionFile, number_in
 from app.samples.samples import Readable
 from app.system.files import whole_file
-from app.system.gil_yield import GilYield
 from app.text.messages import UserError, UserMessage
 
 _MAX_LIMITS = 1_000_000
 _MARKS = {kind.value: kind for kind in MarkerKind}
-# Reports between two pauses for the window's thread.
-_PAUSE_EVERY = 500
 
 
 class Recording(Measured):
@@ -45,7 +42,7 @@ class Recording(Measured):
         polled: dict[str, list[tuple[float, float]]] = {key: [] for key in POLLED}
         all_limits: list[tuple[float, ModuleLimits]] = []
         markers: list[Marker] = []
-        decoder, pace = msgspec.json.Decoder(RecordedReport), GilYield()
+        decoder = msgspec.json.Decoder(RecordedReport)
         for topic, log_ns, data, event in file.messages():
             if topic == STATUS:
                 try:
@@ -56,8 +53,6 @@ class Recording(Measured):
                 tilt.append(report.tilt_deg)
                 acceleration.append(report.acceleration_g)
                 flags.append(report.active * ACTIVE | report.triggered * TRIGGERED)
-                if len(flags) % _PAUSE_EVERY == 0:
-                    pace.checkpoint()
             if not event:
                 continue
             at_s, word = opening.clock_s(log_ns), event.get("event")

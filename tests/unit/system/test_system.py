@@ -3,7 +3,6 @@
 import logging
 import sys
 import threading
-import time
 from collections.abc import Callable, Iterator
 from datetime import UTC, datetime
 from pathlib import Path
@@ -14,7 +13,6 @@ from PySide6.QtWidgets import QApplication
 from pytestqt.qtbot import QtBot
 
 from app.diagnosis.support_bundle import bundle_files
-from app.system import gil_yield as pace
 from app.system import libraries as qt_libraries
 from app.system import logs
 from app.system.clock import steady_time, wall_offset_s
@@ -152,28 +150,6 @@ def test_a_device_is_written_to_and_not_replaced(tmp_path: Path) -> None:
     link.symlink_to("/dev/null")
     write_whole(link, b"gone")
     assert link.is_symlink()
-
-
-@pytest.mark.parametrize("is_beside", [False, True])
-def test_only_work_beside_the_main_thread_rests(monkeypatch: pytest.MonkeyPatch, is_beside: bool) -> None:
-    now_s = [0.0]
-    rests: list[float] = []
-    monkeypatch.setattr(time, "sleep", rests.append)
-    monkeypatch.setattr(time, "perf_counter", lambda: now_s[0])
-
-    def work() -> None:
-        keeper = pace.GilYield()
-        for _ in range(30):
-            now_s[0] += pace.WORK_S / 10
-            keeper.checkpoint()
-
-    if is_beside:
-        thread = threading.Thread(target=work)
-        thread.start()
-        thread.join()
-    else:
-        work()
-    assert bool(rests) is is_beside
 
 
 HOUR_S = 3600.0

@@ -1,31 +1,177 @@
-"""Diagnosis page: connection, traffic, statistics and support bundle in tabs. While hidden it only collects frames."""
+"""Connection, traffic, statistics and support bundle in tabs. While hidden the page only collects frames."""
 
+import copy
+from datetime import datetime
 from functools import partial
-from typing import Final
+from pathlib import Path
 
 from PySide6.QtCore import Qt
-from PySide6.QtWidgets import QTabWidget
+from PySide6.QtWidgets import QFormLayout, QFrame, QLabel, QPlainTextEdit, QPushButton, QTabWidget, QWidget
 
+from app import version
+from app.diagnosis.support_bundle import bundle_files, write_bundle
 from app.engine.worker import Batch
+from app.text import i18n
 from app.text.i18n import tr
-from protocol.translatable import marked
-from ui.pages.diagnosis.panels import BundlePreview, StatisticsView
-from ui.pages.diagnosis.traffic import TrafficView
+from app.text.messages import error_text, in_brackets, labelled
+from ui.core.background_task import BackgroundTask
+from ui.files.file_dialogs import AskPath, ask_path, default_name
+from ui.pages.diagnosis.traffic import TrafficModel, TrafficView
 from ui.pages.diagnosis.why import WhyPanel
 from ui.services.context import Services
 from ui.services.page import Page
 from ui.session.page_job import PageJob
 from ui.session.shown_module import ShownModule
-from ui.style.theme import Space, is_text_large
-from ui.widgets.controls import Shortcut, in_column, named, scroll_area
-from ui.widgets.notice_bar import NoticeBar
-
-_VIEWS: Final = (
-    ("why", marked("Connection")),
-    ("traffic", marked("Traffic")),
-    ("figures", marked("Statistics")),
-    ("bundle", marked("Support")),
+from ui.style.icons import Icon
+from ui.style.theme import Meaning, Size, Space, fixed_font, is_text_large
+from ui.widgets.controls import (
+    SELECTABLE,
+    Shortcut,
+    TickingLabel,
+    control,
+    in_column,
+    in_row,
+    named,
+    scroll_area,
+    set_role,
+    text_label,
 )
+from ui.widgets.notice_bar import NoticeBar
+from ui.widgets.visibility_timer import VisibilityTimer
+
+
+class StatisticsView(QWidget):
+    def __init__(self, services: Services) -> None:
+        super().__init__()
+        self.setObjectName("link_figures_view")
+        self._ports = services.ports
+        self.figures: dict[str, QLabel] = {}
+        card = named(QFrame(), "figures_card", "card")
+        form = QFormLayout(card)
+        form.setHorizontalSpacing(Space.XL)
+        for key, name in (
+            ("sent", tr("Requests")),
+            ("lost", tr("Without reply")),
+            ("trip", tr("Round trip")),
+            ("late", tr("95th percentile")),
+            ("slowest", tr("Slowest answer")),
+            ("lag", tr("Lag")),
+            ("restarts", tr("Restarts")),
+            ("losses", tr("Port lost")),
+            ("rejected", tr("Invalid bytes")),
+            ("reasons", tr("Why")),
+        ):
+            figure = self.figures[key] = named(TickingLabel(), f"figures_{key}")
+            figure.setTextInteractionFlags(SELECTABLE)
+            figure.setAccessibleName(name)
+            form.addRow(named(QLabel(name), f"figures_{key}_name", "muted"), figure)
+        in_column(card, 1, of=self, spacing=Space.S, margins=(Space.M, Space.S))
+        VisibilityTimer(self, self.refresh, every_ms=500)
+
+    def refresh(self) -> None:
+        statistics, lag_s = self._ports.module.statistics, self._ports.module.view.lag_s
+        totals = statistics.totals
+        share = min(1.0, totals.time_outs / totals.sent) if totals.sent else 0.0
+        # "0 %", "0.03 %", "12 %"
+        percent = f"{share * 100:.0f} %" if share >= 0.1 or not share else f"{share * 100:.2g} %"
+        rejected = ((why, n) for why, n in totals.rejected_bytes.most_common() if n)
+        texts = {
+            "sent": (f"{totals.sent:,}", False),
+            "lost": (f"{totals.time_outs:,}{in_brackets(percent)}" if totals.sent else "—", share > 0.01),
+            "lag": ("—" if lag_s is None else f"{lag_s:.2f} s", False),
+            "restarts": (f"{totals.restarts:,}", False),
+            "losses": (f"{statistics.losses:,}", statistics.losses > 0),
+            "rejected": (f"{totals.rejected:,}", totals.rejected > 0),
+            "reasons": ("\n".join(labelled(tr(why.value), f"{n:,}") for why, n in rejected), False),
+        }
+        for key, quantile in (("trip", 0.5), ("late", 0.95), ("slowest", 1.0)):
+            trip_s = statistics.quantile_s(quantile)
+            texts[key] = "—" if trip_s is None else f"{trip_s * 1000:.1f} ms", False
+        for key, (text, is_warned) in texts.items():
+            self.figures[key].setText(text)
+            set_role(self.figures[key], "attention" if is_warned else "")
+
+
+class BundlePreview(QWidget):
+    """The support bundle, made each time it is shown, and seen before it is saved."""
+
+    def __init__(self, services: Services, traffic: TrafficModel, result: PageJob) -> None:
+        super().__init__()
+        self.setObjectName("bundle_preview")
+        self.ask_path: AskPath = ask_path
+        self._services, self._traffic, self._result = services, traffic, result
+        self.log = services.log
+        # Texts by the name of the file.
+        self.files: dict[str, str] | None = None
+        self._making: BackgroundTask[dict[str, str]] = BackgroundTask("dps-s support bundle", self)
+        self._folder = Path.home()
+        promise = text_label("bundle_promise")
+        promise.setText(
+            tr(
+                "The names of the user and the computer are replaced. Names of modules, files and ports, serial "
+                "numbers and addresses stay: read everything before you pass it on. Nothing is sent."
+            )
+        )
+        self.text = control(QPlainTextEdit(), "bundle_text", says=tr("Contents"))
+        self.text.setReadOnly(True)
+        self.text.setLineWrapMode(QPlainTextEdit.LineWrapMode.NoWrap)
+        self.text.setTabChangesFocus(True)
+        self.text.setFont(fixed_font(Size.SMALL))
+        save = QPushButton(tr("Save support bundle…"))
+        self.save = control(save, "bundle_save", picture=Icon.BUNDLE, role="primary", slot=self.choose_and_save)
+        renew = control(QPushButton(tr("Refresh")), "bundle_renew", picture=Icon.AGAIN, slot=self.make)
+        self._where = text_label("bundle_log_path", "small", is_selectable=True)
+        buttons = in_row(1, renew, self.save, spacing=Space.S)
+        in_column(promise, buttons, (self.text, 1), self._where, of=self, spacing=Space.S, margins=(Space.M, Space.S))
+        self._timer = VisibilityTimer(self, self.make)
+
+    def begin_again(self) -> None:
+        """What is shown, or still being made, is of the former module."""
+        self._making.cancel()
+        self.files = None
+        self.text.clear()
+        self._timer.refresh_seen()
+
+    def make(self) -> None:
+        """Makes the bundle in the background from the present state, of which a copy is taken now."""
+        services, log = self._services, self.log
+        make = partial(
+            bundle_files,
+            version=version(),
+            connection=services.ports.current.connection,
+            conversation=services.ports.module.view,
+            now=services.ports.clock(),
+            statistics=copy.copy(services.ports.module.statistics),
+            preferences={"language": i18n.language(), "theme": services.appearance.choice.value},
+            traffic=self._traffic.events,
+        )
+
+        def fail(error: Exception) -> None:
+            self._result.notify(Meaning.ATTENTION, tr("Failed: {why}.", why=error_text(error)))
+
+        self.save.setEnabled(False)
+        self._making.run(lambda _running: make(log="" if log is None else log.text()), self._show, fail)
+
+    def choose_and_save(self) -> None:
+        """Saves the bundle that is shown."""
+        files = self.files
+        if files is None or self._result.is_writing:
+            return
+
+        def save(path: Path) -> None:
+            self._folder = path.parent
+            self._result.write_file(path, partial(write_bundle, path, files))
+
+        name = default_name("support", ".zip", datetime.now().astimezone())
+        self.ask_path(self, tr("Save support bundle…"), self._folder / name, "*.zip", save)
+
+    def _show(self, files: dict[str, str]) -> None:
+        self.files = files
+        self.save.setEnabled(True)
+        self.text.setPlainText("\n".join(f"——— {name} ———\n{text}" for name, text in files.items()))
+        if self.log is not None:
+            self._where.setText(tr("Log file: {path}", path=self.log.trouble or self.log.path))
+        self._where.setVisible(self.log is not None)
 
 
 class DiagnosisPage(Page):
@@ -47,15 +193,20 @@ class DiagnosisPage(Page):
         tabs.tabBar().setObjectName("diagnosis_tabs")
         tabs.tabBar().setAccessibleName(tr("Diagnosis"))
         tabs.tabBar().setFocusPolicy(Qt.FocusPolicy.TabFocus)
-        views = [self.why, self.traffic, self.statistics, self.bundle]
+        self._views: dict[str, QWidget] = {
+            "why": self.why,
+            "traffic": self.traffic,
+            "figures": self.statistics,
+            "bundle": self.bundle,
+        }
         if not is_text_large():  # then the page scrolls as a whole
-            views[0] = scroll_area(self.why, "why_scroll", tr("Connection"), is_vertical=True)
-            views[2] = scroll_area(self.statistics, "figures_scroll", tr("Statistics"), is_vertical=True)
-        for number, ((key, title), view) in enumerate(zip(_VIEWS, views, strict=True)):
-            shortcut = f"Alt+{number + 1}"
-            tabs.addTab(view, tr(title))
-            view.setAccessibleName(tr(title))
-            tabs.setTabToolTip(number, shortcut)
+            for key, title in (("why", tr("Connection")), ("figures", tr("Statistics"))):
+                self._views[key] = scroll_area(self._views[key], f"{key}_scroll", title, is_vertical=True)
+        titles = tr("Connection"), tr("Traffic"), tr("Statistics"), tr("Support")
+        for (key, view), title in zip(self._views.items(), titles, strict=True):
+            shortcut = f"Alt+{tabs.count() + 1}"
+            view.setAccessibleName(title)
+            tabs.setTabToolTip(tabs.addTab(view, title), shortcut)
             Shortcut(view, shortcut, partial(self._choose, key), holder=self)
         head = self.make_header(tr("Diagnosis"))
         head.setContentsMargins(Space.M, 0, Space.M, 0)
@@ -74,12 +225,12 @@ class DiagnosisPage(Page):
         if batch.connection.opening != self._opening:
             self._opening = batch.connection.opening
             self._begin_again()
-        self.traffic.on_batch(batch)
+        self.traffic.model.append(batch.events)
         self.why.collector.on_batch(batch)
 
     def go_to(self, key: str) -> None:
         """Shows a view: "why", "traffic", "figures" or "bundle"."""
-        self.tabs.setCurrentIndex([view[0] for view in _VIEWS].index(key))
+        self.tabs.setCurrentWidget(self._views[key])
 
     def _choose(self, key: str) -> None:
         self.go_to(key)

@@ -10,7 +10,6 @@ from PySide6.QtGui import QFontMetrics, QGuiApplication
 from PySide6.QtWidgets import QComboBox, QHeaderView, QLabel, QLineEdit, QTableView, QToolButton, QWidget
 
 from app.captures.explain import event_sentence
-from app.engine.worker import Batch
 from app.system.clock import clock_text, wall_offset_s
 from app.text.i18n import tr
 from protocol.events import Answered, Ended, Event, OutcomeUnknown, Received, Rejected, Role, Sent, Unanswered
@@ -83,15 +82,22 @@ def shown(row: Event) -> Shown:
             return Shown(tr("link"), b"", Icon.INFORMATION)
 
 
-def hex_of(raw: bytes, longest: int = MAX_ROW_BYTES) -> str:
+def hex_of(raw: bytes, longest: int) -> str:
     """ "41 75 32"; longer ones are cut after `longest` bytes, with the number of the rest."""
     cut = f" … +{len(raw) - longest}" if len(raw) > longest else ""
     return raw[:longest].hex(" ").upper() + cut
 
 
-def time_of(row: Event) -> str:
-    """Time of day to the millisecond."""
-    return clock_text(row.at + wall_offset_s(), 3)
+def cell_text(row: Event, column: int, longest: int) -> str:
+    match Column(column):
+        case Column.TIME:
+            return clock_text(row.at + wall_offset_s(), 3)
+        case Column.KIND:
+            return shown(row).kind
+        case Column.BYTES:
+            return hex_of(shown(row).raw, longest)
+        case Column.MEANING:
+            return event_sentence(row)
 
 
 class TrafficModel(QAbstractTableModel):
@@ -155,15 +161,7 @@ class TrafficModel(QAbstractTableModel):
         row, column = self.rows[index.row()], index.column()
         is_tip = role == Qt.ItemDataRole.ToolTipRole
         if is_tip or role == Qt.ItemDataRole.DisplayRole:
-            match Column(column):
-                case Column.TIME:
-                    return time_of(row)
-                case Column.KIND:
-                    return shown(row).kind
-                case Column.BYTES:
-                    return hex_of(shown(row).raw, MAX_ROW_BYTES if is_tip else SHOWN_BYTES)
-                case Column.MEANING:
-                    return event_sentence(row)
+            return cell_text(row, column, MAX_ROW_BYTES if is_tip else SHOWN_BYTES)
         if role == Qt.ItemDataRole.FontRole:
             return self.bytes_font if column == Column.BYTES else None
         if role == Qt.ItemDataRole.DecorationRole and column == Column.KIND:
@@ -171,7 +169,7 @@ class TrafficModel(QAbstractTableModel):
         if role == Qt.ItemDataRole.ForegroundRole:
             emphasis = shown(row).emphasis
             is_muted = column == Column.TIME or _is_streamed(row)
-            return current().ink(emphasis or Meaning.UNKNOWN) if emphasis is not None or is_muted else None
+            return current().ink(emphasis or Meaning.UNKNOWN) if emphasis or is_muted else None
         return None
 
 
@@ -269,9 +267,6 @@ class TrafficView(QWidget):
         self.model.modelReset.connect(self._show_detail)  # a reset clears the selection without a signal
         return table
 
-    def on_batch(self, batch: Batch) -> None:
-        self.model.append(batch.events)
-
     def begin_again(self) -> None:
         """Another connection."""
         self.model.clear()
@@ -301,8 +296,8 @@ class TrafficView(QWidget):
     def copy_rows(self) -> None:
         """Copies the selected rows, else all that are shown, with all bytes, as tab-separated text."""
         rows = map(self._event_in, self._selected() or range(self.shown.rowCount()))
-        cells = ((time_of(row), shown(row).kind, hex_of(shown(row).raw), event_sentence(row)) for row in rows)
-        QGuiApplication.clipboard().setText("\n".join(map("\t".join, cells)))
+        lines = ("\t".join(cell_text(row, column, MAX_ROW_BYTES) for column in Column) for row in rows)
+        QGuiApplication.clipboard().setText("\n".join(lines))
 
     def _selected(self) -> Sequence[int]:
         ranges = self.table.selectionModel().selection().toList()

@@ -1,12 +1,11 @@
 """Why does it not connect? The likely cause, the step that helps, and a list that ticks itself: how far it comes."""
 
 import time
-from functools import partial
 from typing import Final
 
 from PySide6.QtCore import Qt, Signal
 from PySide6.QtGui import QGuiApplication
-from PySide6.QtWidgets import QFrame, QGridLayout, QLabel, QPushButton, QWidget
+from PySide6.QtWidgets import QCheckBox, QFrame, QGridLayout, QLabel, QLineEdit, QPushButton, QWidget
 
 from app.diagnosis.causes import (
     STEP_WORDS,
@@ -23,13 +22,21 @@ from app.system.clock import clock_text
 from app.text.i18n import tr
 from app.text.messages import join_names, labelled
 from protocol.events import Role
-from protocol.translatable import marked
 from ui.core.background_task import BackgroundTask
-from ui.pages.diagnosis.panels import SharingCard
 from ui.services.context import Services
 from ui.style.icons import MEANING_ICONS, Icon
 from ui.style.theme import Meaning, Space, fixed_font
-from ui.widgets.controls import SELECTABLE, IconLabel, TickingLabel, control, in_column, in_row, named, text_label
+from ui.widgets.controls import (
+    SELECTABLE,
+    IconLabel,
+    TickingLabel,
+    control,
+    in_column,
+    in_row,
+    named,
+    set_role,
+    text_label,
+)
 from ui.widgets.visibility_timer import VisibilityTimer
 
 REFRESH_EVERY_MS: Final = 500
@@ -40,13 +47,6 @@ _WITHOUT_CAUSE: Final = {
     **dict.fromkeys((Phase.OPENING, Phase.FINDING, Phase.ASKING), (Meaning.INFORMATION, None)),
     Phase.LATE: (Meaning.ATTENTION, None),
 }
-_CHECKED: Final = (
-    ("port", marked("Port")),
-    ("bytes", marked("Bytes")),
-    ("frames", marked("Frames")),
-    ("replies", marked("Round trip")),
-    ("noise", marked("Last invalid bytes")),
-)
 _TICKS: Final = {True: (Icon.CHECK, Meaning.GOOD), False: (Icon.CROSS, Meaning.DANGER), None: (Icon.UNKNOWN, None)}
 _NOISE_SHOWN: Final = 16
 
@@ -83,14 +83,21 @@ class WhyPanel(QWidget):
         grid.setColumnStretch(2, 1)
         self.checked: dict[str, QLabel] = {}
         self._ticks: dict[str, IconLabel] = {}
-        for row, (key, english) in enumerate(_CHECKED):
+        names = {
+            "port": tr("Port"),
+            "bytes": tr("Bytes"),
+            "frames": tr("Frames"),
+            "replies": tr("Round trip"),
+            "noise": tr("Last invalid bytes"),
+        }
+        for row, (key, name) in enumerate(names.items()):
             value = self.checked[key] = named(TickingLabel(), f"why_{key}")
-            value.setAccessibleName(tr(english))
+            value.setAccessibleName(name)
             value.setTextInteractionFlags(SELECTABLE)
             value.setWordWrap(True)
             self._ticks[key] = IconLabel(f"why_{key}_tick", 16, keeps_place=True)
             grid.addWidget(self._ticks[key], row, 0)
-            grid.addWidget(named(QLabel(tr(english)), f"why_{key}_name", "muted"), row, 1)
+            grid.addWidget(named(QLabel(name), f"why_{key}_name", "muted"), row, 1)
             grid.addWidget(value, row, 2)
         self.checked["noise"].setFont(fixed_font())
         self.sharing = SharingCard(services)
@@ -129,13 +136,14 @@ class WhyPanel(QWidget):
             return
         if target.key == self._facts_of and now - self._facts_at < FACTS_EVERY_S:
             return
-        port = target.device
+        port, key = target.device, target.key
         self._facts_at = now
-        self._asking.run(lambda _running: facts_about(port), partial(self._on_facts, target.key), lambda _error: None)
 
-    def _on_facts(self, key: str, facts: AdapterFacts) -> None:
-        self._facts, self._facts_of = facts, key
-        self.refresh()
+        def end(facts: AdapterFacts) -> None:
+            self._facts, self._facts_of = facts, key
+            self.refresh()
+
+        self._asking.run(lambda _running: facts_about(port), end, lambda _error: None)
 
     # Display
 
@@ -216,3 +224,46 @@ class WhyPanel(QWidget):
                 self._ports.current.find_rate()
             case _:
                 self.choose_wanted.emit()
+
+
+class SharingCard(QFrame):
+    """What it says is of the port that the window shows."""
+
+    def __init__(self, services: Services) -> None:
+        super().__init__()
+        named(self, "sharing_card", "card")
+        self._ports = services.ports
+        self.switch = control(QCheckBox(tr("Share this port, read-only")), "sharing_switch", slot=self._press)
+        self.address = control(QLineEdit("127.0.0.1:7001"), "sharing_address", says=tr("Address for readers"))
+        self.state = text_label("sharing_state", "muted", is_selectable=True)
+        self.last = named(TickingLabel(), "sharing_last")
+        self.last.setAccessibleName(self.switch.text())
+        self.last.setWordWrap(True)
+        self.last.setTextInteractionFlags(SELECTABLE)
+        in_column(
+            in_row(self.switch, (self.address, 1), spacing=Space.M), self.state, self.last, of=self, spacing=Space.S
+        )
+        self._ports.changed.connect(self._show)
+        self._ports.shown.connect(self._show)
+        for port in self._ports.all:
+            port.sharing.changed.connect(self._show)
+        self._ports.added.connect(lambda port: port.sharing.changed.connect(self._show))
+        self._show()
+
+    def _press(self, is_on: bool) -> None:
+        sharing = self._ports.current.sharing
+        sharing.start(self.address.text()) if is_on else sharing.stop()
+        self._show()
+
+    def _show(self) -> None:
+        sharing = self._ports.current.sharing
+        is_on = sharing.address != ""
+        self.switch.setChecked(is_on)
+        self.switch.setEnabled(is_on or self._ports.current.is_open)
+        self.address.setEnabled(not is_on)
+        text = tr("Other programs on this computer may ask, and may send LOCK. TCP has no authentication.")
+        if is_on:
+            text = join_names((sharing.address, tr("readers: {count}", count=sharing.readers)))
+        self.state.setText(text)
+        self.last.setText(sharing.last)
+        set_role(self.last, "attention" if sharing.meaning is Meaning.ATTENTION else "")

@@ -22,6 +22,7 @@ from app.recordings.recording import Exported, export
 from app.text.i18n import tr
 from app.text.messages import (
     UserError,
+    capitalised,
     clean,
     error_text,
     in_brackets,
@@ -35,10 +36,20 @@ from protocol.translatable import marked
 from ui.core.background_task import Running
 from ui.files.file_dialogs import AskMany, AskPath, ask_flight_logs, ask_folder, ask_path, default_name
 from ui.forms.tables import RowsTable, SearchedRows
-from ui.pages.logs.rows import COLUMNS, SIDES, LogColumn, button, limits_text, row_text, sides_text
+from ui.pages.logs.rows import (
+    COLUMNS,
+    SIDES,
+    LogColumn,
+    LogRow,
+    LogsWork,
+    Reading,
+    button,
+    limits_text,
+    row_text,
+    sides_text,
+)
 from ui.pages.logs.thresholds import FireMapView, ProposalBar, ThresholdPanel, bounds_lines
 from ui.pages.logs.viewer import LogView
-from ui.pages.logs.work import LogRow, LogsWork, Reading
 from ui.services.context import Services
 from ui.services.page import Page, WaysBack
 from ui.session.page_job import PageJob
@@ -85,7 +96,7 @@ class LogsPage(Page):
         self.counts = named(QLabel(), "logs_counts", "small")
         self.thresholds = ThresholdPanel()
         self.map = FireMapView()
-        self.proposal = ProposalBar(services.exchange, self.work)
+        self.proposal = ProposalBar(services.exchange, self.work, self.thresholds)
         self.strip = self.proposal.strip
         self.view = LogView(services.in_use)
         # What a person opened last is one file, which is shown once it is read.
@@ -97,7 +108,7 @@ class LogsPage(Page):
         work.changed.connect(self.refresh_list)
         work.loading_ended.connect(self._end_loading)
         self.thresholds.chosen.connect(work.choose)
-        self.thresholds.judged.connect(self._refresh_proposal)
+        self.thresholds.judged.connect(self.proposal.refresh)
         self.map.chosen.connect(
             lambda tilt, time_s: work.choose(work.limits._replace(attitude_threshold_deg=tilt, freefall_time_s=time_s))
         )
@@ -107,19 +118,23 @@ class LogsPage(Page):
         self.view.columns_chosen.connect(self._read_with)
         self.result.changed.connect(self._refresh_notice)
         self.result.changed.connect(self._refresh_actions)
-        self.proposal.settings_wanted.connect(lambda: self.page_wanted.emit("settings"))
+        self.proposal.use.clicked.connect(lambda: self.page_wanted.emit("settings"))
         VisibilityTimer(self, self._tick, every_ms=_POLL_MS)
         self.refresh_list()
 
     def _make_actions(self) -> None:
         """For the chosen logs, in a bar above the list and in its menu."""
+
+        def move(group: FlightGroup) -> None:
+            self.work.move([row.name for row in self.table.chosen()], group)
+
         self.bar = named(QToolBar(), "logs_actions")
         self.bar.setIconSize(self.table.iconSize())
         actions: list[tuple[str, str, Icon, str, Callable[[], None], str]] = [
             ("open", tr("Open"), Icon.LIVE, "Return", self._open_chosen, tr("Open")),
             *(
-                (f"to_{group.name.lower()}", tr(word), picture, key, partial(self._move, group), tr(tip))
-                for group, (word, tip, key, picture) in SIDES.items()
+                (f"to_{group.name.lower()}", capitalised(tr(group.value)), picture, key, partial(move, group), tr(tip))
+                for group, (tip, key, picture) in SIDES.items()
             ),
             ("export", tr("Export…"), Icon.SAVE, "Ctrl+E", self._export, tr("Export…")),
             ("remove", tr("Remove"), Icon.ERASE, "Del", self._remove, tr("Remove")),
@@ -228,12 +243,9 @@ class LogsPage(Page):
         self.map.show_map(*fire_map(work.side(FlightGroup.MUST_NOT), must, work.limits), has_must=bool(must))
         self.map.show_limits(work.limits, labelled(limits_text(work.limits), text))
         self.thresholds.show_limits(work.limits)
-        self._refresh_proposal()
+        self.proposal.refresh()
         self._refresh_notice()
         self._refresh_actions()
-
-    def _refresh_proposal(self) -> None:
-        self.proposal.refresh(is_mistyped=self.thresholds.is_wrong)
 
     def _refresh_notice(self) -> None:
         loading = self.work.loading
@@ -258,13 +270,12 @@ class LogsPage(Page):
         unread = [log for log in self.work.unread() if log.name in ended.names]
         if not unread:
             return None
-        reasons = [
-            labelled(clean(Path(log.name).name, longest=80), clean(log.why_not.translated(), longest=400))
-            for log in unread[:_REASONS_SHOWN]
-            if log.why_not is not None
-        ]
-        text = tr("{count} of {total} not read.", count=len(unread), total=len(ended.names))
-        return Notice(Meaning.ATTENTION, "\n".join([text, *reasons]), dismiss=self.result.dismiss)
+        lines = [tr("{count} of {total} not read.", count=len(unread), total=len(ended.names))]
+        for log in unread[:_REASONS_SHOWN]:
+            if log.why_not is not None:
+                why = clean(log.why_not.translated(), longest=400)
+                lines.append(labelled(clean(Path(log.name).name, longest=80), why))
+        return Notice(Meaning.ATTENTION, "\n".join(lines), dismiss=self.result.dismiss)
 
     def _explain(self) -> None:
         used = size_text(sum(entry.size_bytes for entry in self.work.entries))
@@ -277,7 +288,7 @@ class LogsPage(Page):
 
     def _tick(self) -> None:
         self.work.poll()
-        if self._polls % 10 == 0:
+        if self._polls % 10 == 0 and not self.work.listing.is_running:
             self.work.list_again()
         self._polls += 1
         self._refresh_notice()
@@ -298,30 +309,25 @@ class LogsPage(Page):
         self.removing.setEnabled(is_idle and bool(rows) and not any(entry.is_running for entry in entries))
         self.removing.setText(tr("Delete…") if entries else tr("Remove"))
 
-    def _move(self, group: FlightGroup) -> None:
-        self.work.move([row.name for row in self.table.chosen()], group)
-
     def _export(self) -> None:
         (entry,) = self._entries()
         name = default_name(entry.module or entry.port, ".csv", entry.started_at.astimezone())
 
-        def end(path: Path, done: Exported) -> None:
-            text = saved_text(path, done.rows)
-            if done.damage is None:
-                self.result.notify_saved(path, text)
-            else:
-                self.result.notify_saved(path, join_sentences([text, done.damage.translated()]), Meaning.ATTENTION)
-
         def save(path: Path) -> None:
             self._folder = path.parent
-            is_table = path.suffix.lower() != ".mcap"
 
             def work(running: Running) -> Exported:
+                is_table = path.suffix.lower() != ".mcap"
                 return export(entry, path, is_table=is_table, on_progress=running.set_progress_or_end)
 
-            doing = tr("Exporting {name}", name=path.name)
+            def end(done: Exported) -> None:
+                damage = [] if done.damage is None else [done.damage.translated()]
+                text = join_sentences([saved_text(path, done.rows), *damage])
+                self.result.notify_saved(path, text, Meaning.ATTENTION if damage else Meaning.GOOD)
+
             if not self.result.is_busy:
-                self.result.begin(doing, work, partial(end, path), partial(not_written, path))
+                doing = tr("Exporting {name}", name=path.name)
+                self.result.begin(doing, work, end, partial(not_written, path))
 
         title = tr("Recording of {time}", time=when_text(entry))
         self.ask_path(self, title, self._folder / name, "*.csv;;*.mcap", save)

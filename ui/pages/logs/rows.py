@@ -1,43 +1,243 @@
-"""The list's columns, and the verdicts on logs in words."""
+"""Recordings and flight logs: read in the background, put on a side, shown as rows with their verdicts.
+
+Nothing here sends anything to a module.
+"""
 
 import math
-from datetime import datetime
+from collections import deque
+from collections.abc import Iterable
+from datetime import UTC, datetime
 from enum import IntEnum
 from pathlib import Path
 from typing import Final, NamedTuple
 
+from PySide6.QtCore import QObject, Signal
 from PySide6.QtGui import QFontMetrics, QIcon
 from PySide6.QtWidgets import QPushButton
 
 from app.flights.judge import TriggerLimits
-from app.flights.judging import Answer, FlightGroup, FlightOutcome, FlightSummary
-from app.recordings.library import entry_text
+from app.flights.judging import Answer, FlightGroup, FlightOutcome, FlightSummary, ThresholdProposal, propose
+from app.flights.read_log import distinct_names, find_logs, summarise_logs
+from app.flights.table import CsvColumns
+from app.recordings.library import RecordingEntry, RecordingLibrary, entry_text
 from app.text.i18n import tr
-from app.text.messages import capitalised, clean, in_brackets, join_names, labelled, stopwatch
+from app.text.messages import UserMessage, capitalised, clean, error_text, in_brackets, join_names, labelled, stopwatch
 from protocol.messages import Source
 from protocol.translatable import marked
+from ui.core.background_task import BackgroundTask, Running
 from ui.forms.tables import TableColumn
-from ui.pages.logs.work import LogRow
 from ui.style.icons import Icon, icon, set_icon_size
 from ui.style.theme import IconSize, Meaning, font
 from ui.widgets.controls import named
 
 
-class Side(NamedTuple):
-    """How a person puts logs on a side."""
+class LogFile(NamedTuple):
+    """A file that was opened, or is to be: then it has neither a flight nor a reason why not."""
 
-    word: str
-    tip: str
-    key: str
-    picture: Icon
+    # Its path.
+    name: str
+    group: FlightGroup = FlightGroup.UNSORTED
+    # With which a table was read; None: recognised by name.
+    columns: CsvColumns | None = None
+    flight: FlightSummary | None = None
+    # Why it could not be read.
+    why_not: UserMessage | None = None
+    # Column names of a table that could not be read.
+    head: tuple[str, ...] = ()
+    # When the file was last changed.
+    changed_at: datetime | None = None
+
+    @property
+    def is_waiting(self) -> bool:
+        return self.flight is None and self.why_not is None
 
 
+class LogRow(NamedTuple):
+    """A line of the list: a log, a recording in the library, or both."""
+
+    name: str
+    # By which it can be told from the others.
+    label: str
+    # Waits as long as a recording was not read.
+    log: LogFile
+    entry: RecordingEntry | None
+    # Of its flight with the chosen thresholds.
+    outcome: FlightOutcome | None
+
+    @property
+    def why_not(self) -> UserMessage | None:
+        """Why it could not be read."""
+        return self.log.why_not or (None if self.entry is None else self.entry.trouble)
+
+
+class Reading:
+    """Files and folders to read. `names`, `total` and `done` are written by the reading thread."""
+
+    def __init__(
+        self, paths: Iterable[Path] = (), columns: CsvColumns | None = None, skipped: Iterable[str] = ()
+    ) -> None:
+        """`skipped`: what is already read."""
+        self._paths, self._columns, self._skipped = tuple(paths), columns, frozenset(skipped)
+        # None until they are counted.
+        self.total: int | None = None
+        self.names: tuple[str, ...] = ()
+        self.done: deque[LogFile] = deque()
+        # Of `done`, what was taken over.
+        self.read = 0
+        self.was_cancelled = False
+        # An error of the operating system.
+        self.why = ""
+
+    def run(self, running: Running) -> None:
+        found = list(find_logs(self._paths))
+        self.names = tuple(map(str, found))
+        paths = [path for path in found if str(path) not in self._skipped]
+        self.total = len(paths)
+        for path, flight, why_not, head in summarise_logs(paths, self._columns, is_cancelled=running.is_cancelled):
+            try:
+                changed_at = datetime.fromtimestamp(path.stat().st_mtime, UTC)
+            except (OSError, ValueError):  # it is in an archive, or gone
+                changed_at = None
+            group = FlightGroup.UNSORTED
+            self.done.append(LogFile(str(path), group, self._columns, flight, why_not, head, changed_at))
+
+
+class LogsWork(QObject):
+    """Reads orders one after another, and keeps what was read. `loading_ended` has the `Reading`."""
+
+    changed = Signal()
+    loading_ended = Signal(object)
+
+    def __init__(self, library: RecordingLibrary, parent: QObject) -> None:
+        super().__init__(parent)
+        self.library = library
+        self.entries: tuple[RecordingEntry, ...] = ()
+        self.listing: BackgroundTask[tuple[RecordingEntry, ...]] = BackgroundTask("dps-s recordings", self)
+        self.logs: dict[str, LogFile] = {}
+        self.limits = TriggerLimits()
+        self.proposal: ThresholdProposal | None = None
+        # The present one, or the last.
+        self.loading = Reading()
+        self._orders: deque[Reading] = deque()
+        self.task: BackgroundTask[None] = BackgroundTask("dps-s logs", self)
+        self.proposing: BackgroundTask[ThresholdProposal] = BackgroundTask("dps-s thresholds", self)
+
+    def side(self, group: FlightGroup) -> list[FlightSummary]:
+        """Without what could not be read."""
+        return [log.flight for log in self.logs.values() if log.group is group and log.flight is not None]
+
+    def unread(self) -> list[LogFile]:
+        return [log for log in self.logs.values() if log.why_not is not None]
+
+    def rows(self) -> list[LogRow]:
+        entries = {str(entry.path): entry for entry in self.entries}
+        read = (log.name for log in self.logs.values() if not log.is_waiting)
+        names = list(dict.fromkeys((*entries, *read)))
+        rows = []
+        for name, label in zip(names, distinct_names([Path(name) for name in names]), strict=True):
+            log, entry = self.logs.get(name, LogFile(name)), entries.get(name)
+            outcome = None if log.flight is None else log.flight.outcome(self.limits)
+            of_module = "" if entry is None else entry.module or entry.port.removeprefix("/dev/")
+            rows.append(LogRow(name, of_module or label, log, entry, outcome))
+        return rows
+
+    def list_again(self) -> None:
+        """The recordings; of a list that is being made, which may miss what changed since, nothing comes."""
+
+        def end(entries: tuple[RecordingEntry, ...]) -> None:
+            if entries != self.entries:
+                self.entries = entries
+                self.changed.emit()
+
+        self.listing.run(lambda _running: self.library.entries(), end)
+
+    # Reading
+
+    def open(self, paths: Iterable[Path], columns: CsvColumns | None = None) -> None:
+        """Reads files and folders, without logs that are already there; a recording may have grown."""
+        recordings = {str(entry.path) for entry in self.entries}
+        read = [log.name for log in self.logs.values() if log.flight is not None and log.name not in recordings]
+        self._orders.append(Reading(paths, columns, read))
+        self._begin_next()
+
+    def _begin_next(self) -> None:
+        if self._orders and not self.task.is_running:
+            self.loading = self._orders.popleft()
+            self.task.run(self.loading.run, lambda _none: self._end(), self._end)
+
+    def poll(self) -> None:
+        """Takes over the logs that were read since."""
+        done = self.loading.done
+        if not done:
+            return
+        while done:
+            log = done.popleft()
+            known = self.logs.get(log.name, log)
+            self.logs[log.name] = log._replace(group=known.group)
+            self.loading.read += 1
+        self.changed.emit()
+
+    def cancel(self) -> None:
+        """Returns at once; logs already read stay, logs being read are dropped."""
+        if self.task.is_running:
+            self._orders.clear()
+            self.task.cancel()
+            self.loading.was_cancelled = True
+            self._end()
+
+    def _end(self, error: Exception | None = None) -> None:
+        self.poll()
+        ended, self.loading = self.loading, Reading()  # what its thread still reads is discarded
+        self._change()
+        if error is not None:
+            ended.why = error_text(error)
+        self.loading_ended.emit(ended)
+        self._begin_next()
+        if error is not None and not isinstance(error, OSError):
+            raise error
+
+    # What a person chooses
+
+    def choose(self, limits: TriggerLimits) -> None:
+        if limits != self.limits:
+            self.limits = limits
+            self.changed.emit()
+
+    def move(self, names: Iterable[str], group: FlightGroup) -> None:
+        """Puts logs on a side; a recording that was not read yet is read for it."""
+        for name in names:
+            self.logs[name] = self.logs.get(name, LogFile(name))._replace(group=group)
+        self._change()
+        waiting = [Path(log.name) for log in self.logs.values() if log.is_waiting]
+        if waiting:
+            self.open(waiting)
+
+    def remove(self, names: Iterable[str]) -> None:
+        """Removes logs from the list; the files stay."""
+        for name in names:
+            self.logs.pop(name, None)
+        self._change()
+
+    def _change(self) -> None:
+        self.proposal = None
+        sides = self.side(FlightGroup.MUST_NOT), self.side(FlightGroup.MUST)
+
+        def end(proposal: ThresholdProposal) -> None:
+            self.proposal = proposal
+            self.changed.emit()
+
+        if any(sides):
+            self.proposing.run(lambda _running: propose(*sides), end)
+        else:
+            self.proposing.cancel()
+        self.changed.emit()
+
+
+# How a person puts logs on a side: tip, key and picture.
 SIDES: Final = {
-    FlightGroup.MUST_NOT: Side(
-        marked("Must not fire"), marked("An ordinary flight: it must not fire."), "N", Icon.NOT_TRIGGERED
-    ),
-    FlightGroup.MUST: Side(marked("Must fire"), marked("It crashed: it must fire."), "M", Icon.PARACHUTE),
-    FlightGroup.UNSORTED: Side(marked("Not sorted"), marked("On neither side"), "U", Icon.UNKNOWN),
+    FlightGroup.MUST_NOT: (marked("An ordinary flight: it must not fire."), "N", Icon.NOT_TRIGGERED),
+    FlightGroup.MUST: (marked("It crashed: it must fire."), "M", Icon.PARACHUTE),
+    FlightGroup.UNSORTED: (marked("On neither side"), "U", Icon.UNKNOWN),
 }
 
 
@@ -57,6 +257,7 @@ _NOT_JUDGED: Final = Verdict(marked("not judged"), Icon.UNKNOWN, Meaning.ATTENTI
 _LATE: Final = Verdict(marked("too late"), Icon.CLOCK, Meaning.DANGER)
 _FIRES: Final = Verdict(marked("fires"), Icon.PARACHUTE)
 _HOLDS: Final = Verdict(marked("no"), Icon.NOT_TRIGGERED)
+_WORDS: Final = tuple(verdict.word for verdict in (_UNREAD, _NOT_JUDGED, _LATE, _FIRES, _HOLDS))
 
 
 def verdict_of(outcome: FlightOutcome, group: FlightGroup) -> Verdict:
@@ -92,10 +293,7 @@ def outcome_text(flight: FlightSummary, outcome: FlightOutcome) -> str:
     parts = [tr("Fires at {time}: {why}", time=moment_text(outcome.at_s), why=why)]
     if not outcome.is_before_impact:
         parts.append(tr("after the impact"))
-    elif flight.loss_s is not None and outcome.at_s < flight.loss_s:
-        # It flew on: nothing tells that control was lost when it fired.
-        parts.append(tr("then calm again until {time}", time=moment_text(flight.loss_s)))
-    elif flight.loss_s is not None:
+    elif flight.loss_s is not None and outcome.at_s >= flight.loss_s:
         parts.append(tr("{delay:.2f} s after the loss of control", delay=outcome.at_s - flight.loss_s))
     return join_names(parts)
 
@@ -106,7 +304,7 @@ def row_text(row: LogRow) -> str:
     if row.entry is not None:
         lines.append(entry_text(row.entry))
     elif row.log.changed_at is not None:
-        lines.append(tr("File of {time}", time=_time_text(row.log.changed_at)))
+        lines.append(tr("File of {time}", time=_time_text(row)))
     if row.why_not is not None:
         lines.append(row.why_not.translated())
     flight = row.log.flight
@@ -161,12 +359,13 @@ class LogColumn(IntEnum):
     SIDE = 4
 
 
-def _time_text(when: datetime | None) -> str:
-    return "—" if when is None else f"{when.astimezone():%Y-%m-%d %H:%M}"
-
-
 def _when(row: LogRow) -> datetime | None:
     return row.log.changed_at if row.entry is None else row.entry.started_at
+
+
+def _time_text(row: LogRow) -> str:
+    when = _when(row)
+    return "—" if when is None else f"{when.astimezone():%Y-%m-%d %H:%M}"
 
 
 def _length_s(row: LogRow) -> float:
@@ -211,11 +410,6 @@ def _answer_order(row: LogRow) -> float:
     return at_s if verdict.meaning is not None else 1e9 + at_s
 
 
-def _widest_answer() -> str:
-    words = (tr(verdict.word) for verdict in (_UNREAD, _NOT_JUDGED, _LATE, _FIRES, _HOLDS))
-    return max((*words, "8:88:88.8"), key=QFontMetrics(font()).horizontalAdvance)
-
-
 COLUMNS: Final = (
     TableColumn[LogRow](
         marked("Log"),
@@ -226,7 +420,7 @@ COLUMNS: Final = (
     ),
     TableColumn[LogRow](
         marked("Time"),
-        lambda row: _time_text(_when(row)),
+        _time_text,
         lambda row: 0.0 if (when := _when(row)) is None else when.timestamp(),
         widest=lambda: "0000-00-00 00:00",
     ),
@@ -244,12 +438,12 @@ COLUMNS: Final = (
         _answer_order,
         picture=lambda row: None if (verdict := _verdict(row)) is None else icon(verdict.icon, verdict.meaning),
         ink=lambda row: None if (verdict := _verdict(row)) is None else verdict.meaning,
-        widest=_widest_answer,
+        widest=lambda: max((*map(tr, _WORDS), "8:88:88.8"), key=QFontMetrics(font()).horizontalAdvance),
     ),
     TableColumn[LogRow](
         marked("Side"),
-        lambda row: "" if row.log.group is FlightGroup.UNSORTED else tr(SIDES[row.log.group].word),
-        picture=lambda row: None if row.log.group is FlightGroup.UNSORTED else icon(SIDES[row.log.group].picture),
-        widest=lambda: tr("Must not fire"),
+        lambda row: "" if row.log.group is FlightGroup.UNSORTED else capitalised(tr(row.log.group.value)),
+        picture=lambda row: None if row.log.group is FlightGroup.UNSORTED else icon(SIDES[row.log.group][2]),
+        widest=lambda: capitalised(tr(FlightGroup.MUST_NOT.value)),
     ),
 )

@@ -8,17 +8,15 @@ import numpy as np
 import pyqtgraph as pg
 from numpy.typing import NDArray
 from PySide6.QtCore import QEvent, QPointF, QRectF, QSize, Qt, Signal
-from PySide6.QtGui import QColor, QImage, QKeyEvent, QMouseEvent, QPixmap
-from PySide6.QtWidgets import QFrame, QGridLayout, QLabel, QScrollArea, QSizePolicy, QStackedWidget, QWidget
+from PySide6.QtGui import QColor, QKeyEvent, QMouseEvent, QPixmap
+from PySide6.QtWidgets import QFrame, QGridLayout, QLabel, QScrollArea, QSizePolicy, QWidget
 
 from app.flights.judge import TriggerLimits
-from app.flights.judging import LEAST, MOST, TILTS_DEG, TIMES_S, Answer, DefaultsResult, FlightGroup, FlightMargin
+from app.flights.judging import LEAST, MOST, TILTS_DEG, TIMES_S, Answer, DefaultsResult, FlightGroup
 from app.text.i18n import tr
 from app.text.messages import capitalised, join_names, labelled
 from protocol.catalogue import BY_NAME
-from protocol.translatable import marked
-from ui.pages.logs.rows import button, limits_text, short_name
-from ui.pages.logs.work import LogsWork
+from ui.pages.logs.rows import LogsWork, button, limits_text, short_name
 from ui.plots.charts import StaticPlot
 from ui.services.context import DraftExchange
 from ui.style.icons import Icon
@@ -49,13 +47,13 @@ class ThresholdPanel(QWidget):
         grid.setVerticalSpacing(Space.XS)
         grid.setColumnStretch(1, 1)
         rows = (
-            ("attitude_threshold", marked("Attitude"), self.tilt),
-            ("freefall_acceleration", marked("Free fall below"), self.acceleration),
-            ("freefall_time", marked("Free-fall time"), self.time),
+            ("attitude_threshold", tr("Attitude"), self.tilt),
+            ("freefall_acceleration", tr("Free fall below"), self.acceleration),
+            ("freefall_time", tr("Free-fall time"), self.time),
         )
         for row, (name, title, dial) in enumerate(rows):
             dial.describe(tr(BY_NAME[name].title), tr(BY_NAME[name].explanation))
-            grid.addWidget(label_for(dial, tr(title)), row, 0)
+            grid.addWidget(label_for(dial, title), row, 0)
             grid.addWidget(dial, row, 1)
             dial.judged.connect(self.judged)
             dial.turned.connect(self._choose)
@@ -79,8 +77,6 @@ class ThresholdPanel(QWidget):
 _TILT_TICKS_DEG: Final = (30, 45, 60, 75, 90, 105, 120)
 _TIME_TICKS_S: Final = (0.5, 1.0, 1.5, 2.0, 2.5)
 _SWATCH_PX: Final = 12
-_HATCH_PX: Final = 8
-_MIN_SHADE: Final = 0.35
 _HANDLE_PX: Final = 11
 # Steps of tilt and of time.
 _KEYS: Final = {
@@ -97,37 +93,25 @@ _EDGE_DEG: Final = 0.5
 _TIME_EDGES_S: Final = (float(TIMES_S[0]) - _TIME_STEP_S / 2, float(TIMES_S[-1]) + _TIME_STEP_S / 2)
 _TILT_EDGES_DEG: Final = (float(TILTS_DEG[0]) - _EDGE_DEG, float(TILTS_DEG[-1]) + _EDGE_DEG)
 Cells = NDArray[np.float64]
-Pixels = NDArray[np.uint8]
-# The share of false and of missing triggers in the cell that each word explains.
-_LEGEND: Final = {
-    marked("false trigger"): (0.6, 0.0),
-    marked("no trigger"): (0.0, 0.6),
-    marked("separates"): (0.0, 0.0),
-}
 
 
-def map_pixels(wrong: Cells, missed: Cells, size: QSize, ratio: float, *, has_must: bool) -> Pixels:
-    """The image, lowest row first: shade for false triggers, hatch for missing ones.
+def cell_colours(wrong: Cells, missed: Cells, *, has_must: bool) -> NDArray[np.uint8]:
+    """One pixel a cell, lowest row first: red for false triggers, else blue for missing ones.
 
     `wrong` and `missed`: the shares of flights that fire and must not, and that do not fire in time and must.
     """
-    theme, height, width = current(), size.height(), size.width()
-    down, across = np.arange(height)[:, None], np.arange(width)[None, :]
-    rows, columns = wrong.shape
-    wrong, missed = (
-        part.take(down[:, 0] * rows // height, 0).take(across[0] * columns // width, 1) for part in (wrong, missed)
-    )
-    share = (_MIN_SHADE + (1 - _MIN_SHADE) * wrong)[:, :, None]
-    wash, fill = np.array(_rgb(theme.danger.wash)), np.array(_rgb(theme.danger.fill))
-    pixels: Pixels = (wash + (fill - wash) * share).astype(np.uint8)
-    pixels[wrong == 0] = _rgb(theme.tint(Meaning.GOOD).wash if has_must else theme.surface)
-    pixels[(wrong == 0) & (missed > 0)] = _rgb(theme.surface)
-    stroke = np.where(missed >= 0.5, 3 * ratio, 1.5 * ratio) * (missed > 0)
-    pixels[(down + across) % round(_HATCH_PX * ratio) < stroke] = _rgb(theme.muted)
+    theme = current()
+    # Red and blue differ for every eye, and in how light they are from what separates.
+    pixels = np.empty((*wrong.shape, 3), np.uint8)
+    pixels[:] = _rgb(theme.tint(Meaning.GOOD).wash if has_must else theme.surface)
+    for share, tint in ((missed, theme.information), (wrong, theme.danger)):
+        wash, fill = np.array(_rgb(tint.wash)), np.array(_rgb(tint.fill))
+        shades = wash + (fill - wash) * (0.35 + 0.65 * share[:, :, None])
+        pixels[share > 0] = shades.astype(np.uint8)[share > 0]
     return pixels
 
 
-def _rgb(colour: QColor | str) -> tuple[int, int, int]:
+def _rgb(colour: str) -> tuple[int, int, int]:
     ink = QColor(colour)
     return ink.red(), ink.green(), ink.blue()
 
@@ -143,30 +127,27 @@ class FireMapView(StaticPlot):
         super().__init__("logs_map")
         self.setFocusPolicy(Qt.FocusPolicy.StrongFocus)
         self.setCursor(Qt.CursorShape.CrossCursor)
-        # The shares of `fire_map`, and whether a flight must fire.
+        # What `cell_colours` needs.
         self._map: tuple[Cells, Cells, bool] | None = None
         self._limits = TriggerLimits()
         self.image = pg.ImageItem(axisOrder="row-major")
         # Outlines and lines, so that they contrast with every cell.
         self.cross = [pg.InfiniteLine(angle=angle) for angle in (0, 90, 0, 90)]
         self.handle = pg.TargetItem(size=_HANDLE_PX, symbol="o", movable=False)
-        self._legend = {word: QLabel() for word in _LEGEND}
+        self._swatches: list[QLabel] = []
         keys = QGridLayout()
         keys.setColumnStretch(1, 1)
         keys.setColumnStretch(3, 1)
-        for place, (word, swatch) in enumerate(self._legend.items()):
+        for place, word in enumerate((tr("false trigger"), tr("no trigger"), tr("separates"))):
+            self._swatches.append(named(QLabel(), f"logs_map_swatch_{place}"))
             row, column = divmod(place, 2)
-            swatch.setObjectName(f"logs_map_swatch_{place}")
-            keys.addWidget(swatch, row, 2 * column)
-            keys.addWidget(named(QLabel(tr(word)), "logs_map_word", "small"), row, 2 * column + 1)
+            keys.addWidget(self._swatches[-1], row, 2 * column)
+            keys.addWidget(named(QLabel(word), "logs_map_word", "small"), row, 2 * column + 1)
         self.column.addLayout(keys)
 
     def show_map(self, wrong: Cells, missed: Cells, *, has_must: bool) -> None:
         self._map = wrong, missed, has_must
-        if self.view is None:  # it was not seen yet
-            self.redraw()
-        else:
-            self.fit_to_view()
+        self.redraw()
 
     def show_limits(self, limits: TriggerLimits, text: str) -> None:
         """Moves the cross; `text` is the accessible text."""
@@ -196,30 +177,21 @@ class FireMapView(StaticPlot):
         self.show_ticks("left", [(tilt, f"{tilt}°") for tilt in _TILT_TICKS_DEG], tr("Attitude threshold"))
         self.show_ticks("bottom", [(time_s, f"{time_s:g} s") for time_s in _TIME_TICKS_S], tr("Free-fall time"))
         self._draw_frame()
-        self.fit_to_view()
-        ratio = self.devicePixelRatioF()
-        side = round(scaled(_SWATCH_PX) * ratio)
-        for word, (wrong, missed) in _LEGEND.items():
-            cell = np.ones((1, 1))
-            pixels = map_pixels(cell * wrong, cell * missed, QSize(side, side), ratio, has_must=True)
-            pixels[[0, -1]] = pixels[:, [0, -1]] = _rgb(theme.border)
-            picture = QPixmap(QImage(pixels.tobytes(), side, side, 3 * side, QImage.Format.Format_RGB888))
-            picture.setDevicePixelRatio(ratio)
-            self._legend[word].setPixmap(picture)
+        if self._map is not None:
+            wrong, missed, has_must = self._map
+            self.image.setImage(cell_colours(wrong, missed, has_must=has_must), autoLevels=False)
+            (first, last), (low, high) = _TIME_EDGES_S, _TILT_EDGES_DEG
+            self.image.setRect(QRectF(first, low, last - first, high - low))
+        explained = cell_colours(np.array([[0.6, 0.0, 0.0]]), np.array([[0.0, 0.6, 0.0]]), has_must=True)[0]
+        for swatch, colour in zip(self._swatches, explained.tolist(), strict=True):
+            picture = QPixmap(scaled(_SWATCH_PX), scaled(_SWATCH_PX))
+            picture.fill(QColor(*colour))
+            swatch.setPixmap(picture)
 
     def _draw_frame(self) -> None:
         theme = current()
         colour, width = (theme.information.ink, 2) if self.hasFocus() else (theme.border, theme.border_px)
         self.view.setBorder(pg.mkPen(colour, width=width))
-
-    def fit_to_view(self) -> None:
-        ratio = self.devicePixelRatioF()
-        size, shown = (self.view.size() * ratio).toSize(), self._map
-        if shown is not None and not size.isEmpty():
-            pixels = map_pixels(*shown[:2], size, ratio, has_must=shown[2])
-            self.image.setImage(pixels, autoLevels=False)
-            (first, last), (low, high) = _TIME_EDGES_S, _TILT_EDGES_DEG
-            self.image.setRect(QRectF(first, low, last - first, high - low))
 
     # Mouse and keyboard
 
@@ -257,39 +229,34 @@ _LINES = 5
 class ProposalBar(QFrame):
     """A notice of the page stands in place of the proposal's text; what is longer scrolls, so that nothing moves."""
 
-    settings_wanted = Signal()
-
-    def __init__(self, exchange: DraftExchange, work: LogsWork) -> None:
+    def __init__(self, exchange: DraftExchange, work: LogsWork, thresholds: ThresholdPanel) -> None:
         super().__init__()
         named(self, "logs_proposal", "card")
-        self._work, self._exchange = work, exchange
+        self._work, self._exchange, self._thresholds = work, exchange, thresholds
         self.picture = IconLabel("logs_proposal_icon", IconSize.NOTICE)
         self.head = text_label("logs_proposal_head", "strong", is_selectable=True)
         self.lines = text_label("logs_proposal_lines", "small", is_selectable=True)
         self.strip = named(NoticeBar(), "logs_notice")
-        self.take = button("logs_take", tr("Try proposal"), Icon.CHECK, self._use_proposal)
+        self.take = button("logs_take", tr("Try proposal"), Icon.CHECK, self._try)
         self.use = button("logs_use", tr("Use in Settings"), Icon.SETTINGS, self._use)
         self.use.setToolTip(tr("Nothing is sent."))
         summary = QWidget()
         texts = in_column(self.head, self.lines, 1, spacing=0)
         in_row((self.picture, Qt.AlignmentFlag.AlignTop), (texts, 1), of=summary, margins=(Space.S, 0))
-        stack = QStackedWidget()
-        for content in (summary, self.strip):
-            area = QScrollArea()
-            area.setFrameShape(QFrame.Shape.NoFrame)
-            area.setWidgetResizable(True)
-            area.setHorizontalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAlwaysOff)
-            area.setFocusPolicy(Qt.FocusPolicy.NoFocus)
-            area.setWidget(content)
-            for ground in (content, area.viewport()):
-                ground.setAutoFillBackground(False)
-            stack.addWidget(area)
-        stack.setFixedHeight(_LINES * self.fontMetrics().lineSpacing() + Space.S)
-        self.strip.changed.connect(lambda: stack.setCurrentIndex(int(self.strip.notice is not None)))
-        in_row((stack, 1), in_column(self.take, self.use), of=self, margins=(Space.S, Space.XS))
+        area, content = QScrollArea(), QWidget()
+        area.setFrameShape(QFrame.Shape.NoFrame)
+        area.setWidgetResizable(True)
+        area.setHorizontalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAlwaysOff)
+        area.setFocusPolicy(Qt.FocusPolicy.NoFocus)
+        area.setWidget(content)
+        in_column(summary, self.strip, of=content, spacing=0, margins=0)
+        for ground in (content, area.viewport()):
+            ground.setAutoFillBackground(False)
+        area.setFixedHeight(_LINES * self.fontMetrics().lineSpacing() + Space.S)
+        self.strip.changed.connect(lambda: summary.setVisible(self.strip.notice is None))
+        in_row((area, 1), in_column(self.take, self.use), of=self, margins=(Space.S, Space.XS))
 
-    def refresh(self, *, is_mistyped: bool = False) -> None:
-        """`is_mistyped`: a threshold is typed that cannot be used, so none is handed over."""
+    def refresh(self) -> None:
         work, proposal, unread = self._work, self._work.proposal, self._work.unread()
         limits = None if proposal is None or unread else proposal.limits
         if work.proposing.is_running:
@@ -308,14 +275,23 @@ class ProposalBar(QFrame):
             lines = [labelled(capitalised(words[group]), _names(names)) for group, names in conflicts if names]
             self._say(Icon.WARNING, tr("No thresholds separate the sides"), lines, Meaning.ATTENTION)
         else:
-            lines = [_margin_text(group, margin) for group, margin in proposal.nearest.items()]
+            lines = []
+            for group, margin in proposal.nearest.items():
+                parts = []
+                if margin.attitude_deg is not None and margin.attitude_deg >= 0:
+                    parts.append(f"{margin.attitude_deg}°")
+                if margin.freefall_s is not None and margin.freefall_s >= 0:
+                    parts.append(f"{margin.freefall_s:.2f} s")
+                side, what, name = capitalised(tr(group.value)), " · ".join(parts), short_name(margin.name)
+                lines.append(tr("{group}: {what} to spare ({name})", group=side, what=what, name=name))
             must_not = work.side(FlightGroup.MUST_NOT)
             doubtful = [one.name for one in must_not if one.outcome(limits).answer is Answer.NOT_JUDGED]
             if doubtful:
                 lines.append(tr("Not judged: {names}", names=_names(doubtful)))
             self._say(Icon.CHECK, tr("Proposal: {limits}", limits=limits_text(limits)), [*lines, *bounds_lines()])
         self.take.setEnabled(limits is not None and limits != work.limits)
-        self.use.setEnabled(self._exchange.can_use() and not is_mistyped)
+        # What is typed and cannot be used is not what would be handed over.
+        self.use.setEnabled(self._exchange.can_use() and not self._thresholds.is_wrong)
 
     def _say_defaults(self, defaults: DefaultsResult) -> None:
         """With logs on one side only nothing is proposed: what the vendor's defaults do is all there is to say."""
@@ -344,35 +320,24 @@ class ProposalBar(QFrame):
         self.head.setText(head)
         self.lines.setText("\n".join(lines))
 
-    def _use_proposal(self) -> None:
+    def _try(self) -> None:
         proposal = self._work.proposal
         if proposal is not None and proposal.limits is not None:
             self._work.choose(proposal.limits)
 
     def _use(self) -> None:
         limits = self._work.limits
-        values = {
-            "attitude_threshold_deg": round(limits.attitude_threshold_deg),
-            "freefall_acceleration_g": round(limits.freefall_acceleration_g, 1),
-            "freefall_time_s": round(limits.freefall_time_s, 2),
-        }
-        self._exchange.used.emit(values)
-        self.settings_wanted.emit()
+        self._exchange.used.emit(
+            {
+                "attitude_threshold_deg": round(limits.attitude_threshold_deg),
+                "freefall_acceleration_g": round(limits.freefall_acceleration_g, 1),
+                "freefall_time_s": round(limits.freefall_time_s, 2),
+            }
+        )
 
 
 def _names(names: Iterable[str]) -> str:
     return join_names(map(short_name, names))
-
-
-def _margin_text(group: FlightGroup, margin: FlightMargin) -> str:
-    """Smallest margin of a side."""
-    parts: list[str] = []
-    if margin.attitude_deg is not None and margin.attitude_deg >= 0:
-        parts.append(f"{margin.attitude_deg}°")
-    if margin.freefall_s is not None and margin.freefall_s >= 0:
-        parts.append(f"{margin.freefall_s:.2f} s")
-    side, what = capitalised(tr(group.value)), " · ".join(parts)
-    return tr("{group}: {what} to spare ({name})", group=side, what=what, name=short_name(margin.name))
 
 
 def bounds_lines() -> tuple[str, str]:

@@ -24,8 +24,7 @@ from app.text.i18n import tr
 from app.text.messages import UserError, clean, error_text
 from protocol.translatable import marked
 from ui.core.background_task import BackgroundTask
-from ui.pages.logs.rows import button, outcome_text, row_text, short_name, verdict_of
-from ui.pages.logs.work import LogFile, LogRow
+from ui.pages.logs.rows import LogRow, button, outcome_text, row_text, short_name, verdict_of
 from ui.plots.lanes import Lane, Mark, Scale, Span, acceleration_lane, mark_of, measured_lanes, tilt_lane
 from ui.plots.time_plot import TimePlot
 from ui.style.icons import Icon
@@ -93,7 +92,12 @@ class LogView(QWidget):
         if log.why_not is not None:
             self._say(Icon.WARNING, clean(log.why_not.translated(), longest=2000), Meaning.ATTENTION)
             if log.head:
-                self._ask_columns(log)
+                # What was said before and what is proposed stand in the line already.
+                words = [*map(shlex.quote, role_words(log.columns or {}))]
+                cure = str(dict(log.why_not.values).get("cure", "")).replace("--column ", "")
+                self.line.setText(" ".join([*words, cure]).strip())
+                self.columns.show()
+                self.line.setFocus()
             return
         self._say(Icon.CLOCK, tr("Reading logs…"))
         path, columns = Path(row.name), log.columns
@@ -136,9 +140,18 @@ class LogView(QWidget):
         start_s = 0.0 if recording is None or log is None else log.start_s
         if recording is not None:
             bounds, offset_s = Span(recording.start_s, recording.end_s), recording.wall_offset_s
-            lanes = _recorded_lanes(recording, self._limits, self._in_use)
+            # The thresholds that are tried; the module's own ones are in the text above.
+            tried, held = _chosen(self._limits, recording.start_s), recording.last()
+            tried.lights = recording.lights
+            lanes = measured_lanes(recording, self._in_use, tried, LimitSteps())
             marks += map(mark_of, recording.markers)
-            details.append(_held_text(recording))
+            had = (
+                "" if held.fires_deg is None else f"{held.fires_deg:g}°",
+                "" if held.free_fall_g is None else f"{held.free_fall_g:g} g",
+                "" if held.free_fall_s is None else f"{held.free_fall_s:.2f} s",
+            )
+            if any(had):
+                details.append(tr("On the module: {value}", value=" · ".join(filter(None, had))))
             details.append("" if recording.damage is None else recording.damage.translated())
         elif log is not None:
             bounds, offset_s = Span(0.0, max(log.duration_s, float(log.time_s[-1]))), _MIDNIGHT_S
@@ -173,16 +186,6 @@ class LogView(QWidget):
             plot.time_range.show_instant(moment_s + start_s)
         plot.draw(bounds.end_s)
 
-    # Columns of a table
-
-    def _ask_columns(self, log: LogFile) -> None:
-        """What was said before and what is proposed stand in the line already."""
-        cure = "" if log.why_not is None else str(dict(log.why_not.values).get("cure", ""))
-        words = map(shlex.quote, role_words(log.columns or {}))
-        self.line.setText(" ".join([*words, cure.replace("--column ", "")]).strip())
-        self.columns.show()
-        self.line.setFocus()
-
     def _choose_columns(self) -> None:
         try:
             columns = parse_line(self.line.text())
@@ -196,29 +199,10 @@ class LogView(QWidget):
 
 def _chosen(limits: TriggerLimits, start_s: float) -> LimitSteps:
     """The thresholds that are tried, all the time."""
-    steps = LimitSteps()
     tilt_deg, force_g, time_s = limits[:3]
-    steps.put(start_s, ModuleLimits(tilt_deg, limits.reset_angle_deg, force_g, time_s, None))
+    steps = LimitSteps()
+    steps.put(start_s, ModuleLimits(tilt_deg, limits.reset_angle_deg, force_g, time_s))
     return steps
-
-
-def _recorded_lanes(recording: Recording, limits: TriggerLimits, in_use: LimitsInUse) -> tuple[Lane, ...]:
-    """With the thresholds that are tried; the module's own ones are in the text above."""
-    chosen = _chosen(limits, recording.start_s)
-    chosen.lights = recording.lights
-    return measured_lanes(recording, in_use, chosen, LimitSteps())
-
-
-def _held_text(recording: Recording) -> str:
-    """The thresholds that the module had, as far as they were read."""
-    held = recording.last()
-    parts = (
-        "" if held.fires_deg is None else f"{held.fires_deg:g}°",
-        "" if held.free_fall_g is None else f"{held.free_fall_g:g} g",
-        "" if held.free_fall_s is None else f"{held.free_fall_s:.2f} s",
-    )
-    known = " · ".join(filter(None, parts))
-    return tr("On the module: {value}", value=known) if known else ""
 
 
 def _flight_lanes(log: FlightLog, limits: TriggerLimits) -> tuple[Lane, ...]:

@@ -33,7 +33,7 @@ from tests.support.window.rig import Rig, on_fake_time
 from tests.support.window.steps import choosing, find, given, notice_text, press, show_page
 from ui.main import Assembly
 from ui.pages.diagnosis.page import DiagnosisPage
-from ui.pages.diagnosis.panels import SharingCard
+from ui.pages.diagnosis.why import SharingCard
 from ui.services.context import PageEntry
 from ui.style.icons import Icon
 

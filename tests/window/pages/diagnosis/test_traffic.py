@@ -49,7 +49,7 @@ def model_of(*events: Event) -> TrafficModel:
 
 
 def feed(traffic: TrafficView, *events: Event) -> None:
-    traffic.on_batch(Batch(1.0, Connection(), ConversationView(), None, events=events))
+    traffic.model.append(Batch(1.0, Connection(), ConversationView(), None, events=events).events)
     traffic.draw()
 
 

@@ -33,10 +33,9 @@ from tests.support.window.steps import Driver, await_child, choosing, given, let
 from tests.support.window.walk import SMALL_SCREEN
 from ui.main import WindowOptions
 from ui.pages.live.page import LivePage
-from ui.pages.logs import work as work_module
+from ui.pages.logs import rows as work_module
 from ui.pages.logs.page import LogsPage
-from ui.pages.logs.rows import COLUMNS, LogColumn
-from ui.pages.logs.work import LogFile, LogRow
+from ui.pages.logs.rows import COLUMNS, LogColumn, LogFile, LogRow
 from ui.plots.lanes import Span
 from ui.services.storage import Storage
 from ui.style.theme import Choice, Meaning
@@ -434,6 +433,7 @@ def test_it_is_listed_and_searched_and_judged_on_a_side(one: Desk) -> None:
     one.qtbot.keyClick(one.page.table, Qt.Key.Key_M)
     one.until(lambda: one.page.counts.text() == "Must fire: 2 of 2 fire in time")
     assert sorted(one.texts(LogColumn.ANSWER).values()) == ["10.0 s", "1:00.0"]
+    one.wait_read()
     assert one.notice() == ""
     one.page.list.search.setText("left WING")
     assert [*one.texts(LogColumn.NAME).values()] == ["Left wing"]
