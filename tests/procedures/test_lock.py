@@ -98,6 +98,15 @@ def test_an_acknowledgement_alone_is_no_proof() -> None:
 
 
 @pytest.mark.promise("l")
+def test_without_an_acknowledgement_reports_of_active_are_no_refusal() -> None:
+    rig = settled_rig(active=True)
+    deafen(rig, lambda _number, frame: frame == LOCK)
+    locked = pressed(rig)
+    assert (locked.outcome, locked.is_locked, locked.is_acknowledged) == (Outcome.UNKNOWN, None, False)
+    assert locked.sentence.endswith("not confirmed: treat the module as ACTIVE.")
+
+
+@pytest.mark.promise("l")
 def test_it_ends_within_its_limits_and_says_what_is_not_known() -> None:
     rig, journal = settled_rig(active=True, mute=False), FakeJournal()
     rig.bench.change(mute=True)

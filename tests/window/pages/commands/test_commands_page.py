@@ -214,6 +214,17 @@ def test_a_locked_module_is_not_deployed(one: Desk) -> None:
     assert (ritual.conditions.isVisible(), ritual.choose.isEnabled()) == (True, False)
 
 
+def test_it_is_not_armed_while_a_condition_is_open(active: Desk) -> None:
+    ritual = active.commands.ritual
+    active.until(ritual.choose.isEnabled)
+    active.click(ritual.choose)
+    active.until(ritual.arm.isEnabled)
+    active.bench.module.activate(is_active=False)
+    active.until(lambda: not ritual.arm.isEnabled())
+    assert ritual.ritual.stage is Stage.CHOSEN
+    assert "LOCKED" in ritual.conditions.text()
+
+
 def test_letting_go_too_early_and_ten_seconds_end_it(active: Desk) -> None:
     ritual = arm(active)
     press(active)
