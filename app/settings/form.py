@@ -1,15 +1,14 @@
-"""The form of a module's settings: what it says, what a person wants, and what came of writing it. Of one conversation.
+"""What a person wants of each setting beside what the module says of it, and a profile beside the module.
 
 The baud rate is no row of the form: changing it may cut the link, so it has a procedure and a panel of its own.
 """
 
-from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from enum import Enum
 from typing import NamedTuple
 
 from app.engine.conversation import ConversationView, How, Known
-from app.procedures.write import SettingChange, Written
+from app.procedures.write import Written
 from app.safety.consequences import Consequence, consequences
 from app.settings.profiles import Profile
 from app.settings.values import value_text
@@ -24,7 +23,6 @@ FORM_COMMANDS: tuple[Command, ...] = (
     *(command for command in SETTINGS if not command.reads_back and command not in (BAUD_RATE, SERIAL_OUTPUT)),
     SERIAL_OUTPUT,
 )
-_BY_KEY = {command.key: command for command in FORM_COMMANDS}
 
 
 class RowState(Enum):
@@ -41,160 +39,103 @@ class RowState(Enum):
     FAILED = marked("failed")  # until the module has the value
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class FormRow:
-    """One setting. `reason` says why it failed, in the language in use; with `is_pending` the next
-    write sends it; `mistyped` was typed and cannot be sent."""
+@dataclass(slots=True)
+class SettingDraft:
+    """One setting in one conversation."""
 
     command: Command
-    module_value: Known | None
-    edited: Value | None
-    state: RowState
-    reason: str = ""
-    is_pending: bool = False
-    mistyped: str = ""
+    known: Known | None = None
+    # Text is what was typed and cannot be sent: it takes the place of an edit, so half of it is never sent.
+    wanted: Value | str | None = None
+    is_writing: bool = False
+    # What came of writing it, as long as it stands: verified, or failed.
+    result: Written | None = None
+
+    def want(self, wanted: Value | str | None) -> None:
+        """Another wish ends what had failed."""
+        if wanted != self.wanted:
+            if self.result is not None and self.result.fault is not None:
+                self.result = None
+            self.wanted = wanted
+
+    def take(self, known: Known | None) -> None:
+        """What the module says may end a "verified", or settle what had failed."""
+        self.known, result = known, self.result
+        if result is None:
+            return
+        if result.fault is None:
+            if known is None or known.is_stale or known.value != result.target:
+                self.result = None  # set again, by another part of the program
+        elif is_confirmed(self.command, known, result.target):
+            self.result = None  # written after all, but late
+            if self.wanted == result.target:
+                self.wanted = None
+
+    def end_write(self, written: Written | None, known: Known | None) -> None:
+        """What was not sent stays edited; what the module has already is no edit any more."""
+        self.is_writing = False
+        if written is not None and written.is_sent:
+            if written.fault is None:
+                self.wanted = None
+            self.result = written if written.fault is not None or written.verified else None
+        self.take(known)
+        if self.edited is not None and self.pending is None:
+            self.wanted = None
+
+    @property
+    def edited(self) -> Value | None:
+        return None if isinstance(self.wanted, str) else self.wanted
+
+    @property
+    def pending(self) -> Value | None:
+        """What the next write sends: an edit that the module is not known to have."""
+        edited = self.edited
+        has_it = edited is not None and is_confirmed(self.command, self.known, edited)
+        return None if has_it or self.is_writing else edited
+
+    @property
+    def unsent(self) -> Value | str | None:
+        return self.wanted if isinstance(self.wanted, str) else self.pending
+
+    @property
+    def state(self) -> RowState:
+        if self.is_writing:
+            return RowState.WRITING
+        if isinstance(self.wanted, str):
+            return RowState.IMPOSSIBLE
+        if self.result is not None and self.result.fault is not None:
+            return RowState.FAILED
+        if self.pending is not None:
+            return RowState.EDITED
+        if self.result is not None:
+            return RowState.VERIFIED
+        if self.known is None:
+            return RowState.UNKNOWN
+        if self.known.is_stale:
+            return RowState.STALE
+        return RowState.ACKNOWLEDGED if self.known.how is How.ACKNOWLEDGED else RowState.READ
+
+    @property
+    def reason(self) -> str:
+        """Why it is in its state, in the language in use."""
+        if self.state is RowState.ACKNOWLEDGED:
+            return tr("cannot be read")
+        result = self.result
+        if self.state is not RowState.FAILED or result is None or result.fault is None:
+            return ""
+        target, why = value_text(self.command, result.target), tr(result.fault.value)
+        if result.read_back is None:
+            return tr("{wanted} was sent: {why}.", wanted=target, why=why)
+        stands = value_text(self.command, result.read_back)
+        return tr("{wanted} was sent: {why}. It holds {stands}.", wanted=target, why=why, stands=stands)
 
     @property
     def consequences(self) -> tuple[Consequence, ...]:
         """What the edited value means, or the module's where there is no edit."""
         value = self.edited
-        if value is None and self.module_value is not None and not self.module_value.is_stale:
-            value = self.module_value.value
+        if value is None and self.known is not None and not self.known.is_stale:
+            value = self.known.value
         return () if value is None else consequences(self.command, value)
-
-
-class SettingsForm:
-    """Of one conversation, and for one thread."""
-
-    def __init__(self) -> None:
-        # All by the setting's key. What was typed and cannot be sent takes the place of an edit.
-        self.edited: dict[str, Value] = {}
-        self.mistyped: dict[str, str] = {}
-        self._writing: dict[str, Value] = {}
-        # What came of writing it, as long as it stands: verified, or failed.
-        self._results: dict[str, Written] = {}
-
-    # Editing: not while it writes
-
-    @property
-    def is_writing(self) -> bool:
-        return bool(self._writing)
-
-    @property
-    def has_drafts(self) -> bool:
-        return bool(self.edited or self.mistyped)
-
-    def fill(self, values: Mapping[str, Value]) -> None:
-        """Edit all of these; what is no row of the form is left out."""
-        for key, value in values.items():
-            if key in _BY_KEY and not self._writing:
-                if self.edited.get(key) != value:
-                    self.revert(key)
-                    self.edited[key] = value
-                self.mistyped.pop(key, None)
-
-    def mistype(self, key: str, text: str) -> None:
-        """What was typed is no value, so half of it is never sent."""
-        if not self._writing:
-            self.revert(key)
-            self.mistyped[key] = text
-
-    def revert(self, key: str | None = None) -> None:
-        """Remove the edit of one row with its failure, or all of them."""
-        if self._writing:
-            return
-        for one in list(_BY_KEY) if key is None else [key]:
-            self.mistyped.pop(one, None)
-            self.edited.pop(one, None)
-            if one in self._results and self._results[one].fault is not None:
-                del self._results[one]
-
-    # Rows
-
-    def rows(self, conversation: ConversationView, now: float) -> tuple[FormRow, ...]:
-        """Takes what the module says first: it may end a "verified", or settle what had failed."""
-        for key, result in list(self._results.items()):
-            if result.fault is None:
-                if conversation.fresh(key, now) != result.target:  # set again, by another part of the program
-                    del self._results[key]
-            elif not self._writing and is_confirmed(result.command, conversation.known(key, now), result.target):
-                del self._results[key]  # written after all, but late
-                if self.edited.get(key) == result.target:
-                    del self.edited[key]
-        return tuple(self._row(command, conversation.known(command.key, now)) for command in FORM_COMMANDS)
-
-    def changes(self, conversation: ConversationView, now: float) -> tuple[SettingChange, ...]:
-        """Return what a write would send: edits that are not known to be on the module."""
-        rows = self.rows(conversation, now)
-        return tuple(
-            SettingChange(row.command, row.edited) for row in rows if row.is_pending and row.edited is not None
-        )
-
-    def count_unsent(self, conversation: ConversationView, now: float) -> int:
-        """Return how many edits leaving would lose, those being written included."""
-        rows = self.rows(conversation, now)
-        return sum(row.is_pending or row.state is RowState.WRITING or bool(row.mistyped) for row in rows)
-
-    def _row(self, command: Command, known: Known | None) -> FormRow:
-        key = command.key
-        edited, result = self.edited.get(key), self._results.get(key)
-        has_it = edited is not None and is_confirmed(command, known, edited)
-        is_pending = edited is not None and not has_it and key not in self._writing
-        reason = ""
-        if key in self._writing:
-            state = RowState.WRITING
-        elif key in self.mistyped:
-            state = RowState.IMPOSSIBLE
-        elif result is not None and result.fault is not None:
-            state = RowState.FAILED
-            target, why = value_text(command, result.target), tr(result.fault.value)
-            if result.read_back is None:
-                reason = tr("{wanted} was sent: {why}.", wanted=target, why=why)
-            else:
-                stands = value_text(command, result.read_back)
-                reason = tr("{wanted} was sent: {why}. It holds {stands}.", wanted=target, why=why, stands=stands)
-        elif is_pending:
-            state = RowState.EDITED
-        elif result is not None:
-            state = RowState.VERIFIED
-        elif known is None:
-            state = RowState.UNKNOWN
-        elif known.is_stale:
-            state = RowState.STALE
-        else:
-            state = RowState.ACKNOWLEDGED if known.how is How.ACKNOWLEDGED else RowState.READ
-        return FormRow(
-            command=command,
-            module_value=known,
-            edited=edited,
-            state=state,
-            reason=reason,
-            is_pending=is_pending,
-            mistyped=self.mistyped.get(key, ""),
-        )
-
-    # Writing
-
-    def begin_write(self, changes: Iterable[SettingChange]) -> None:
-        """Nothing can be edited until `on_written`."""
-        self._writing = {change.command.key: change.value for change in changes}
-        for key in self._writing:
-            self._results.pop(key, None)
-
-    def on_written(self, results: Iterable[Written], conversation: ConversationView, now: float) -> None:
-        """Take what came of each change. What was not sent stays edited; of the rest, what the module has already is no
-        edit any more."""
-        self._writing = {}
-        for written in results:
-            key = written.command.key
-            if written.is_sent and key in _BY_KEY:
-                if written.fault is not None or written.verified:
-                    self._results[key] = written
-                if written.fault is None:
-                    self.edited.pop(key, None)
-        for key, value in list(self.edited.items()):
-            if is_confirmed(_BY_KEY[key], conversation.known(key, now), value):
-                del self.edited[key]
 
 
 def is_confirmed(command: Command, known: Known | None, value: Value) -> bool:

@@ -123,10 +123,10 @@ def settings(studio: Studio) -> None:
     page = studio.page("settings", SettingsPage)
     work = page.work
     studio.until(lambda: work.can_edit and work.job.can_run, "nothing can be edited")
-    work.choose("attitude_threshold_deg", 65)
+    work.fill({"attitude_threshold_deg": 65})
     page.write.click()
     studio.until(lambda: not work.job.is_running, "it is still writing")
-    work.choose("freefall_acceleration_g", 0.6)
+    work.fill({"freefall_acceleration_g": 0.6})
     studio.until(lambda: work.job.can_run, "nothing can be sent")
     work.job.dismiss()
     page.refresh()

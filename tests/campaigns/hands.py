@@ -209,7 +209,7 @@ class Hands(Hand):
         self.preflight.show_view(self.dice.choice(("checks", "checks", "guided")))
 
     def _edit(self) -> None:
-        self.settings.work.choose("attitude_threshold_deg", self.dice.choice((30, 58, 62)))
+        self.settings.work.fill({"attitude_threshold_deg": self.dice.choice((30, 58, 62))})
         box = self.settings.baud.editor
         if isinstance(box, QComboBox):
             box.setCurrentIndex(self.dice.randrange(box.count()))

@@ -177,7 +177,7 @@ class Ledger:
             self._grants[kind].clear()
 
     def _changes(self) -> Sequence[SettingChange]:
-        return self.hand.settings.work.form.changes(self.hand.assembly.ports.module.view, self.clock())
+        return self.hand.settings.work.changes
 
     def _is_old(self, sight: Sight) -> bool:
         return self.clock() - sight.since_s >= DEAD_S - 1e-6

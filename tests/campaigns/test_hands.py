@@ -60,7 +60,7 @@ def enable_in_a_check(hands: Hands) -> None:
 def write_to_an_active_module(hands: Hands) -> None:
     hands.put_in_order(is_active=True)
     hands.window.go_to("settings")
-    hands.settings.work.choose("attitude_threshold_deg", 30)
+    hands.settings.work.fill({"attitude_threshold_deg": 30})
     hands.wait(0.4)
     hands.press_write()
 

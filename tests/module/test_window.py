@@ -415,8 +415,8 @@ def test_the_top_bar_says_what_became_of_the_triggers(is_fall_on: bool, said: st
     """Known only a while after they were set, whatever page is shown."""
     page = desk.find(SettingsPage)
     desk.go_to("settings")
-    page.work.choose("attitude_trigger", True)
-    page.work.choose("freefall_trigger", is_fall_on)
+    page.work.fill({"attitude_trigger": True})
+    page.work.fill({"freefall_trigger": is_fall_on})
     desk.click("settings_write")
     if not is_fall_on:
         desk.until(lambda: page.strip.button("write_anyway"))

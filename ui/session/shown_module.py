@@ -61,10 +61,8 @@ class Remainder:
     # The module's name, or "".
     module: str
     text: UserMessage | None = None
-    # By the setting's key, as they stood when the conversation ended; not written.
-    drafts: Mapping[str, Value] | None = None
-    # What stood in a field and cannot be sent, by the setting's key.
-    mistyped: Mapping[str, str] = field(default_factory=dict)
+    # By the setting's key, as they stood when the conversation ended; not written. Text is what cannot be sent.
+    drafts: Mapping[str, Value | str] | None = None
     # When it was kept, in seconds since 1970.
     at: float = field(default_factory=time.time)
 
@@ -111,7 +109,7 @@ class Interruptions(QObject):
 
     def count_drafts(self) -> int:
         """Settings that were edited, are kept here and are not written."""
-        return sum(len(one.drafts or ()) + len(one.mistyped) for one in self.remainders)
+        return sum(len(one.drafts or ()) for one in self.remainders)
 
     def discard_drafts(self) -> None:
         """A person does not want them."""
@@ -264,9 +262,7 @@ class ShownModule(QObject):
         """Its settings, as a person edits them."""
         from ui.session.settings_draft import SettingsDraft
 
-        draft = SettingsDraft(self)
-        draft.changed.connect(self.changed)
-        return draft
+        return SettingsDraft(self)
 
     @cached_property
     def triggers(self) -> "TriggerReading":
@@ -308,9 +304,9 @@ class ShownModule(QObject):
         """What was interrupted with its conversation; stays as a notice until a person closes it."""
         self._port.interruptions.keep(Remainder(self.name, text))
 
-    def keep_drafts(self, drafts: Mapping[str, Value], mistyped: Mapping[str, str]) -> None:
+    def keep_drafts(self, drafts: Mapping[str, Value | str]) -> None:
         """What was not written when its conversation ended, by the setting's key; stays until a person closes it."""
-        self._port.interruptions.keep(Remainder(self.name, drafts=drafts, mistyped=mistyped))
+        self._port.interruptions.keep(Remainder(self.name, drafts=drafts))
 
     def keep_looked_at(self, records: Iterable[bytes]) -> None:
         self.looked_at |= Counter(records)

@@ -241,7 +241,7 @@ class Attention(QObject):
 
         def take_over() -> None:
             if settings.can_edit:
-                settings.take_over(remainder)
+                settings.fill(remainder.drafts or {})
                 close()
                 self._window.go_to("settings")
 

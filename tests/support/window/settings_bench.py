@@ -11,7 +11,7 @@ from PySide6.QtGui import QAction
 from PySide6.QtWidgets import QApplication, QComboBox, QLineEdit, QPushButton, QWidget
 from pytestqt.qtbot import QtBot
 
-from app.settings.form import FormRow, RowState
+from app.settings.form import RowState, SettingDraft
 from protocol.catalogue import BY_NAME
 from protocol.fields import Value
 from tests.support.window.fakes_ui import page_entries
@@ -107,7 +107,7 @@ def pick(one: Desk, name: str, value: Value) -> None:
     assert box.currentData() == value
 
 
-def row(one: Desk, key: str) -> FormRow:
+def row(one: Desk, key: str) -> SettingDraft:
     return next(row for row in one.settings.work.rows if row.command.key == key)
 
 

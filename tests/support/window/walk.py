@@ -107,7 +107,7 @@ class Walk(Rig):
     def _on_settings(self) -> Iterator[Stop]:
         page = self.find(SettingsPage)
         self.until(lambda: page.work.can_edit)
-        page.work.choose("attitude_threshold_deg", 30)
+        page.work.fill({"attitude_threshold_deg": 30})
         page.refresh()
         yield self._stop("settings, edited")
         page.scroll_area.verticalScrollBar().setValue(page.scroll_area.verticalScrollBar().maximum())
@@ -117,14 +117,14 @@ class Walk(Rig):
         profile.write_text(PROFILE, encoding="utf-8")
         page.open_file(profile)
         yield self._stop("settings, profile")
-        page.work.close_panels()
+        page.close_panels()
         profile.write_text("format = 1\nname = 3\n[settings]\nx = 1\n", encoding="utf-8")
         page.open_file(profile)
         yield self._stop("settings, no profile")
         page.work.job.dismiss()
         page.measure.click()
         yield self._stop("settings, measuring")
-        page.work.close_panels()
+        page.close_panels()
 
     def _on_triggers(self) -> Iterator[Stop]:
         page = self.find(TriggersPage)

@@ -1,123 +1,82 @@
-"""The settings form: values as typed, edits, and states that claim no more than the module reported."""
-
-from types import MappingProxyType
-from typing import Any
+"""What a person wants of a setting: values as typed, edits, and states that claim no more than the module reported."""
 
 import pytest
 
-from app.engine.conversation import ConversationView, How, Known
+from app.engine.conversation import How, Known
 from app.procedures.write import SetReply, WriteFault, Written
-from app.settings.form import FormRow, RowState, SettingsForm
+from app.settings.form import RowState, SettingDraft
 from app.settings.profiles import SETTINGS_BY_KEY
-from app.settings.values import DEFAULTS, MAX_NUMBER_LENGTH, field_of, parse_value
+from app.settings.values import MAX_NUMBER_LENGTH, field_of, parse_value
 from app.text.messages import UserError
-from protocol.catalogue import BAUD_RATE, SETTINGS
-from protocol.events import Ended, EndReason
+from protocol.catalogue import BAUD_RATE, BY_NAME
 from protocol.fields import Value
 
-NOW = 1000.0
-TILT, TIME, LIGHT, FLAG = "attitude_threshold_deg", "freefall_time_s", "light_threshold_v", "attitude_trigger"
-BY_KEY = {command.key: command for command in SETTINGS}
-STANDS: dict[str, Value] = {TILT: 60, TIME: 1.6, LIGHT: 1.8, "freefall_acceleration_g": 0.5}
+TILT, TIME, FLAG = "attitude_threshold_deg", "freefall_time_s", "attitude_trigger"
+HELD = Known(60, How.READ, 988.0)
 
 
-def known(how: How = How.READ, *, ended: bool = False, changes: dict[str, Value] | None = None) -> ConversationView:
-    values = {key: Known(value, how, NOW - 12) for key, value in (STANDS | (changes or {})).items()}
-    end = Ended(EndReason.RESTARTED, NOW) if ended else None
-    return ConversationView(number=1, ended=end, values=MappingProxyType(values))
+def held(value: Value, how: How = How.READ) -> Known:
+    return HELD._replace(value=value, how=how)
 
 
-def row(form: SettingsForm, key: str, view: ConversationView | None = None) -> FormRow:
-    return next(one for one in form.rows(view or known(), NOW) if one.command.key == key)
+def tilt(wanted: Value | str | None = None) -> SettingDraft:
+    draft = SettingDraft(BY_NAME["attitude_threshold"])
+    draft.take(HELD)
+    draft.want(wanted)
+    return draft
 
 
-def written(key: str, wanted: Value, **more: Any) -> Written:
-    return Written(BY_KEY[key], wanted, **({"heard": SetReply.ACKNOWLEDGED, "fault": None} | more))
-
-
-def write(form: SettingsForm, *results: Written, after: ConversationView | None = None) -> None:
-    form.begin_write(form.changes(known(), NOW))
-    form.on_written(results, after or known(), NOW)
+def written(
+    wanted: Value, after: Known, fault: WriteFault | None = None, heard: SetReply = SetReply.ACKNOWLEDGED
+) -> SettingDraft:
+    draft = tilt(wanted)
+    draft.is_writing = True
+    assert (draft.state, draft.pending) == (RowState.WRITING, None)
+    draft.end_write(Written(draft.command, wanted, heard, after.value, fault), after)
+    return draft
 
 
 def test_unknown_values_are_never_replaced_by_defaults() -> None:
-    rows = SettingsForm().rows(ConversationView(), NOW)
-    assert {one.state for one in rows} == {RowState.UNKNOWN}
-    assert all(one.edited is None and one.module_value is None and not one.is_pending for one in rows)
+    draft = SettingDraft(BY_NAME["attitude_threshold"])
+    assert (draft.state, draft.wanted, draft.pending) == (RowState.UNKNOWN, None, None)
 
 
 def test_an_edit_is_pending_until_the_module_has_it() -> None:
-    form = SettingsForm()
-    form.fill({TILT: 70})
-    assert (row(form, TILT).state, row(form, TILT).is_pending) == (RowState.EDITED, True)
-    assert [(change.command.key, change.value) for change in form.changes(known(), NOW)] == [(TILT, 70)]
-    form.fill({TILT: 60})
-    assert not form.changes(known(), NOW)
+    draft = tilt(70)
+    assert (draft.state, draft.pending) == (RowState.EDITED, 70)
+    draft.want(60)
+    assert (draft.state, draft.pending) == (RowState.READ, None)
     # Of a conversation that is over nothing is known, although the number is the same.
-    assert [change.value for change in form.changes(known(ended=True), NOW)] == [60]
-
-
-def test_defaults_are_edits_and_revert_removes_one_or_all() -> None:
-    form = SettingsForm()
-    form.fill(DEFAULTS)
-    wanted = {one.command.key: one.edited for one in form.rows(ConversationView(), NOW) if one.edited is not None}
-    assert wanted == {key: value for key, value in DEFAULTS.items() if key != BAUD_RATE.key}
-    assert LIGHT not in wanted  # the table names no default for it
-    form.fill({LIGHT: 1.9})
-    form.revert(TILT)
-    assert (row(form, TILT).edited, row(form, LIGHT).edited) == (None, 1.9)
-    form.revert()
-    assert not form.has_drafts
-
-
-def test_nothing_can_be_edited_while_writing() -> None:
-    form = SettingsForm()
-    form.fill({TILT: 70})
-    form.begin_write(form.changes(known(), NOW))
-    form.fill({TILT: 80})
-    form.revert()
-    assert (row(form, TILT).state, row(form, TILT).edited) == (RowState.WRITING, 70)
-    assert not form.changes(known(), NOW)
+    draft.take(HELD._replace(is_stale=True))
+    assert draft.pending == 60
+    draft.want("650")
+    assert (draft.state, draft.pending, draft.unsent) == (RowState.IMPOSSIBLE, None, "650")
 
 
 def test_verified_is_what_was_read_back_and_stands_until_it_is_set_again() -> None:
-    form = SettingsForm()
-    form.fill({TILT: 70})
-    after = known(changes={TILT: 70})
-    write(form, written(TILT, 70, read_back=70), after=after)
-    assert row(form, TILT, after).state is RowState.VERIFIED
-    assert not form.has_drafts
-    assert row(form, TILT, known(How.ACKNOWLEDGED, changes={TILT: 75})).state is RowState.ACKNOWLEDGED
-    assert row(form, TILT, known(changes={TILT: 75})).state is RowState.READ
+    draft = written(70, held(70))
+    assert (draft.state, draft.wanted) == (RowState.VERIFIED, None)
+    draft.take(held(75, How.ACKNOWLEDGED))
+    assert draft.state is RowState.ACKNOWLEDGED
+    draft.take(held(70))
+    assert draft.state is RowState.READ
 
 
 def test_a_setting_that_cannot_be_read_back_is_never_verified() -> None:
-    form = SettingsForm()
-    form.fill({FLAG: False})
-    write(form, written(FLAG, False))
-    assert row(form, FLAG, known(How.ACKNOWLEDGED, changes={FLAG: False})).state is RowState.ACKNOWLEDGED
+    draft = SettingDraft(BY_NAME["attitude_trigger"], wanted=False, is_writing=True)
+    draft.end_write(Written(draft.command, False, SetReply.ACKNOWLEDGED, fault=None), held(False, How.ACKNOWLEDGED))
+    assert (draft.state, draft.wanted) == (RowState.ACKNOWLEDGED, None)
 
 
-def test_a_row_stays_failed_until_the_module_has_the_value() -> None:
-    form = SettingsForm()
-    form.fill({TILT: 130})
-    write(form, written(TILT, 130, read_back=90, fault=WriteFault.NO_READ_BACK))
-    held = known(changes={TILT: 90})
-    for _ in range(2):
-        red = row(form, TILT, held)
-        assert (red.state, red.is_pending, red.edited) == (RowState.FAILED, True, 130)
-        assert red.reason.endswith("It holds 90°.")
-    assert row(form, TILT, known(changes={TILT: 130})).state is RowState.READ
-    assert not form.has_drafts
-
-
-def test_an_acknowledgement_proves_nothing_where_the_setting_can_be_read() -> None:
-    form = SettingsForm()
-    form.fill({TILT: 70})
-    write(form, written(TILT, 70, fault=WriteFault.NO_READ_BACK))
-    received = known(How.ACKNOWLEDGED, changes={TILT: 70})
-    assert (row(form, TILT, received).state, row(form, TILT, received).is_pending) == (RowState.FAILED, True)
-    assert row(form, TILT, known(changes={TILT: 70})).state is RowState.READ
+def test_a_row_stays_failed_until_the_module_reports_the_value() -> None:
+    draft = written(130, held(90), WriteFault.NO_READ_BACK)
+    # An acknowledgement proves nothing where the setting can be read.
+    for known in (held(90), held(130, How.ACKNOWLEDGED)):
+        draft.take(known)
+        assert (draft.state, draft.pending) == (RowState.FAILED, 130)
+        assert draft.reason.endswith("It holds 90°.")
+    draft.take(held(130))
+    assert (draft.state, draft.wanted) == (RowState.READ, None)
 
 
 @pytest.mark.parametrize(
@@ -128,15 +87,13 @@ def test_an_acknowledgement_proves_nothing_where_the_setting_can_be_read() -> No
         (WriteFault.NOT_SENT, SetReply.NOT_SENT, RowState.EDITED),
     ],
 )
-def test_what_was_not_written_stays_edited_until_it_is_reverted(
+def test_what_was_not_written_stays_edited_until_it_is_discarded(
     fault: WriteFault, heard: SetReply, state: RowState
 ) -> None:
-    form = SettingsForm()
-    form.fill({TILT: 130})
-    write(form, written(TILT, 130, fault=fault, heard=heard))
-    assert row(form, TILT).state is state
-    form.revert(TILT)
-    assert row(form, TILT).state is RowState.READ
+    draft = written(130, HELD, fault, heard)
+    assert draft.state is state
+    draft.want(None)
+    assert draft.state is RowState.READ
 
 
 @pytest.mark.parametrize(

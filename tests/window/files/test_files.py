@@ -62,8 +62,8 @@ def test_open(qtbot: QtBot, qapp: QApplication, tmp_path: Path, profile: Path) -
         asked: list[tuple[Path, str, str]] = []
         main.files.choose = choosing(profile, asked)
         main.menus["open"].trigger()
-        qtbot.waitUntil(lambda: page.work.comparison is not None)
-        page.work.close_panels()
+        qtbot.waitUntil(lambda: page.panel is not None)
+        page.close_panels()
         assert "*.toml" in asked[0][-1]
         main.menus["open"].trigger()
         assert asked[1][0] == profile.parent
@@ -89,7 +89,7 @@ def test_several_files_dropped_on_any_page_open_all_and_each_that_cannot_be_read
         logs = await_child(qtbot, assembly.window, LogsPage)
         assembly.window.go_to("settings")
         assert drop(assembly.window, profile, flight, tmp_path / "a.xyz", tmp_path / "page.ulg")
-        qtbot.waitUntil(lambda: settings.work.comparison is not None)
+        qtbot.waitUntil(lambda: settings.panel is not None)
         qtbot.waitUntil(logs.isVisible)
         qtbot.waitUntil(lambda: not logs.work.task.is_running)
         assert [row.outcome is not None for row in logs.work.rows()] == [True, False, False]

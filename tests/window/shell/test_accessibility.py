@@ -5,9 +5,6 @@ Every control has names and descriptions; painted widgets describe what they sho
 
 import gc
 from collections import Counter
-from collections.abc import Callable
-from dataclasses import replace
-from functools import partial
 from itertools import pairwise
 from pathlib import Path
 from typing import cast
@@ -19,7 +16,7 @@ from PySide6.QtGui import QAccessible
 from PySide6.QtWidgets import QAbstractButton, QApplication, QLabel, QScrollArea, QTableView, QWidget
 from pytestqt.qtbot import QtBot
 
-from app.settings.form import FormRow, RowState
+from app.settings.form import RowState, SettingDraft
 from app.text.i18n import CHINESE, ENGLISH
 from tests.support.pseudo_language import PSEUDO
 from tests.support.thorough import IS_THOROUGH
@@ -151,19 +148,14 @@ def test_in_chinese_nothing_is_cut_off_on_any_page_of_a_module(
 def cut_off_in_any_state(walk: Walk) -> list[str]:
     """With all rows of Settings in each of their states, and with a reason."""
     page, found = walk.find(SettingsPage), list[str]()
-    rows = page.work.form.rows
     for state in RowState:
-        shown = partial(_rows_in, state, rows)
         with pytest.MonkeyPatch.context() as patch:
-            patch.setattr(page.work.form, "rows", shown)
+            patch.setattr(SettingDraft, "state", state)
+            patch.setattr(SettingDraft, "reason", "cannot be read")
             page.refresh()
             walk.settle()
             found += [*cut_off(page), *sideways(page)]
     return found
-
-
-def _rows_in(state: RowState, rows: Callable[..., tuple[FormRow, ...]], *known: object) -> tuple[FormRow, ...]:
-    return tuple(replace(row, state=state, reason="cannot be read") for row in rows(*known))
 
 
 def faults_in(root: QWidget, language: str, texts: list[str]) -> list[str]:

@@ -6,7 +6,8 @@ foot      profiles; Discard all, Write
 instead   `ComparePanel` or `CalibrationPanel`
 """
 
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
+from enum import Enum
 from functools import partial
 from pathlib import Path
 from typing import Final
@@ -24,8 +25,9 @@ from PySide6.QtWidgets import (
     QWidget,
 )
 
-from app.procedures.light import CalibrationFault, Proposal
-from app.settings.form import FORM_COMMANDS, Match, RowState
+from app.engine.procedure import Job
+from app.procedures.light import Band, CalibrationFault, Proposal, measure_light, propose
+from app.settings.form import FORM_COMMANDS, Match, RowState, compare
 from app.settings.profiles import Profile, save_profile
 from app.settings.values import DEFAULTS, fingerprint, value_text
 from app.text.i18n import tr
@@ -37,7 +39,8 @@ from ui.files.file_dialogs import AskOpen, AskPath, ask_path, ask_profile
 from ui.pages.settings.rows import SettingsTable
 from ui.services.context import Services
 from ui.services.page import Page, WaysBack
-from ui.session.settings_draft import SettingsDraft, Side
+from ui.session.page_job import PageJob
+from ui.session.settings_draft import SettingsDraft
 from ui.session.shown_module import ShownModule
 from ui.style.icons import Icon
 from ui.style.theme import Meaning, Space, is_text_large
@@ -63,9 +66,9 @@ class SettingsPage(Page):
         self.ask_save: AskPath = ask_path
         self.table = SettingsTable(lambda: self.work, services)
         self.rows, self.baud = self.table.rows, self.table.baud
-        self.compare = ComparePanel(lambda: self.work)
-        self.compare.apply.clicked.connect(lambda: self.work.write_ticked(services.armed))
-        self.calibration = CalibrationPanel(lambda: self.work)
+        self.compare = ComparePanel(self)
+        self.compare.apply.clicked.connect(self._write_ticked)
+        self.calibration = CalibrationPanel(self)
         self.calibration.take.clicked.connect(self._use_threshold)
         self.strip = named(NoticeBar(), "settings_notice")
         self._stack = QStackedLayout(self)
@@ -137,7 +140,13 @@ class SettingsPage(Page):
 
     def show_module(self, module: ShownModule) -> None:
         self.baud.forget_choice()
+        if self._module is not None:
+            self.close_panels()
         super().show_module(module)
+
+    def on_ended(self) -> None:
+        # Another module may take its place between two measurements.
+        self.close_panels()
 
     def refresh(self) -> None:
         work, now = self.work, self.module.now_s
@@ -149,9 +158,9 @@ class SettingsPage(Page):
         count = changes or sum(row.state is RowState.WRITING for row in rows)
         text = tr("Write 1 change") if count == 1 else tr("Write {count} changes", count=count)
         self.write.setText(text if count else tr("No changes"))
-        self.write.setEnabled(work.job.looks_free and changes > 0 and not work.form.mistyped)
+        self.write.setEnabled(work.job.looks_free and changes > 0 and not work.impossible)
         self.read.setEnabled(work.job.looks_free)
-        self.revert.setEnabled(work.can_edit and work.form.has_drafts)
+        self.revert.setEnabled(work.can_edit and bool(work.wanted))
         self.measure.setEnabled(work.can_edit)
         self.defaults.setEnabled(work.can_edit)
         self.as_found.setEnabled(work.can_edit and self.module.as_found is not None)
@@ -159,14 +168,23 @@ class SettingsPage(Page):
         self.code.setText(labelled(tr("Settings code"), fingerprint(self.module.view.settings(now)) or "—"))
         self.code.setToolTip(tr("Same settings, same code"))
         self.strip.show_notice(work.notice())
-        shown: QWidget = self._form
-        if work.bands is not None:
-            self.calibration.refresh()
-            shown = self.calibration
-        elif work.comparison is not None:
-            self.compare.refresh()
-            shown = self.compare
-        self._stack.setCurrentWidget(shown)
+        if self.panel is not None:
+            self.panel.refresh()
+
+    # What is shown in place of the table
+
+    @property
+    def panel(self) -> "ComparePanel | CalibrationPanel | None":
+        return next((one for one in (self.compare, self.calibration) if one is self._stack.currentWidget()), None)
+
+    def close_panels(self) -> None:
+        self.calibration.stop()
+        self._stack.setCurrentWidget(self._form)
+
+    def _show_panel(self, panel: "_Panel") -> None:
+        self.close_panels()
+        self._stack.setCurrentWidget(panel)
+        self.refresh()
 
     # What a person does
 
@@ -177,19 +195,22 @@ class SettingsPage(Page):
     def _measure(self) -> None:
         """Also from another page."""
         if self.module.is_going:
-            self.work.calibrate()
-            self.refresh()
+            self.calibration.bands.clear()
+            self._show_panel(self.calibration)
             self.calibration.buttons[Side.CLOSED].setFocus()
 
     def _use_threshold(self) -> None:
-        proposal = self.work.proposal
-        if isinstance(proposal, Proposal):
+        if isinstance(proposal := self.calibration.proposal, Proposal):
             self._use_drafts({_LIGHT: proposal.threshold_v})
 
     def _use_drafts(self, values: Mapping[str, Value]) -> None:
         """Also from another page."""
-        self.work.close_panels()
+        self.close_panels()
         self.work.fill(values)
+
+    def _write_ticked(self) -> None:
+        self.close_panels()
+        self.work.write(self._services.armed, ticked=self.compare.ticked)
 
     def _choose_and_open(self) -> None:
         self.ask_open(self, self._preferences.profile_folder, self.open_file)
@@ -200,8 +221,8 @@ class SettingsPage(Page):
         profile = self.work.job.read_profile(path)
         if profile is not None:
             self._preferences.add_profile(path)
-            self.work.compare_with(profile)
-        self.refresh()
+            self.compare.begin(profile)
+            self._show_panel(self.compare)
 
     def _choose_and_save(self) -> None:
         """What the module holds now, as far as it is known."""
@@ -227,11 +248,9 @@ class SettingsPage(Page):
     # Esc, and leaving the page
 
     def ways_back(self) -> WaysBack:
-        work = self.work
-        return (
-            (work.comparison is not None or work.bands is not None, work.close_panels),
-            (not work.job.is_running and work.job.result_notice(), work.job.dismiss),
-        )
+        job = self.work.job
+        is_said = not job.is_running and job.result_notice()
+        return ((self.panel is not None, self.close_panels), (is_said, job.dismiss))
 
     def end_notices(self, *, is_page_left: bool = False) -> None:
         super().end_notices(is_page_left=is_page_left)
@@ -242,18 +261,18 @@ class SettingsPage(Page):
 class _Panel(QWidget):
     """Shown in place of the table; only its parts scroll."""
 
-    def __init__(self, name: str, says: str, find_work: Callable[[], SettingsDraft]) -> None:
+    def __init__(self, page: SettingsPage, name: str, says: str) -> None:
         super().__init__()
         self.setObjectName(name)
         self.setAccessibleName(says)
-        self.find_work = find_work
+        self.page = page
         self.title = text_label(f"{name}_title", "title")
         self.title.setText(says)
         self.card = named(QFrame(), f"{name}_table", "card")
         self.grid = QGridLayout(self.card)
         self.grid.setHorizontalSpacing(Space.M)
         self.back = control(QPushButton(tr("Back")), f"{name}_back", key="Esc")
-        self.back.clicked.connect(lambda: find_work().close_panels())
+        self.back.clicked.connect(page.close_panels)
 
     def lay_out(self, main: QPushButton, *parts: QWidget) -> None:
         content = QWidget()
@@ -266,8 +285,11 @@ class _Panel(QWidget):
 class ComparePanel(_Panel):
     """A profile beside the module; what is ticked can be written."""
 
-    def __init__(self, find_work: Callable[[], SettingsDraft]) -> None:
-        super().__init__("profile", tr("Profile"), find_work)
+    def __init__(self, page: SettingsPage) -> None:
+        super().__init__(page, "profile", tr("Profile"))
+        self._profile: Profile | None = None
+        # What a person ticked or unticked stays so.
+        self._touched: set[str] = set()
         self.about = text_label("profile_about", "small")
         note = text_label("profile_note", "small")
         note.setText(tr("The baud rate is never applied with a profile."))
@@ -282,48 +304,68 @@ class ComparePanel(_Panel):
             # A check box does not wrap its text.
             tick = named(QCheckBox(title.replace(" ", "\n") if is_text_large() else title), f"profile_tick_{name}")
             tick.setAccessibleName(title)
-            tick.clicked.connect(lambda is_ticked, key=command.key: find_work().tick(key, is_ticked))
+            tick.clicked.connect(partial(self._touch, command.key))
             wanted, held = named(QLabel(), f"profile_wanted_{name}"), named(QLabel(), f"profile_stands_{name}")
             cells = self._cells[command.key] = tick, wanted, held, text_label(f"profile_match_{name}")
             for column, cell in enumerate(cells):
                 self.grid.addWidget(cell, place, column)
         self.lay_out(self.apply, self.about, self.card, note)
 
-    def refresh(self) -> None:
-        work = self.find_work()
-        profile, count = work.comparison, 0
-        if profile is None:
-            return
+    def begin(self, profile: Profile) -> None:
+        self._profile, self._touched = profile, set()
         self.title.setText(profile.name)
         self.about.setText(" · ".join(filter(None, (profile.airframe, profile.notes))))
-        for row, is_ticked in work.compared():
+
+    @property
+    def ticked(self) -> dict[str, Value]:
+        """What is to be written, by the setting's key."""
+        settings = {} if self._profile is None else self._profile.settings
+        return {key: settings[key] for key, (tick, *_) in self._cells.items() if tick.isChecked()}
+
+    def _touch(self, key: str) -> None:
+        self._touched.add(key)
+        self.refresh()
+
+    def refresh(self) -> None:
+        if self._profile is None:
+            return
+        module = self.page.module
+        for row in compare(self._profile, module.view, module.now_s):
             command, known = row.command, row.module_value
             tick, *labels = self._cells[command.key]
             tick.setEnabled(row.target is not None and command is not BAUD_RATE)
-            tick.setChecked(is_ticked)
-            count += is_ticked
+            if command.key not in self._touched:
+                tick.setChecked(row.is_worth_applying and command is not BAUD_RATE)
             wanted = "—" if row.target is None else value_text(command, row.target)
             held = tr("unknown") if known is None else value_text(command, known.value)
             is_calm = row.match in (Match.SAME, Match.NOT_IN_PROFILE)
-            texts = (wanted, held, tr(row.match.value))
-            roles = (
-                "muted" if row.target is None else "strong",
-                "muted" if known is None or known.is_stale else "",
-                "muted" if is_calm else "strong",
+            texts = (
+                (wanted, "muted" if row.target is None else "strong"),
+                (held, "muted" if known is None or known.is_stale else ""),
+                (tr(row.match.value), "muted" if is_calm else "strong"),
             )
-            for label, text, role in zip(labels, texts, roles, strict=True):
+            for label, (text, role) in zip(labels, texts, strict=True):
                 label.setText(text)
                 label.setAccessibleName(labelled(tr(command.title), text))
                 set_role(label, role)
-        self.apply.setText(tr("Apply {count} ticked", count=count))
-        self.apply.setEnabled(work.job.can_run and count > 0)
+        self.apply.setText(tr("Apply {count} ticked", count=len(self.ticked)))
+        self.apply.setEnabled(self.page.work.job.can_run and bool(self.ticked))
+
+
+class Side(Enum):
+    """The position of the bay while the light is measured."""
+
+    CLOSED = "closed"
+    OPEN = "open"
 
 
 class CalibrationPanel(_Panel):
     """Both positions of the bay, and below them the threshold in the middle."""
 
-    def __init__(self, find_work: Callable[[], SettingsDraft]) -> None:
-        super().__init__("calibration", tr("Measure the light threshold"), find_work)
+    def __init__(self, page: SettingsPage) -> None:
+        super().__init__(page, "calibration", tr("Measure the light threshold"))
+        self.bands: dict[Side, Band] = {}
+        self.measuring: Side | None = None
         intro = text_label("calibration_intro", "muted")
         intro.setText(tr("Measure in the light of the flight day, with no hand over the sensor."))
         self.texts: dict[Side, QLabel] = {}
@@ -336,29 +378,58 @@ class CalibrationPanel(_Panel):
             self.texts[side].setAccessibleDescription(heading)
             button = self.buttons[side] = control(QPushButton(tr("Measure")), f"{name}_measure", picture=picture)
             button.setAccessibleName(labelled(heading, tr("Measure")))
-            button.clicked.connect(lambda _is_checked, side=side: find_work().measure(side))
-            for column, cell in enumerate(
-                (named(QLabel(heading), f"{name}_title", "strong"), self.texts[side], button)
-            ):
-                self.grid.addWidget(cell, place, column)
+            button.clicked.connect(partial(self._measure, side))
+            self.grid.addWidget(named(QLabel(heading), f"{name}_title", "strong"), place, 0)
+            self.grid.addWidget(self.texts[side], place, 1)
+            self.grid.addWidget(button, place, 2)
         self.result = text_label("calibration_result", "strong")
         self.detail = text_label("calibration_detail", "small")
         self.take = control(QPushButton(tr("Use this threshold")), "calibration_take", role="primary")
         self.lay_out(self.take, intro, self.card, self.result, self.detail)
 
+    @property
+    def job(self) -> PageJob:
+        return self.page.module.job("calibration")
+
+    @property
+    def proposal(self) -> Proposal | CalibrationFault | None:
+        """None until both sides are measured."""
+        return propose(self.bands[Side.CLOSED], self.bands[Side.OPEN]) if len(self.bands) == len(Side) else None
+
+    def stop(self) -> None:
+        if self.measuring is not None:
+            self.measuring = None
+            self.job.cancel()
+            self.job.drop()
+
+    def _measure(self, side: Side) -> None:
+        """In place of what was measured of this side before."""
+        if not self.job.can_run:
+            return
+
+        def end(job: Job[Band]) -> None:
+            self.measuring = None
+            if job.error is None:
+                self.bands[side] = job.outcome()
+                if isinstance(proposal := self.proposal, Proposal):
+                    self.page.module.light_direction = proposal.direction
+
+        self.bands.pop(side, None)
+        self.measuring = side
+        self.job.run(measure_light(), end)
+
     def refresh(self) -> None:
-        work = self.find_work()
         for side in Side:
-            band, progress = (work.bands or {}).get(side), work.measure_job.progress
+            band, progress = self.bands.get(side), self.job.progress
             text = tr("not measured yet")
-            if work.measuring is side:
+            if self.measuring is side:
                 text = tr("measuring… {done}", done=0 if progress is None else progress.done)
             elif band is not None and band.raws:
                 low, high = band.low_v, band.high_v
                 text = tr("{median:.1f} V ({low:.1f} to {high:.1f} V)", median=band.median_v, low=low, high=high)
             self.texts[side].setText(text)
-            self.buttons[side].setEnabled(work.measure_job.can_run)
-        proposal = work.proposal
+            self.buttons[side].setEnabled(self.job.can_run)
+        proposal = self.proposal
         self.take.setEnabled(isinstance(proposal, Proposal))
         self.result.setText(tr(proposal.value) if isinstance(proposal, CalibrationFault) else "")
         self.detail.setText("")

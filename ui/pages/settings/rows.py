@@ -3,7 +3,6 @@ means or why it is in its state; last the baud rate, which is no setting like th
 link."""
 
 from collections.abc import Callable, Mapping
-from functools import partial
 from typing import Final
 
 from PySide6.QtCore import QObject, QSignalBlocker, Qt
@@ -12,7 +11,7 @@ from PySide6.QtWidgets import QComboBox, QFrame, QGridLayout, QLabel, QToolButto
 from app.engine.conversation import How, Known
 from app.safety.consequences import Weight
 from app.safety.journal import TITLES, Act
-from app.settings.form import FORM_COMMANDS, FormRow, RowState
+from app.settings.form import FORM_COMMANDS, RowState, SettingDraft
 from app.settings.values import DEFAULTS, advice_text, value_text
 from app.text.i18n import tr
 from app.text.messages import capitalised, duration, join_sentences, labelled, with_units
@@ -155,19 +154,28 @@ class SettingRow(QObject):
             control(line, f"{name}_wanted", says=title, tip=tr(command.explanation))
             low, high = command.write.text(0), command.write.text(255)
             line.setAccessibleDescription(tr("{low} to {high}", low=low, high=high))
-            line.edited.connect(partial(_take_typed, line, command.key, command.write, find_work))
+            field = command.write
+
+            def take_typed() -> None:
+                """Also what is typed so far is an edit; what cannot be sent stays as it was typed."""
+                wanted: Value | str | None = line.text() if line.is_wrong else None
+                if line.number is not None:
+                    wanted = field.decode(round(line.number * field.per_unit))
+                find_work().fill({key: wanted})
+
+            line.edited.connect(take_typed)
             self.editor: NumberLine | QComboBox = line
         else:
             box = self.editor = _choice_box(command, {tr("Enabled"): True, tr("Disabled"): False})
-            box.activated.connect(lambda: find_work().choose(key, box.currentData()))
+            box.activated.connect(lambda: find_work().fill({key: box.currentData()}))
         self.name.setBuddy(self.editor)
         self.picture = IconLabel(f"{name}_state_icon", Size.BODY)
         self.state = named(QLabel(), f"{name}_state")
         self.reason = text_label(f"{name}_reason", "small")
         self.default = control(QToolButton(), f"{name}_default", text=tr("Default"), role="narrow")
-        self.default.clicked.connect(lambda: find_work().choose(key, DEFAULTS[key]))
+        self.default.clicked.connect(lambda: find_work().fill({key: DEFAULTS[key]}))
         self.discard = control(QToolButton(), f"{name}_discard", picture=Icon.DISCARD, role="narrow")
-        self.discard.clicked.connect(lambda: find_work().revert(key))
+        self.discard.clicked.connect(lambda: find_work().fill({key: None}))
         default = value_text(command, DEFAULTS[key]) if key in DEFAULTS else ""
         texts = ((self.default, tr("Default {value}", value=default)), (self.discard, tr("Discard this edit")))
         for button, text in texts:
@@ -187,23 +195,24 @@ class SettingRow(QObject):
             table.grid.addWidget(self.reason, place, 4, Qt.AlignmentFlag.AlignVCenter)
             table.grid.addLayout(self.buttons, place, 5)
 
-    def show_row(self, row: FormRow, now: float, *, is_editable: bool) -> None:
-        self.held.show_known(row.module_value, now)
-        held = None if row.module_value is None else row.module_value.value
+    def show_row(self, row: SettingDraft, now: float, *, is_editable: bool) -> None:
+        self.held.show_known(row.known, now)
+        held = None if row.known is None else row.known.value
         stands = held if row.edited is None else row.edited
+        is_mistyped = isinstance(row.wanted, str)
         role = "muted" if row.edited is None else ""
         if isinstance(self.editor, QComboBox):
             with QSignalBlocker(self.editor):
                 self.editor.setCurrentIndex(-1 if row.edited is None else self.editor.findData(row.edited))
             set_role(self.editor, role)
-        elif row.mistyped:
-            self.editor.show_text(row.mistyped)
-        elif row.edited is not None or not self.editor.hasFocus() or self.editor.text().strip():
+        elif isinstance(row.wanted, str):
+            self.editor.show_text(row.wanted)
+        elif row.wanted is not None or not self.editor.hasFocus() or self.editor.text().strip():
             # Else the person has emptied it to type another one.
             self.editor.show_number(None if stands is None else float(stands), role)
         default = DEFAULTS.get(self.command.key)
-        self.default.setVisible(default is not None and (bool(row.mistyped) or stands != default))
-        self.discard.setVisible(row.edited is not None or bool(row.mistyped))
+        self.default.setVisible(default is not None and (is_mistyped or stands != default))
+        self.discard.setVisible(row.wanted is not None)
         for widget in (self.editor, self.default, self.discard):
             widget.setEnabled(is_editable)
         is_bad = row.state in (RowState.FAILED, RowState.IMPOSSIBLE)
@@ -216,26 +225,14 @@ class SettingRow(QObject):
         set_role(self.state, "muted" if style.meaning is None else "")
         # What a value takes away is said for as long as it stands, before why its row is in its state.
         reason = row.reason
-        if row.mistyped and isinstance(self.editor, NumberLine):
+        if is_mistyped and isinstance(self.editor, NumberLine):
             reason = self.editor.kind.range_text
-        elif not reason and row.state is RowState.ACKNOWLEDGED:
-            reason = tr("cannot be read")
         meaning = with_units(join_sentences(consequence.sentence for consequence in row.consequences))
         self.reason.setText(meaning if is_loud else reason if is_bad else reason or meaning)
         set_role(self.reason, "danger" if is_bad else "attention" if is_loud else "small")
         tip = (reason, meaning, tr(self.command.explanation), capitalised(advice_text(self.command)))
         for cell in (self.name, self.held, self.state, self.reason):
             cell.setToolTip("\n".join(line for line in tip if line))
-
-
-def _take_typed(line: NumberLine, key: str, field: Quantity, find_work: Callable[[], SettingsDraft]) -> None:
-    """Also what is typed so far is an edit."""
-    if line.number is not None:
-        find_work().choose(key, field.decode(round(line.number * field.per_unit)))
-    elif line.is_wrong:
-        find_work().mistype(key, line.text())
-    else:
-        find_work().revert(key)
 
 
 class BaudRow(QObject):

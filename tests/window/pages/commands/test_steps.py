@@ -115,7 +115,7 @@ def test_the_steps_of_an_act_have_places_of_their_own(spoken: str, qapp: QApplic
                 assert are_apart(row.confirm.ask, row.confirm.cancel, row.confirm.go), (row.objectName(), size)
             bench.window.go_to("settings")
             bench.settle_module(is_active=True)
-            bench.settings.work.choose("attitude_threshold_deg", 30 + size[0] % 7)
+            bench.settings.work.fill({"attitude_threshold_deg": 30 + size[0] % 7})
             bench.wait(0.3)
             bench.click(bench.settings.write)
             bench.until(lambda strip=strip: strip.button("write_anyway"))  # type: ignore[misc]

@@ -167,7 +167,7 @@ def test_no_lock_moves_under_a_hand(desk: Desk) -> None:
 def test_a_row_is_shown_on_all_pages_and_what_was_edited_stays_with_the_former(desk: Desk) -> None:
     desk.plug_in(3)
     (first, _), (second, _), (third, _) = desk.modules
-    first.module.settings.choose("freefall_time_s", 1.2)
+    first.module.settings.fill({"freefall_time_s": 1.2})
     desk.board.cellDoubleClicked.emit(desk.row(1), NEXT)
     assert desk.ports.ports.current is second
     desk.board.setFocus()

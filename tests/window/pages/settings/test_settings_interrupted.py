@@ -59,14 +59,14 @@ def test_edits_of_an_ended_conversation_are_offered_beside_what_the_module_holds
     type_into(one, "light_threshold", "1.8")  # which it has already
     one.bench.module.memory.freefall_time = 150
     restart(one)
-    assert one.settings.work.form.edited == {}, "the next conversation begins without edits"
+    assert one.settings.work.wanted == {}, "the next conversation begins without edits"
     one.settings.refresh()
     assert one.find(QLineEdit, "freefall_time_wanted").text() == "1.50"
     say_name(one, "M-07")
     assert "M-07" in foot(one)
     assert "not written: Free-fall time 1.50 s → 1.20 s." in foot(one)
     one.click(take_over(one))
-    assert one.settings.work.form.edited == {TIME: 1.2}
+    assert one.settings.work.wanted == {TIME: 1.2}
     assert one.assembly.window.notice_bar.button("take_over") is None
     written(one)
     assert state(one, TIME) is RowState.VERIFIED
@@ -89,7 +89,7 @@ def test_what_was_mistyped_stays_as_a_draft_too(one: Desk) -> None:
     restart(one)
     assert "650" in foot(one)
     one.click(take_over(one))
-    assert one.settings.work.form.mistyped == {TILT: "650"}
+    assert one.settings.work.wanted == {TILT: "650"}
     assert one.changes() == []
 
 
@@ -120,9 +120,9 @@ def test_nothing_is_edited_pressed_or_sent_after_the_end(one: Desk) -> None:
     assert QApplication.focusWidget() is not page.note
     assert not page.write.isEnabled()
     assert (page.code.text(), field.text(), state(one, TILT)) == ("Settings code: —", "1.2", RowState.STALE)
-    page.work.choose(TILT, 70)
+    page.work.fill({TILT: 70})
     page.work.write(one.assembly.armed)
-    assert page.work.form.edited == {TIME: 1.2}
+    assert page.work.wanted == {TIME: 1.2}
     assert not one.changes()
 
 
@@ -131,10 +131,10 @@ def test_the_light_of_two_conversations_is_no_threshold(one: Desk) -> None:
     one.settings.refresh()
     one.click("light_threshold_measure")
     one.click("calibration_closed_measure")
-    one.until(lambda: not one.settings.work.measure_job.is_running)
+    one.until(lambda: not one.settings.calibration.job.is_running)
     restart(one)
     one.settings.refresh()
-    assert one.settings.work.bands is None
+    assert one.settings.panel is None
     assert one.settings.write.isVisible(), "the table is shown again"
 
 
@@ -193,7 +193,7 @@ def test_losing_edits_is_confirmed(one: Desk) -> None:
         assert UNSENT in notice_text(bar)
         choose(one, "stay", bar)
     assert (ports.current.is_open, ports.current.connection.opening) == (True, opening)
-    assert one.settings.work.form.edited == {TIME: 1.2}
+    assert one.settings.work.wanted == {TIME: 1.2}
     window.close()
     assert window.isVisible()
     window.disconnect_port()
@@ -235,7 +235,9 @@ def test_leaving_while_it_writes_is_confirmed_until_it_is_written(one: Desk) -> 
     one.bench.change(delay_ms=100.0)
     type_into(one, "freefall_time", "1.2")
     write(one)
-    one.until(lambda: one.settings.work.form.is_writing)
+    one.until(lambda: one.settings.work.is_writing)
+    one.settings.work.fill({TIME: 1.3, TILT: 80})
+    assert one.settings.work.wanted == {TIME: 1.2}, "nothing can be edited while it writes"
     window.close()
     assert window.isVisible()
     assert UNSENT in notice_text(bar)
@@ -257,7 +259,7 @@ def test_edits_stay_with_their_module_and_are_asked_for_before_its_port_is_close
         second, worker = ports.plug_in("/dev/port1")
         qapp.processEvents()
         closed: list[object] = []
-        second.module.settings.choose(TIME, 1.2)
+        second.module.settings.fill({TIME: 1.2})
         assert first.module.settings.count_unsent() == 0
         attention.leave_port(lambda: closed.append(second), port=second)
         assert notice_text(bar) == f"/dev/port1: {UNSENT}."

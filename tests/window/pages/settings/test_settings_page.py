@@ -94,7 +94,7 @@ def test_a_write_that_was_cancelled_shows_what_the_module_holds(one: Desk) -> No
     choose(one, "cancel")
     one.until(lambda: notice(one).startswith("Cancelled."))
     for name in ("attitude_threshold", "freefall_time", "light_threshold"):
-        assert given(row(one, BY_NAME[name].key).module_value).value == one.held(name)
+        assert given(row(one, BY_NAME[name].key).known).value == one.held(name)
     assert len(one.changes()) < 3
     assert one.settings.work.count_unsent() == 3 - len(one.changes())
 
@@ -177,7 +177,7 @@ def test_initial_values_can_be_restored(one: Desk) -> None:
     one.bench.module.memory.freefall_time = 150
     one.click("settings_read")
     one.until(lambda: not one.settings.work.job.is_running)
-    one.until(lambda: given(row(one, TIME).module_value).value == 1.5)
+    one.until(lambda: given(row(one, TIME).known).value == 1.5)
     for text in ("1.2", "1.3"):
         type_into(one, "freefall_time", text)
         written(one)
@@ -219,7 +219,7 @@ def test_an_emptied_field_waits_for_another_number(qtbot: QtBot, one: Desk) -> N
     assert (box.text(), one.settings.write.isEnabled()) == ("", False)
     qtbot.keyClicks(box, " 75")
     assert box.text() == " 75"
-    assert one.settings.work.form.edited == {TILT: 75}
+    assert one.settings.work.wanted == {TILT: 75}
 
 
 # The light and the baud rate
@@ -231,10 +231,10 @@ def test_the_light_threshold_by_measurement(is_inverted: bool, one: Desk) -> Non
     one.settings.refresh()
     one.click("light_threshold_measure")
     one.click("calibration_closed_measure")
-    one.until(lambda: not one.settings.work.measure_job.is_running)
+    one.until(lambda: not one.settings.calibration.job.is_running)
     one.bench.set_world(bay_is_open=True)
     one.click("calibration_open_measure")
-    one.until(lambda: one.settings.work.proposal is not None)
+    one.until(lambda: one.settings.calibration.proposal is not None)
     one.settings.refresh()
     assert ("reads lower" in one.settings.calibration.detail.text()) is is_inverted
     one.click("calibration_take")
@@ -323,7 +323,7 @@ def test_only_what_is_ticked_is_applied(tmp_path: Path, one: Desk) -> None:
     apply(one)
     assert (one.held("attitude_threshold"), one.held("light_threshold")) == (60, 1.8)
     assert len(one.changes("attitude_trigger")) == len(one.changes()) == 1
-    assert one.settings.work.form.edited == {LIGHT: 1.9}, "what was not shown stays an edit"
+    assert one.settings.work.wanted == {LIGHT: 1.9}, "what was not shown stays an edit"
 
 
 def test_what_is_no_profile_is_refused_with_its_faults_and_replaces_nothing(tmp_path: Path, one: Desk) -> None:
@@ -332,7 +332,7 @@ def test_what_is_no_profile_is_refused_with_its_faults_and_replaces_nothing(tmp_
     assert said.startswith("bad.toml is not a profile")
     assert "what" in said
     assert one.settings.write.isVisible()
-    assert one.settings.work.comparison is None
+    assert one.settings.panel is None
 
 
 def test_current_settings_are_saved_and_unknown_ones_are_named(tmp_path: Path, one: Desk) -> None:
