@@ -18,7 +18,7 @@ from PySide6.QtWidgets import (
 )
 
 from app.text.i18n import tr
-from app.text.messages import join_sentences, labelled
+from app.text.messages import labelled
 from ui.style.icons import MEANING_ICONS, Icon, icon
 from ui.style.theme import IconSize, Meaning, Space, is_text_large
 from ui.widgets.controls import ElidedLabel, IconLabel, control, named, retain_size, set_look, without_key
@@ -149,7 +149,8 @@ class NoticeBar(QFrame):
         """Shows a passing message after the text of the notice."""
         self._note = note
         if self.notice is not None:
-            self._text.setText(join_sentences([self.notice.text, note]) if note else self.notice.text)
+            # Not all notices end with a full stop.
+            self._text.setText(" · ".join(filter(None, (self.notice.text, note))))
 
     def button(self, key: str) -> QPushButton | None:
         """The button of the choice with this key, if the notice shown has it."""

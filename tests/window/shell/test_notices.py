@@ -4,7 +4,7 @@ from pathlib import Path
 
 import pytest
 from PySide6.QtCore import QPoint, QRect, QSize
-from PySide6.QtWidgets import QApplication, QWidget
+from PySide6.QtWidgets import QApplication, QLabel, QWidget
 from pytestqt.qtbot import QtBot
 
 from tests.support.thorough import some
@@ -148,6 +148,10 @@ def test_several_notices_stand_at_once_and_the_graver_one_is_whole(qtbot: QtBot)
     assert notice_text(bar) == "Advice.", "a text that ticks is no new notice"
     bar.show_notices([Notice(Meaning.DANGER, "It fired."), later, calm])
     assert notice_text(bar) == "It fired."
+    bar.show_note("The module reports LOCKED.")
+    bar.show_notices([grave])
+    shown = given(bar.findChild(QLabel, "notice_text")).text()
+    assert shown == "Silent for 1 s · The module reports LOCKED.", "it is none of what the notice says"
 
 
 def test_a_notice_that_was_closed_comes_again_with_its_cause(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
