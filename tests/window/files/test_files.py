@@ -11,16 +11,14 @@ import sys
 from collections.abc import Callable, Iterator, Sequence
 from itertools import repeat
 from pathlib import Path
-from threading import Thread
 
 import pytest
-from PySide6.QtCore import QMessageLogContext, QModelIndex, Qt, QtMsgType, qInstallMessageHandler
+from PySide6.QtCore import QModelIndex, Qt
 from PySide6.QtWidgets import (
     QAbstractItemView,
     QApplication,
     QFileDialog,
     QInputDialog,
-    QLabel,
     QLineEdit,
     QListView,
     QMessageBox,
@@ -31,17 +29,15 @@ from PySide6.QtWidgets import (
 from pytestqt.qtbot import QtBot
 
 import app.__main__ as program
-from app.text.i18n import CHINESE
 from tests.support.flights.made_flights import made_flight, write_csv
 from tests.support.processes import ran_code
-from tests.support.records.stored import print_report
 from tests.support.window import walk
 from tests.support.window.fakes_ui import page_entries, window
 from tests.support.window.live_bench import Bench, live_bench
 from tests.support.window.steps import await_child, choosing, drop, find, notice_text
 from ui.core.preferences import Preferences
 from ui.files import file_dialogs
-from ui.files.file_dialogs import FileOpener, FilePage, ThenPath, ask_path
+from ui.files.file_dialogs import FileOpener, FilePage, ThenPath
 from ui.main import Assembly, WindowOptions
 from ui.pages.logs.page import LogsPage
 from ui.pages.settings.page import SettingsPage
@@ -135,31 +131,6 @@ def test_a_missing_file_opens_no_window(
     assert "There is no command bogus." in capsys.readouterr().err
 
 
-_PAGE = (
-    "<table width='100%' border='1'>"
-    + "<tr><td>CHUTE_A</td><td>NO-GO: the cell voltage is low</td></tr>" * 70
-    + "</table>"
-)
-
-
-def test_a_report_printed_in_a_background_thread_causes_no_warning_of_qt(qapp: object) -> None:
-    said: list[str] = []
-    printed: list[bytes] = []
-
-    def hear(_kind: QtMsgType, _context: QMessageLogContext, text: str) -> None:
-        said.append(text)
-
-    before = qInstallMessageHandler(hear)
-    try:
-        thread = Thread(target=lambda: printed.append(print_report(_PAGE, b"{}")))
-        thread.start()
-        thread.join()
-    finally:
-        qInstallMessageHandler(before)
-    assert [one[:5] for one in printed] == [b"%PDF-"]
-    assert said == []
-
-
 def test_no_class_of_qt_is_made_where_files_are_written_in_the_background() -> None:
     """Beside the event loop it ends the program now and then."""
     code = """if True:
@@ -217,16 +188,6 @@ def save(live: Bench, name: str, path: Path | None) -> list[Path]:
 def _meaning(live: Bench) -> Meaning | None:
     notice = live.page.job.result_notice()
     return None if notice is None else notice.meaning
-
-
-def test_dialogs_of_qt_are_chinese(qapp: QApplication, tmp_path: Path) -> None:
-    with window(qapp, tmp_path, options=WindowOptions(language=CHINESE)) as assembly:
-        ask_path(assembly.window, "x", tmp_path / "x.csv", "x (*.csv)", bool)
-        dialog = find(assembly.window, QFileDialog)
-        labels = {label.text() for label in dialog.findChildren(QLabel)}
-        assert labels >= {"文件夹", "文件"}
-        assert not any("Look" in text or "type" in text for text in labels)
-        dialog.reject()
 
 
 def test_the_values_in_sight_are_saved(live: Bench, tmp_path: Path) -> None:

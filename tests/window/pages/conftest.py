@@ -1,7 +1,8 @@
 """Fixtures for the tests of the pages."""
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from pathlib import Path
+from typing import Any
 
 import pytest
 from PySide6.QtWidgets import QApplication
@@ -19,10 +20,17 @@ def bench(request: pytest.FixtureRequest, qapp: QApplication, tmp_path: Path) ->
         yield made
 
 
+def asked(request: pytest.FixtureRequest) -> tuple[tuple[str, ...], Mapping[str, Any]]:
+    """The pages, by default that of the folder, and the options of the mark `module`."""
+    mark: pytest.Mark = request.node.get_closest_marker("module") or pytest.mark.module().mark
+    return tuple(map(str, mark.args)) or (request.path.parent.name,), mark.kwargs
+
+
 @pytest.fixture
 def one(request: pytest.FixtureRequest, qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> Iterator[Desk]:
-    """Settings or Commands, as the folder of the test says."""
-    with desk(qtbot, qapp, tmp_path, request.path.parent.name) as made:
+    """Settings or Commands."""
+    pages, options = asked(request)
+    with desk(qtbot, qapp, tmp_path, *pages, **options) as made:
         yield made
 
 
@@ -34,21 +42,8 @@ def active(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> Iterator[Desk]:
 
 
 @pytest.fixture
-def full_desk(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> Iterator[Desk]:
-    """Commands and Settings, of an ACTIVE module."""
-    with desk(qtbot, qapp, tmp_path, "commands", "settings", active=True) as made:
-        yield made
-
-
-@pytest.fixture
-def full_rig(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> Iterator[OnBench]:
-    """Triggers and Pre-flight."""
-    with on_bench(qtbot, qapp, tmp_path, "rig", "triggers", "preflight") as made:
-        yield made
-
-
-@pytest.fixture
 def rig(request: pytest.FixtureRequest, qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> Iterator[OnBench]:
-    """Triggers or Pre-flight, as the folder of the test says."""
-    with on_bench(qtbot, qapp, tmp_path, "rig", request.path.parent.name) as made:
+    """Triggers or Pre-flight."""
+    pages, options = asked(request)
+    with on_bench(qtbot, qapp, tmp_path, "rig", *pages, **options) as made:
         yield made

@@ -1,25 +1,36 @@
-"""The window: top bar, leaving an ACTIVE module, languages, themes, preferences, its place on the screen, closing."""
+"""The window: leaving an ACTIVE module, languages, preferences, its place on the screen, closing; when its pages are
+made, stream and are brought up to date; names that a scanner types.
+"""
 
 import json
+from functools import partial
+from itertools import product
 from pathlib import Path
+from typing import Any
 
 import pytest
 from PySide6.QtCore import Qt
-from PySide6.QtWidgets import QApplication, QPushButton
+from PySide6.QtTest import QTest
+from PySide6.QtWidgets import QApplication, QFileDialog, QLabel, QPushButton, QWidget
 from pytestqt.qtbot import QtBot
 
 from app.diagnosis.link_state import Phase
 from app.engine.target import Target
 from app.engine.worker import Batch
 from tests.support.processes import ran_code
-from tests.support.window.fakes_ui import EMPTY_PAGE, connect, simulated, window
+from tests.support.records.stored import register
+from tests.support.window.fake_ports import fake_window
+from tests.support.window.fakes_ui import EMPTY_PAGE, connect, page_entries, simulated, store_of, wait_online, window
 from tests.support.window.rig import Rig, on_fake_time
-from tests.support.window.steps import notice_text, press
+from tests.support.window.steps import await_child, find, given, notice_text, press
 from ui.core.preferences import Preferences
+from ui.files.file_dialogs import ask_path
 from ui.main import Assembly, WindowOptions
 from ui.services.context import PageEntry, Services
 from ui.services.page import Page
+from ui.session.module_field import ModuleField
 from ui.shell.attention import AGAIN_S
+from ui.shell.main_window import MainWindow
 from ui.style.icons import Icon
 from ui.style.theme import Meaning
 
@@ -88,6 +99,10 @@ def test_the_title_and_qts_own_texts_are_translated(qtbot: QtBot, qapp: QApplica
     with window(qapp, tmp_path, options=WindowOptions(language="zh_CN")) as assembly:
         assert assembly.window.windowTitle() == qapp.applicationDisplayName() == "DPS-S 上位机"
         assert qapp.translate("QPlatformTheme", "Cancel") == "取消"
+        ask_path(assembly.window, "x", tmp_path / "x.csv", "x (*.csv)", bool)
+        dialog = find(assembly.window, QFileDialog)
+        assert {label.text() for label in dialog.findChildren(QLabel)} >= {"文件夹", "文件"}
+        dialog.reject()
     with window(qapp, tmp_path, options=WindowOptions(language="en")):
         assert qapp.translate("QPlatformTheme", "Cancel") == "Cancel"
 
@@ -214,3 +229,96 @@ def test_lock_is_on_the_screen_at_every_scale(width: int, height: int, scale: fl
     screen = offscreen(tmp_path, width, height)
     ended = ran_code(SHOWN, tmp_path, QT_QPA_PLATFORM=screen, QT_SCALE_FACTOR=f"{scale}")
     assert ended.returncode == 0, ended.stdout + ended.stderr
+
+
+def test_a_window_that_is_never_painted_gets_its_pages(
+    qapp: QApplication, qtbot: QtBot, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(MainWindow, "show", lambda self: None)
+    with window(qapp, tmp_path) as assembly:
+        await_child(qtbot, assembly.window, QWidget, "empty_page")
+
+
+class Leaf(Page):
+    """A page with nothing in it."""
+
+    def __init__(self, _services: Services) -> None:
+        super().__init__("leaf")
+
+
+def leaves(made: list[str], keys: str = "abcd") -> tuple[PageEntry, ...]:
+    """An entry a letter; `made` gets the letters in the order in which their pages are made."""
+
+    def make(key: str, services: Services) -> Page:
+        made.append(key)
+        return Leaf(services)
+
+    return tuple(PageEntry(key, key, Icon.LIVE, partial(make, key)) for key in keys)
+
+
+def test_a_page_that_is_chosen_before_it_is_made_comes_next(qapp: QApplication, qtbot: QtBot, tmp_path: Path) -> None:
+    made: list[str] = []
+    with window(qapp, tmp_path, entries=leaves(made)) as assembly:
+        assembly.window.go_to("c")
+        qtbot.waitSignal(assembly.window.pages_made).wait()
+        assert made == list("cabd")
+        assert assembly.window.stack.currentWidget() is assembly.window._pages["c"]
+
+
+POLLING = page_entries("live", "settings", "preflight", "commands", "fleet")
+
+
+def test_a_hidden_page_is_brought_up_to_date_when_it_is_shown_and_not_before(
+    qtbot: QtBot, qapp: QApplication, tmp_path: Path
+) -> None:
+    with simulated("hidden"), window(qapp, tmp_path, entries=POLLING) as assembly:
+        assembly.window.connect_to(Target("sim://hidden", 115200))
+        wait_online(qtbot, assembly)
+        qtbot.waitUntil(lambda: len(assembly.window._pages) == len(POLLING))
+        shown = {
+            "commands": ("act_zero_conditions", QLabel.text),
+            "settings": ("baud_message", QLabel.text),
+            "preflight": ("verdict", QWidget.toolTip),
+            "fleet": ("fleet_summary", QLabel.text),
+        }
+
+        def look(key: str) -> object:
+            name, read = shown[key]
+            widget: Any = assembly.window.findChild(QWidget, name)
+            return read(widget)
+
+        for key in (*shown, "live"):
+            assembly.window.go_to(key)
+        before = {key: look(key) for key in shown}
+        assembly.ports.current.disconnect_port()
+        qtbot.waitUntil(lambda: not assembly.ports.current.is_open)
+        assert {key: look(key) for key in shown} == before
+        for key in shown:
+            assembly.window.go_to(key)
+            assert look(key) != before[key], key
+
+
+@pytest.mark.parametrize("known", [("M-070", "m-07"), ("M-07", "M-070")])
+def test_a_scanned_name_is_taken_as_it_was_typed_wherever_a_module_is_named(
+    qtbot: QtBot, qapp: QApplication, tmp_path: Path, known: tuple[str, ...]
+) -> None:
+    with fake_window(qapp, tmp_path) as (ports, assembly):
+        main = assembly.window
+        qtbot.waitUntil(lambda: main.has_pages)
+        ports.plug_in("/dev/one")
+        qtbot.waitUntil(lambda: assembly.ports.module.is_read)
+        naming = assembly.ports.module
+        for number, page in product(range(len(known) + 1), ("preflight", "triggers")):
+            for name in known[:number]:
+                register(store_of(assembly.storage), name)
+            main.go_to(page)
+            shown = given(main.stack.currentWidget())
+            field = shown.findChildren(ModuleField)[0]
+            field.show_name()
+            edit = given(field.lineEdit())
+            edit.setFocus()
+            edit.selectAll()
+            QTest.keyClicks(edit, "M-07")
+            QTest.keyClick(edit, Qt.Key.Key_Return)
+            assert (naming.name, edit.text()) == ("M-07", "M-07"), page
+            naming.say_name("")

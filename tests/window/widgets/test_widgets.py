@@ -1,21 +1,17 @@
-"""Readout, state chip, gauge and notice bar: accessible names, appearance, stable layout.
+"""Readout, gauge, number line, elided text, the panel "Simulated module"; the wheel turns only what has the focus."""
 
-Rows, columns, wrapping rows, elided texts and icons; the wheel changes only the value of a focused widget.
-"""
-
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from functools import partial
 from pathlib import Path
 
 import pytest
 from PySide6.QtCore import QPoint, QPointF, Qt
-from PySide6.QtGui import QColor, QImage, QWheelEvent
+from PySide6.QtGui import QColor, QImage, QInputMethodEvent, QWheelEvent
 from PySide6.QtWidgets import (
     QAbstractSlider,
     QAbstractSpinBox,
     QApplication,
     QComboBox,
-    QLabel,
     QLineEdit,
     QPushButton,
     QScrollBar,
@@ -23,15 +19,20 @@ from PySide6.QtWidgets import (
 )
 from pytestqt.qtbot import QtBot
 
+from app.simulator.bench import SimulatedBench
 from app.text.i18n import tr
+from protocol.catalogue import BY_NAME, SETTINGS, Command
+from protocol.fields import Quantity
+from tests.support.line.sim_line import FakeClock
 from tests.support.window.contrast import style_all
-from tests.support.window.cut_off import cut_off
 from tests.support.window.steps import let_lay_out
 from tests.support.window.walk import walking
 from ui.plots.gauge import TiltGauge
+from ui.simulator.panel import SimulatorPanel
 from ui.style.icons import Icon
-from ui.style.theme import LIGHT, Meaning
+from ui.style.theme import LIGHT
 from ui.widgets.controls import ElidedLabel, control, scroll_area, set_role
+from ui.widgets.number_line import Dial, NumberKind, NumberLine
 from ui.widgets.readout import Freshness, Readout
 
 
@@ -43,36 +44,6 @@ def in_light(qapp: QApplication) -> None:
 def picture(widget: QWidget) -> QImage:
     widget.resize(widget.sizeHint())
     return widget.grab().toImage()
-
-
-def test_a_readout_names_caption_value_unit_limit_and_note(qtbot: QtBot) -> None:
-    one = Readout("Light", unit="V", template="00.0")
-    qtbot.addWidget(one)
-    assert (one.freshness, one.accessibleName()) == (Freshness.UNKNOWN, "Light: unknown")
-    one.show_value("0.3")
-    assert one.accessibleName() == "Light: 0.3 V"
-    one.set_limit("1.8 V")
-    one.show_value("0.3", meaning=Meaning.ATTENTION, note="below the threshold")
-    assert one.accessibleName() == "Light: 0.3 V, limit 1.8 V, below the threshold"
-    one.show_value("0.3", freshness=Freshness.STALE, note="12 s ago")
-    assert one.accessibleName() == "Light: 0.3 V, limit 1.8 V, 12 s ago"
-    one.set_caption("光线")
-    assert one.accessibleName().startswith("光线: 0.3 V")
-
-
-def test_nothing_moves_when_a_digit_is_added(qtbot: QtBot) -> None:
-    one = Readout("Tilt", unit="V", template="000")
-    qtbot.addWidget(one)
-    one.show_value("7")
-    before = [label.geometry() for label in one.findChildren(QLabel)]
-    hint = one.sizeHint()
-    for show in (lambda: one.show_value("107"), one.show_unknown, lambda: one.show_value("8")):
-        show()
-        assert one.sizeHint().height() == hint.height()
-    assert [label.geometry() for label in one.findChildren(QLabel)] == before
-    one.show_value("10000")
-    one.resize(one.sizeHint())
-    assert cut_off(one) == []  # more than the usual number takes more room
 
 
 def test_fresh_stale_and_unknown_differ_in_shape(qtbot: QtBot) -> None:
@@ -212,3 +183,183 @@ def test_the_wheel_turns_only_what_has_the_focus(qtbot: QtBot, qapp: QApplicatio
                 assert value_of(widget) == before, widget.objectName()
             tried.add(type(widget).__name__)
     assert {"QComboBox", "NumberLine", "QSlider", "QLineEdit"} <= tried
+
+
+@pytest.fixture
+def made(qtbot: QtBot) -> NumberLine:
+    """Of the free-fall time, 0.00 s to 2.55 s; the vendor's default is 1.60 s."""
+    field = BY_NAME["freefall_time"].write
+    assert isinstance(field, Quantity)
+    line = NumberLine(NumberKind.of_field(field), start=1.6, may_be_empty=True)
+    qtbot.addWidget(line)
+    return line
+
+
+@pytest.mark.parametrize("typed", ["１．２", "１。２", "１，２", "1,2", "1.2", "1.2s", "１．２ｓ", "1.20", " 1.2 s"])
+def test_a_number_may_be_typed_in_many_ways(qapp: QApplication, made: NumberLine, typed: str) -> None:
+    commit = QInputMethodEvent()  # as an input method hands over what was typed
+    commit.setCommitString(typed)
+    qapp.sendEvent(made, commit)
+    assert (made.text(), made.number, made.is_wrong) == (typed, 1.2, False)
+
+
+@pytest.mark.parametrize("typed", ["16", "2.56", "256", "-1", "six", "0.555", "1.2 V", "1e0", "1.2.3", "nan", "9" * 60])
+def test_what_cannot_be_sent_stays_as_typed_in_red(qtbot: QtBot, made: NumberLine, typed: str) -> None:
+    """650 once became 65, 300 became 30, and 16 seconds became 1.00 s."""
+    qtbot.keyClicks(made, typed)
+    assert (made.text(), made.number, made.property("role")) == (typed, None, "wrong")
+    qtbot.keyClick(made, Qt.Key.Key_Up)  # an arrow key does not correct it either
+    assert made.text() == typed
+
+
+def test_what_is_typed_is_not_completed_under_the_hand(qtbot: QtBot, made: NumberLine) -> None:
+    made.show_number(1.6, "muted")
+    assert (made.text(), made.property("role")) == ("1.60", "muted")
+    made.selectAll()
+    qtbot.keyClicks(made, "2.")
+    made.show_number(2.0)
+    assert (made.text(), made.property("role")) == ("2.", "")
+    made.show_number(None)  # nothing is known: nothing that looks like a value
+    assert made.text() == ""
+    qtbot.keyClick(made, Qt.Key.Key_Up)
+    assert made.number == 1.61
+
+
+@pytest.mark.parametrize(("key", "number"), [(Qt.Key.Key_PageUp, "2.55"), (Qt.Key.Key_Down, "2.53")])
+def test_the_arrow_keys_stay_within_the_range(qtbot: QtBot, made: NumberLine, key: Qt.Key, number: str) -> None:
+    made.show_number(2.54)
+    qtbot.keyClick(made, key)
+    assert made.text() == number
+
+
+@pytest.mark.parametrize("command", [command for command in SETTINGS if isinstance(command.write, Quantity)])
+def test_every_value_of_the_module_can_be_typed(command: Command) -> None:
+    assert isinstance(command.write, Quantity)
+    kind = NumberKind.of_field(command.write)
+    for raw in range(256):
+        value = float(command.write.decode(raw))
+        assert kind.read(kind.shown(value)) == value
+        assert kind.read(command.write.text(raw)) == value
+
+
+def test_a_dial_keeps_its_value_while_what_is_typed_cannot_be_used(qtbot: QtBot) -> None:
+    dial = Dial("tilt", minimum=0, maximum=180, step=1, unit="°")
+    qtbot.addWidget(dial)
+    turned: list[float] = []
+    dial.turned.connect(turned.append)
+    dial.set_value(60)
+    dial.show()
+    dial.box.selectAll()
+    qtbot.keyClicks(dial.box, "650")
+    assert dial.box.text() == "650"
+    assert (dial.is_wrong, dial.value, dial.slider.value()) == (True, 65, 65)
+    assert (dial.range.isVisible(), dial.range.text()) == (True, "0° to 180°, in steps of 1°")
+    qtbot.keyClick(dial.box, Qt.Key.Key_Backspace)
+    assert (dial.is_wrong, dial.range.isVisible(), turned[-1]) == (False, False, 65)
+
+
+@pytest.fixture
+def clock() -> FakeClock:
+    return FakeClock()
+
+
+@pytest.fixture
+def bench(clock: FakeClock) -> SimulatedBench:
+    return SimulatedBench(clock=clock)
+
+
+@pytest.fixture
+def panel(qtbot: QtBot, bench: SimulatedBench) -> Iterator[SimulatorPanel]:
+    # Inside a window, as in its dock: offscreen, Qt warns of windows that have a smallest size of their own.
+    window = QWidget()
+    qtbot.addWidget(window)
+    panel = SimulatorPanel()
+    panel.setParent(window)
+    panel.use_bench(bench)
+    window.resize(320, 520)
+    panel.resize(320, 520)
+    window.show()
+    window.activateWindow()
+    qtbot.waitUntil(window.isActiveWindow)
+    yield panel
+    window.close()
+
+
+def click(qtbot: QtBot, button: QWidget) -> None:
+    """With the mouse, at the left, where the box of a check box is."""
+    qtbot.mouseClick(button, Qt.MouseButton.LeftButton, pos=QPoint(10, button.height() // 2))
+
+
+def type_into(qtbot: QtBot, box: QAbstractSpinBox | QLineEdit, text: str) -> None:
+    box.setFocus()
+    box.selectAll()
+    qtbot.keyClicks(box, text)
+    qtbot.keyClick(box, Qt.Key.Key_Return)
+
+
+def test_every_control_does_what_it_says(qtbot: QtBot, panel: SimulatorPanel, bench: SimulatedBench) -> None:
+    panel.tilt.slider.setFocus()
+    qtbot.keyClick(panel.tilt.slider, Qt.Key.Key_Right)
+    assert bench.world.tilt_deg == 1
+    type_into(qtbot, panel.tilt.box, "70")
+    assert (bench.world.tilt_deg, panel.tilt.slider.value()) == (70, 70)
+    type_into(qtbot, panel.cell.box, "3.60")
+    assert bench.world.cell_v == pytest.approx(3.6)
+    for box in (panel.bay, panel.charger, panel.lifelike):
+        click(qtbot, box)
+    assert (bench.world.bay_is_open, bench.world.has_external_power, bench.world.is_lifelike) == (True, True, True)
+    click(qtbot, panel.restart)
+    assert bench.module.memory.boot_count == 38
+    click(qtbot, panel.unplugged)
+    assert not bench.is_plugged_in
+    click(qtbot, panel.unplugged)
+    assert bench.is_plugged_in
+    assert not panel.press.isEnabled()
+    bench.power_off()
+    panel.refresh()
+    click(qtbot, panel.press)
+    assert bench.module.is_on
+
+
+def test_drop(qtbot: QtBot, panel: SimulatorPanel, bench: SimulatedBench, clock: FakeClock) -> None:
+    type_into(qtbot, panel.fall_height, "30")
+    click(qtbot, panel.drop)
+    assert bench.world.is_falling(bench.clock())
+    assert not panel.drop.isEnabled()
+    clock.now_s += 10
+    panel.refresh()
+    assert panel.drop.isEnabled()
+
+
+def test_faults_of_the_line(qtbot: QtBot, panel: SimulatorPanel, bench: SimulatedBench) -> None:
+    for name, box in panel.faults.items():
+        for is_on in (True, False):
+            click(qtbot, box)
+            assert bool(getattr(bench.module.setup, name)) is is_on
+
+
+def test_the_pwm_input_fires_an_active_module(qtbot: QtBot, panel: SimulatorPanel, bench: SimulatedBench) -> None:
+    for is_active in (False, True):
+        bench.module.activate(is_active=is_active)
+        click(qtbot, panel.trigger)
+        assert bench.module.is_triggered is is_active
+
+
+def test_it_follows_what_happens_but_not_under_the_fingers(
+    qtbot: QtBot, panel: SimulatorPanel, bench: SimulatedBench
+) -> None:
+    panel.cell.box.setFocus()
+    before = panel.cell.value
+    bench.set_world(tilt_deg=33, bay_is_open=True, cell_v=3.2)
+    bench.change(mute=True)
+    qtbot.waitUntil(lambda: panel.tilt.value == 33 and panel.bay.isChecked())
+    assert (panel.faults["mute"].isChecked(), panel.cell.value, bench.world.tilt_deg) == (True, before, 33)
+    panel.drop.setFocus()
+    panel.refresh()
+    assert panel.cell.value == pytest.approx(3.2)
+
+
+def test_without_a_module_it_says_so_and_is_off(qtbot: QtBot) -> None:
+    panel = SimulatorPanel()
+    qtbot.addWidget(panel)
+    assert (panel.tilt.isEnabled(), panel.summary.text()) == (False, "No simulated module")

@@ -107,16 +107,16 @@ def test_tab_leads_from_cancel_to_the_other_answer(qtbot: QtBot, one: Desk) -> N
     assert QApplication.focusWidget() is row.confirm.go
 
 
-def test_an_act_that_is_refused_names_the_open_condition(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
-    with desk(qtbot, qapp, tmp_path, "commands", tilt=70) as one:
-        row = one.commands.acts[Act.ACTIVATE]
-        one.until(lambda: "threshold 60°" in row.conditions.text())
-        assert not row.confirm.ask.isEnabled()
-        one.bench.set_world(tilt_deg=0)
-        ask(one, Act.ACTIVATE)
-        one.bench.set_world(tilt_deg=70)
-        one.until(lambda: not row.confirm.is_asking)  # the question is withdrawn
-        assert one.changes() == []
+@pytest.mark.module(tilt=70)
+def test_an_act_that_is_refused_names_the_open_condition(one: Desk) -> None:
+    row = one.commands.acts[Act.ACTIVATE]
+    one.until(lambda: "threshold 60°" in row.conditions.text())
+    assert not row.confirm.ask.isEnabled()
+    one.bench.set_world(tilt_deg=0)
+    ask(one, Act.ACTIVATE)
+    one.bench.set_world(tilt_deg=70)
+    one.until(lambda: not row.confirm.is_asking)  # the question is withdrawn
+    assert one.changes() == []
 
 
 @pytest.mark.parametrize("end", ["lock", "restart"])
@@ -262,22 +262,23 @@ OF_THE_MODULE: dict[str, tuple[Callable[[Desk], None], str]] = {
 
 @pytest.mark.promise("j")
 @pytest.mark.parametrize("ends", [OF_THE_PERSON, OF_THE_MODULE], ids=["person", "module"])
-def test_whatever_happens_instead_disarms(full_desk: Desk, ends: dict[str, tuple[Callable[[Desk], None], str]]) -> None:
+@pytest.mark.module("commands", "settings", active=True)
+def test_whatever_happens_instead_disarms(one: Desk, ends: dict[str, tuple[Callable[[Desk], None], str]]) -> None:
     for why, (act, text) in ends.items():
-        full_desk.go_to("commands")
-        full_desk.bench.module.activate(is_active=True)
-        ritual = arm(full_desk)
-        assert text not in outcome(full_desk), why
+        one.go_to("commands")
+        one.bench.module.activate(is_active=True)
+        ritual = arm(one)
+        assert text not in outcome(one), why
         if "not held" not in why:
-            press(full_desk)
-        full_desk.wait(0.3)
-        act(full_desk)
+            press(one)
+        one.wait(0.3)
+        act(one)
         # What comes over the line takes its way first: a restart is two heartbeats, 50 ms apart.
-        full_desk.until(lambda: ritual.ritual.stage is Stage.IDLE, 1.0 if ends is OF_THE_PERSON else 10.0)  # noqa: B023
-        assert full_desk.assembly.armed.act is None, why
-        assert text in outcome(full_desk), why
-        stays_quiet(full_desk, 0.3)
-        release(full_desk)
+        one.until(lambda: ritual.ritual.stage is Stage.IDLE, 1.0 if ends is OF_THE_PERSON else 10.0)  # noqa: B023
+        assert one.assembly.armed.act is None, why
+        assert text in outcome(one), why
+        stays_quiet(one, 0.3)
+        release(one)
 
 
 def test_a_sleep_of_the_computer_disarms_before_a_hold_is_complete(active: Desk) -> None:

@@ -1,32 +1,124 @@
-"""The Fleet page over fake ports: no wrong row ever, LOCK for one and for all, checks and a profile for several."""
+"""The Fleet page over fake ports: no wrong row ever, LOCK for one and for all, several at once; the archive."""
 
 import random
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import closing
+from dataclasses import dataclass, field, replace
 from functools import partial
 from pathlib import Path
 from typing import Any
 
 import pytest
 from PySide6.QtCore import QPoint, Qt
+from PySide6.QtWidgets import QApplication, QPushButton
+from pytestqt.qtbot import QtBot
 
+from app.archive.archive import sync
 from app.engine.procedure import Cancelled, Procedure
 from app.engine.target import Target
 from app.preflight.checks import Person
 from app.preflight.evidence import Evidence
 from app.preflight.run import run_preflight
+from app.preflight.verdict import assess
+from app.records.filing import Filed, local_now
+from app.records.record import make_record
 from app.settings.profiles import NO_PROFILE, Profile
+from app.store.rows import SaidNew, Serviced, SettingsSeen, TriggerRecordSeen
 from protocol.events import EndReason
+from protocol.fields import Value
+from tests.files.records.test_filing import file_one
+from tests.support.patience import PATIENCE_S
+from tests.support.records.preflight_rig import check
+from tests.support.records.stored import open_store
 from tests.support.thorough import some
-from tests.support.window.fake_ports import VALUES, stand
-from tests.support.window.fakes_ui import ADAPTER, SECOND_ADAPTER
-from tests.support.window.steps import given, let_lay_out
-from tests.window.pages.fleet.conftest import Desk
+from tests.support.window.fake_ports import SETTINGS, VALUES, FakePorts, FakeWorker, fake_services, show_alone, stand
+from tests.support.window.fakes_ui import ADAPTER, SECOND_ADAPTER, page_entries, store_of, window
+from tests.support.window.steps import given, let_lay_out, notice_text
 from ui.core.port_watcher import PortWatcher
-from ui.pages.fleet.archive_panel import target_of
-from ui.pages.fleet.board import MODULE, NEXT, STATE, TRIGGERS_CELL, VERDICT
+from ui.main import Assembly
+from ui.pages.fleet.archive_panel import ArchivePanel, target_of
+from ui.pages.fleet.board import LOCK, MODULE, NEXT, STATE, TRIGGERS_CELL, VERDICT, Board
+from ui.pages.fleet.page import FleetPage
+from ui.services.context import Services
+from ui.services.storage import Storage
 from ui.session.check import ENTRIES
+from ui.session.port import Port
 from ui.style.theme import Meaning, current
 from ui.widgets.notice_bar import Notice
+
+
+@dataclass
+class Desk:
+    qtbot: QtBot
+    ports: FakePorts
+    page: FleetPage
+    services: Services
+    modules: list[tuple[Port, FakeWorker]] = field(default_factory=list)
+
+    @property
+    def board(self) -> Board:
+        return self.page.board
+
+    @property
+    def notice(self) -> str:
+        return "" if self.page.notice_bar.notice is None else notice_text(self.page.notice_bar)
+
+    def plug_in(self, count: int, **values: Value) -> None:
+        for number in range(len(self.modules), len(self.modules) + count):
+            self.modules.append(self.ports.plug_in(f"/dev/port{number}", **values))
+        self.settle()
+
+    def settle(self) -> None:
+        """What was said is shown."""
+        QApplication.processEvents()
+        self.page.refresh()
+
+    def row(self, number: int) -> int:
+        """Of the module that was plugged in as this one, by the port that its row names."""
+        names = [self.board.item(row, MODULE).text().split() for row in range(self.board.rowCount())]  # type: ignore[union-attr]
+        return next(row for row, words in enumerate(names) if f"port{number}" in words)
+
+    def cell(self, number: int, column: int) -> str:
+        return given(self.board.item(self.row(number), column)).text()
+
+    def lock(self, number: int) -> QPushButton:
+        holder = given(self.board.cellWidget(self.row(number), LOCK))
+        return given(holder.findChild(QPushButton))
+
+    def tick(self, number: int, *, is_ticked: bool) -> None:
+        state = Qt.CheckState.Checked if is_ticked else Qt.CheckState.Unchecked
+        given(self.board.item(self.row(number), MODULE)).setCheckState(state)
+
+    def filed(self) -> Filed:
+        """A NO-GO that ended now, of which everything that a fake module reports still holds."""
+        case = check().assessment.case
+        values = case.evidence.values | {key: value for key, value in VALUES.items() if key in case.evidence.values}
+        evidence = replace(case.evidence, flags={}, ended_at=self.ports.now_s, values=values | SETTINGS)
+        assessment = assess(replace(case, evidence=evidence))
+        return Filed(assessment, make_record(assessment, at=local_now()), None)
+
+    def wait(self, is_so: Callable[[], object]) -> None:
+        self.qtbot.waitUntil(lambda: bool(is_so()))
+
+    def click(self, button: QPushButton) -> None:
+        self.qtbot.mouseClick(button, Qt.MouseButton.LeftButton)
+
+    def press(self, key: str) -> None:
+        """A button of the notice."""
+        choices = given(self.page.notice_bar.notice).choices
+        next(choice for choice in choices if choice.key == key).act()
+        self.settle()
+
+
+@pytest.fixture
+def desk(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> Iterator[Desk]:
+    with fake_services(qapp, Storage(tmp_path)) as (ports, services):
+        page = FleetPage(services)
+        page.leave_wanted.connect(lambda _port, leave: leave())  # as where the window has nothing to ask
+        show_alone(qtbot, services, page, 1000, 700)
+        yield Desk(qtbot, ports, page, services)
+        page.hide()
+
 
 THIRD_ADAPTER = ADAPTER._replace(device="/dev/ttyUSB7", description="CH340", serial_number="0007")
 
@@ -406,3 +498,101 @@ def test_what_is_void_of_a_set_is_not_said_any_more(desk: Desk) -> None:
     desk.settle()
     assert desk.page.verdicts == [None] * 3
     assert second.module.check is None
+
+
+WAIT_MS = int(PATIENCE_S * 1000)
+
+
+@pytest.fixture
+def assembly(qapp: QApplication, tmp_path: Path) -> Iterator[Assembly]:
+    with window(qapp, tmp_path, entries=page_entries("fleet")) as assembly:
+        yield assembly
+
+
+def shown(qtbot: QtBot, assembly: Assembly) -> ArchivePanel:
+    qtbot.waitUntil(lambda: "fleet" in assembly.window._pages, timeout=WAIT_MS)
+    assembly.window.go_to("archive")
+    page = assembly.window._pages["fleet"]
+    assert isinstance(page, FleetPage)
+    assert page.archive.isVisible()
+    return page.archive
+
+
+def test_a_file_brings_what_another_station_knows(qtbot: QtBot, assembly: Assembly, tmp_path: Path) -> None:
+    stick = tmp_path / "all.dps-s"
+    with closing(open_store(tmp_path / "other")) as store:
+        file_one(store, "M-07", port="/dev/ttyUSB0")
+        store.add(TriggerRecordSeen(place=0, raw="41 75 35 01 01 00 6C 02 3C 05 A0 00 01 0C EB 7E"), "M-07").result()
+        sync(store, str(stick))
+    store_of(assembly.storage).add(SaidNew(is_new=True), "M-01").result(PATIENCE_S)
+    panel = shown(qtbot, assembly)
+    panel.ask_file = lambda *given, **_options: given[-1](stick)
+    qtbot.waitUntil(panel.carry.isEnabled, timeout=WAIT_MS)
+    panel.carry.click()
+    model = panel.modules.model()
+    qtbot.waitUntil(lambda: model.rowCount() == 2, timeout=WAIT_MS)
+    rows = [[model.index(row, column).data() for column in range(model.columnCount())] for row in range(2)]
+    assert [row[0] for row in rows] == ["M-01", "M-07"]
+    assert "READY" in rows[1][1]
+    assert "Unjudged trigger records: 1." in rows[1][3]
+    assert "Received: " in panel.state.text()
+    panel.modules.selectRow(1)
+    qtbot.waitUntil(lambda: panel.life.model().rowCount() > 2, timeout=WAIT_MS)
+
+
+def test_a_service_is_kept_under_the_module_for_which_it_was_begun(qtbot: QtBot, assembly: Assembly) -> None:
+    store = store_of(assembly.storage)
+    for name in ("M-01", "M-02"):
+        store.add(SaidNew(is_new=True), name).result(PATIENCE_S)
+    panel = shown(qtbot, assembly)
+    qtbot.waitUntil(lambda: panel.modules.model().rowCount() == 2, timeout=WAIT_MS)
+    panel.modules.selectRow(1)
+    panel.enter_service.click()
+    assert "M-02" in panel.service.title.text()
+    panel.service.who.setText("Li Wei")
+    store.add(SaidNew(is_new=True), "M-00").result(PATIENCE_S)  # the table is read again meanwhile
+    panel.service.save.click()
+    kept = lambda: store.read(lambda facts: facts.of_module(Serviced, "M-02"))  # noqa: E731
+    qtbot.waitUntil(lambda: len(kept()) == 1, timeout=WAIT_MS)
+    assert (kept()[0].content.service, kept()[0].content.who) == ("repack", "Li Wei")
+    qtbot.waitUntil(lambda: panel.modules.model().rowCount() == 3, timeout=WAIT_MS)
+    assert [row.name for row in panel.modules.chosen()] == ["M-02"]
+
+
+def test_a_server_that_is_away_is_said_without_the_password(qtbot: QtBot, assembly: Assembly) -> None:
+    told: list[str] = []
+    assembly.ports.notified.connect(told.append)
+    panel = shown(qtbot, assembly)
+    qtbot.waitUntil(panel.sync.isEnabled, timeout=WAIT_MS)
+    panel.server.setText("postgresql://li:secret@127.0.0.1:1/x")
+    panel.sync.click()
+    assert panel.server.text() == "postgresql://li@127.0.0.1:1/x"
+    qtbot.waitUntil(lambda: "cannot be used" in panel.state.text(), timeout=WAIT_MS)
+    qtbot.waitUntil(lambda: any("cannot be used" in text for text in told), timeout=WAIT_MS)  # on every page
+    assert "secret" not in panel.state.text() + "".join(told)
+    assembly.window.close_now()
+    files = [path for path in assembly.storage.folder.rglob("*") if path.is_file()]
+    assert all(b"secret" not in path.read_bytes() for path in files)
+
+
+def test_earlier_settings_are_compared_and_used_as_edits(qtbot: QtBot, assembly: Assembly) -> None:
+    store = store_of(assembly.storage)
+    for count, angle in ((4, 60), (5, 65)):
+        seen = SettingsSeen(port="P", boot_count=count, settings={"attitude_threshold_deg": angle})
+        store.add(seen, "M-07").result(PATIENCE_S)
+    panel = shown(qtbot, assembly)
+    qtbot.waitUntil(lambda: panel.life.model().rowCount() == 2, timeout=WAIT_MS)
+    assert panel.settings.text().startswith("Choose an entry")
+    assert not panel.use.isEnabled(), "none is chosen"
+    panel.life.selectRow(1)
+    assert not panel.use.isEnabled(), "no module answers"
+    used: list[object] = []
+    exchange = panel._services.exchange
+    exchange.used.connect(used.append)
+    exchange.can_use = lambda: True
+    panel.life.selectAll()
+    assert panel.settings.text() == "Attitude threshold 60° → 65°"
+    assert not panel.use.isEnabled()
+    panel.life.selectRow(1)
+    panel.use.click()
+    assert used == [{"attitude_threshold_deg": 60}]

@@ -1,21 +1,34 @@
-"""The Live page: what is fresh, stale and unknown, the time line, and what it does out of sight."""
+"""The Live page: fresh, stale, unknown, the time line, its memory; the recording of a session."""
 
 from collections.abc import Iterator
 from pathlib import Path
+from typing import Any
 
 import pytest
 from PySide6.QtCore import Qt
 from PySide6.QtWidgets import QApplication
 from pytestqt.qtbot import QtBot
 
-from app.engine.conversation import StatusSample
+from app.engine.conversation import ConversationView, StatusSample
+from app.engine.worker import Batch, Connection
+from app.limits.limits import LimitsInUse
 from app.procedures.light import LightDirection
-from protocol.events import EndReason
-from tests.support.window.fakes_ui import page_entries, window
+from app.procedures.stream import StreamSwitch
+from app.recordings.excerpt import ACTIVE, TRIGGERED
+from app.recordings.library import RecordingLibrary
+from app.samples.samples import Series
+from app.system.clock import steady_time
+from protocol.events import Began, Ended, EndReason
+from tests.support.records.recordings_made import CLOSED, LOST, OPEN, WAIT_S, batch, received, report, talk
+from tests.support.window.fakes_ui import connect, page_entries, simulated, window
 from tests.support.window.live_bench import Bench, live_bench
 from tests.support.window.rig import Rig, on_fake_time
-from tests.support.window.steps import await_child, given
+from tests.support.window.steps import await_child, given, notice_text
+from ui.main import PAGES
+from ui.pages.live.data import LiveData
 from ui.pages.live.page import LivePage
+from ui.plots.lanes import measured_lanes
+from ui.session.recording import SessionRecording
 from ui.style.theme import Meaning
 from ui.widgets.readout import Freshness
 
@@ -163,3 +176,220 @@ def test_a_hidden_page_records_but_does_not_draw(qtbot: QtBot, qapp: QApplicatio
         assert page.plot.time_range.span == span
         assembly.window.go_to("live")
         one.until(lambda: page.plot.time_range.span.end_s > span.end_s)
+
+
+ON: dict[str, Any] = {"attitude_trigger": True, "freefall_trigger": True}
+VALUES: dict[str, Any] = {"attitude_threshold_deg": 60, "freefall_acceleration_g": 0.5}
+
+
+def over(view: ConversationView, reason: EndReason = EndReason.SILENT) -> ConversationView:
+    return view._replace(ended=Ended(reason, 9.0))
+
+
+def take(data: LiveData, *batches: Batch) -> list[tuple[float, str]]:
+    """When and what all these batches mark."""
+    return [(mark.time_s, mark.word) for one in batches for mark in data.on_batch(one)]
+
+
+def test_every_sample_is_kept_with_its_flags() -> None:
+    data = LiveData()
+    samples = tuple(report(n / 1440, n % 90, active=n >= 700, triggered=n % 7 == 0) for n in range(1440))
+    for first in range(0, 1440, 24):
+        data.on_batch(batch(1.0, *samples[first : first + 24]))
+    span = data.excerpt(0.0, 1.0)
+    columns = (span.tilt.time_s, span.tilt.value, span.flags & TRIGGERED != 0, span.flags & ACTIVE != 0)
+    kept = list(zip(*(column.tolist() for column in columns), strict=True))
+    assert kept == [(one.at, one.tilt_deg, one.triggered, one.active) for one in samples]
+    assert span.is_whole
+
+
+def test_voltage_and_light_are_kept_once_for_each_reading() -> None:
+    data = LiveData()
+    one, other = talk(1.0, cell_voltage_v=3.9, light_v=0.3), talk(2.0, cell_voltage_v=3.92, light_v=0.3)
+    take(data, batch(1.0, view=one), batch(1.02, view=one), batch(2.0, view=other), batch(3.0, view=over(other)))
+    assert [round(value, 2) for value in data.cell.window(0, 9).value.tolist()] == [3.9, 3.92]
+    assert len(data.light) == 2
+
+
+def test_another_module_starts_over() -> None:
+    data = LiveData()
+    view = talk(1.0, attitude_threshold_deg=60, cell_voltage_v=3.9)
+    take(data, batch(1.0, report(1.0, active=True), view=view))
+    data.reset()
+    assert (data.has_samples, len(data.tilt), len(data.cell), list(data.markers)) == (False, 0, 0, [])
+    assert data.unproven.fires.between(0.0, 9.0) == []
+    # What was of the old one is no change of the new one, nor is its time a bound.
+    assert take(data, batch(0.5, report(0.5, active=False), view=over(view))) == []
+    assert (data.excerpt(0.0, 9.0).tilt.time_s.tolist(), len(data.cell)) == ([0.5], 0)
+
+
+@pytest.mark.parametrize(
+    ("flags", "acting", "unproven"),
+    [
+        (ON, (60, 0.5), (None, None)),
+        ({}, (None, None), (60, 0.5)),
+        (ON | {"attitude_trigger": False}, (None, 0.5), (None, None)),
+        ({"freefall_trigger": False}, (None, None), (60, None)),
+    ],
+)
+def test_a_limit_acts_only_where_its_trigger_is_known_to_be_on(
+    flags: dict[str, Any], acting: tuple[float | None, ...], unproven: tuple[float | None, ...]
+) -> None:
+    """ "60° fires" was drawn with unknown flags."""
+    data = LiveData()
+    take(data, batch(1.0, view=talk(0.0, **VALUES, **flags)))
+    lanes = measured_lanes(data, LimitsInUse(), data.acting, data.unproven)[:2]
+    for is_stale, expected in ((False, acting), (True, unproven)):
+        drawn = [next(limit for limit in lane.limits if limit.is_stale is is_stale) for lane in lanes]
+        assert tuple(limit.steps.value for limit in drawn) == expected
+
+
+def test_each_change_is_marked_where_it_was_seen_and_the_first_known_state_is_none() -> None:
+    data = LiveData()
+    marks = take(
+        data,
+        batch(1.0, report(0.9, triggered=True)),
+        batch(2.0, report(1.9, triggered=True), report(2.0, active=True, triggered=True)),
+        batch(3.0, report(2.5, active=True), report(3.0, active=True, triggered=True)),
+        batch(4.0, report(4.0, triggered=True)),
+    )
+    assert marks == [(2.0, "activated"), (2.5, "trigger ended"), (3.0, "triggered"), (4.0, "locked")]
+
+
+@pytest.mark.parametrize(
+    ("reason", "word"), [(EndReason.RESTARTED, "restarted"), (EndReason.CONTRADICTED, "two modules?")]
+)
+def test_the_end_of_a_conversation_is_a_mark_behind_which_nothing_of_it_holds(reason: EndReason, word: str) -> None:
+    data = LiveData()
+    first, second = talk(0.5, **VALUES), talk(4.0, number=2)
+    marks = take(
+        data,
+        batch(1.0, report(1.0, 3, active=True), view=first),
+        batch(2.0, view=first._replace(ended=Ended(reason, 2.0)), events=(Ended(reason, 2.0),)),
+        batch(4.0, report(4.0, 40), view=second, events=(Began(8, 4.0),)),
+    )
+    # The next one may be another module: that it is locked is no news.
+    assert marks == [(2.0, word), (4.0, "answers again")]
+    assert (data.acting.fires.value, data.unproven.fires.value) == (None, None)
+
+
+def test_a_span_with_dropped_samples_is_marked() -> None:
+    data = LiveData()
+    data.tilt, data.acceleration, data._flags = (Series(100) for _ in range(3))
+    data.on_batch(batch(20.0, *(report(n / 10) for n in range(200))))
+    assert not data.excerpt(0.0, 20.0).is_whole
+    assert data.excerpt(15.0, 20.0).is_whole
+
+
+NEXT = OPEN._replace(opening=7)
+
+
+# From the worker to the disk, without a window
+
+
+class Session:
+    """A session recording whose worker is the test."""
+
+    def __init__(self, folder: Path) -> None:
+        self.handed_on: list[Batch] = []
+        self.library = RecordingLibrary(folder)
+        self.stream = StreamSwitch(is_wanted=False)
+        self.recording = SessionRecording(self.stream, lambda: self.library)
+        self.say = self.recording.recorded(self.handed_on.append)
+
+    def name(self, name: str, *, number: int = 1) -> None:
+        self.recording.name_module(name, ConversationView(number=number))
+
+    def listed(self) -> list[tuple[str, tuple[str, ...], int]]:
+        """Port, modules and number of reports of all recordings, oldest first."""
+        assert self.recording._recorder is None or self.recording._recorder.settle(WAIT_S)
+        return [(entry.port, entry.modules, entry.sample_count) for entry in reversed(self.library.entries())]
+
+
+@pytest.fixture
+def session(tmp_path: Path) -> Iterator[Session]:
+    one = Session(tmp_path / "recordings")
+    yield one
+    assert one.recording.stop(WAIT_S)
+
+
+def some(first_s: float, *, connection: Connection = OPEN, number: int = 1, begins: bool = False) -> Batch:
+    """Three reports, by the clock of the recorder: a part that began a day ago ends."""
+    first_s += steady_time()
+    reports = tuple(report(first_s + n / 10, n) for n in range(3))
+    events = ((Began(7, first_s),) if begins else ()) + tuple(map(received, reports))
+    view = ConversationView(number=number, began_at=first_s)
+    return batch(first_s + 0.3, *reports, connection=connection, view=view, events=events)
+
+
+def test_everything_is_handed_on_and_recorded_until_the_port_is_closed(session: Session) -> None:
+    batches = [some(1.0, begins=True), some(2.0), some(3.0, connection=CLOSED)]
+    for one in batches:
+        session.say(one)
+        session.name("Left wing")
+    assert session.handed_on == batches
+    assert session.listed() == [("/dev/ttyUSB0", ("Left wing",), 9)]
+    assert not session.library.entries()[0].is_running
+
+
+@pytest.mark.parametrize(
+    ("connections", "counts"),
+    [
+        ((OPEN, OPEN), [6]),
+        ((OPEN, LOST, NEXT), [6, 3]),  # lost, and back
+        ((OPEN, NEXT), [3, 3]),
+    ],
+)
+def test_one_opening_of_the_port_is_one_recording(
+    session: Session, connections: tuple[Connection, ...], counts: list[int]
+) -> None:
+    for number, connection in enumerate(connections):
+        session.say(some(1.0 + number, connection=connection))
+    assert [count for _, _, count in session.listed()] == counts
+
+
+def test_an_error_in_the_recorder_does_not_reach_the_worker(
+    session: Session, monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
+) -> None:
+    def fail(_batch: Batch) -> None:
+        raise RuntimeError("a bug")
+
+    monkeypatch.setattr(session.recording, "_on_batch", fail)
+    session.say(some(1.0))
+    assert len(session.handed_on) == 1
+    assert "could not be recorded" in caplog.text
+
+
+# In the window
+
+
+def test_a_recorded_session_streams_on_every_page_and_is_closed_with_the_window(
+    qtbot: QtBot, qapp: QApplication, tmp_path: Path
+) -> None:
+    with simulated("paged?uptime=60"), window(qapp, tmp_path, entries=page_entries("live", "triggers")) as assembly:
+        assembly.window.go_to("triggers")
+        connect(qtbot, assembly, "sim://paged?uptime=60")
+        qtbot.waitUntil(lambda: assembly.ports.module.view.is_streaming)
+        assert not assembly.ports.current.stream.is_wanted
+        assert assembly.ports.current.stream.is_recorded
+        taken: list[StatusSample] = []
+        assembly.ports.current.batch.connect(lambda batch: taken.extend(batch.samples))
+        qtbot.waitUntil(lambda: len(taken) > 100)
+        assert taken[-1].at - taken[-101].at < 10.0  # polled it would be 50 s
+        library = assembly.storage.library
+        assembly.window.close_now()
+        qtbot.waitUntil(lambda: not any(entry.is_running for entry in library.entries()))
+        assert [entry.was_cut_off for entry in library.entries()] == [False]
+
+
+def test_an_unwritable_disk_is_shown_and_the_link_continues(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
+    with simulated("unkept"), window(qapp, tmp_path, entries=PAGES[:1]) as assembly:
+        folder = assembly.storage.library.folder
+        folder.parent.mkdir(parents=True, exist_ok=True)
+        folder.write_text("a file stands where the folder should be", encoding="utf-8")
+        connect(qtbot, assembly, "sim://unkept")
+        bar, sign = assembly.window.notice_bar, assembly.window.recording_sign
+        qtbot.waitUntil(lambda: "Not recording" in notice_text(bar))
+        assert bar.button("recordings") is not None
+        assert sign.label.text() == "Not recorded"
+        assert assembly.ports.current.is_open

@@ -4,6 +4,7 @@ import re
 from collections import Counter
 from pathlib import Path
 
+import pytest
 from PySide6.QtCore import Qt
 from PySide6.QtWidgets import QApplication, QLineEdit
 from pytestqt.qtbot import QtBot
@@ -48,50 +49,50 @@ text = "<b>Pack date</b>"
 """
 
 
-def test_run_fail_repair_run_again_print(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
-    with on_bench(qtbot, qapp, tmp_path, "repair", "preflight", cell=3.6) as bench:
-        page = bench.preflight
-        assert not page.export.isEnabled()
-        name_module(bench, "M-07")
-        assert bench.check(is_enabling=False) is Standing.NO_GO
-        assert bench.acts == []  # questions only
+@pytest.mark.module(cell=3.6)
+def test_run_fail_repair_run_again_print(tmp_path: Path, rig: OnBench) -> None:
+    page = rig.preflight
+    assert not page.export.isEnabled()
+    name_module(rig, "M-07")
+    assert rig.check(is_enabling=False) is Standing.NO_GO
+    assert rig.acts == []  # questions only
+    shown = page.banner.announcement
+    assert (shown.word, shown.head) == ("NO-GO", "Do not fly")
+    assert "Cell voltage" in shown.lines[1]  # a check is named by what has to be so
+    assert not any("holds for" in line for line in shown.lines)  # nobody has to wait for a NO-GO to end
+    row = page.list.rows["cell_voltage"]
+    assert (row.word.text(), row.measured.text(), row.limit.text()) == ("FAILED", "3.60 V", "≥ 3.80 V")
+    assert "Charge it" in row.reason.text()
+    assert page.list.rows["attitude_trigger"].word.text() == "UNKNOWN"
+    assert "Attitude trigger enabled" in page.banner.accessibleName()
+    rig.bench.set_world(cell_v=4.0)
+    press_row(rig, "attitude_trigger")
+    share = 0.0
+    while page.work.standing is Standing.CHECKING:
         shown = page.banner.announcement
-        assert (shown.word, shown.head) == ("NO-GO", "Do not fly")
-        assert "Cell voltage" in shown.lines[1]  # a check is named by what has to be so
-        assert not any("holds for" in line for line in shown.lines)  # nobody has to wait for a NO-GO to end
-        row = page.list.rows["cell_voltage"]
-        assert (row.word.text(), row.measured.text(), row.limit.text()) == ("FAILED", "3.60 V", "≥ 3.80 V")
-        assert "Charge it" in row.reason.text()
-        assert page.list.rows["attitude_trigger"].word.text() == "UNKNOWN"
-        assert "Attitude trigger enabled" in page.banner.accessibleName()
-        bench.bench.set_world(cell_v=4.0)
-        press_row(bench, "attitude_trigger")
-        share = 0.0
-        while page.work.standing is Standing.CHECKING:
-            shown = page.banner.announcement
-            assert (shown.progress or 0.0) >= share, "the check's own steps, which go one way"
-            assert "{" not in shown.head
-            share = shown.progress or 0.0
-            bench.turn()
-        assert page.work.standing is Standing.READY, page.banner.accessibleName()
-        assert [request.command for request in bench.acts] == [
-            BY_NAME["freefall_trigger"], BY_NAME["attitude_trigger"],
-        ]  # fmt: skip
-        shown = page.banner.announcement
-        assert (shown.word, shown.head) == ("READY", "Activate before the flight")
-        assert any(re.fullmatch(r"M-07 · \d\d:\d\d:\d\d · holds for \d+ min", line) for line in shown.lines)
-        assert kept(bench, "M-07") == ["READY", "NO-GO"]
-        target = tmp_path / "report.pdf"
-        page.ask_path = choosing(target)
-        bench.click(page.export)
-        bench.until(lambda: "report.pdf" in said(bench))
-        opened: list[str] = []
-        page.result.open_in_system = lambda url: opened.append(url.toLocalFile())
-        for choice in ("open", "folder"):
-            bench.click(given(page.strip.button(choice)))
-        assert opened == [str(target), str(tmp_path)]
-        for suffix in (".pdf", ".json"):
-            assert verify_file(target.with_suffix(suffix), NOBODY).state is RecordState.INTACT
+        assert (shown.progress or 0.0) >= share, "the check's own steps, which go one way"
+        assert "{" not in shown.head
+        share = shown.progress or 0.0
+        rig.turn()
+    assert page.work.standing is Standing.READY, page.banner.accessibleName()
+    assert [request.command for request in rig.acts] == [
+        BY_NAME["freefall_trigger"], BY_NAME["attitude_trigger"],
+    ]  # fmt: skip
+    shown = page.banner.announcement
+    assert (shown.word, shown.head) == ("READY", "Activate before the flight")
+    assert any(re.fullmatch(r"M-07 · \d\d:\d\d:\d\d · holds for \d+ min", line) for line in shown.lines)
+    assert kept(rig, "M-07") == ["READY", "NO-GO"]
+    target = tmp_path / "report.pdf"
+    page.ask_path = choosing(target)
+    rig.click(page.export)
+    rig.until(lambda: "report.pdf" in said(rig))
+    opened: list[str] = []
+    page.result.open_in_system = lambda url: opened.append(url.toLocalFile())
+    for choice in ("open", "folder"):
+        rig.click(given(page.strip.button(choice)))
+    assert opened == [str(target), str(tmp_path)]
+    for suffix in (".pdf", ".json"):
+        assert verify_file(target.with_suffix(suffix), NOBODY).state is RecordState.INTACT
 
 
 # What a person says
@@ -137,46 +138,43 @@ def test_manual_items_are_ticked_by_a_person(tmp_path: Path, rig: OnBench) -> No
     assert [row.word.text() for row in page.list.manual] == ["skipped", "skipped"]
 
 
-def test_ticks_stay_when_a_module_gets_its_name_and_go_with_another(
-    qtbot: QtBot, qapp: QApplication, tmp_path: Path
-) -> None:
-    with on_bench(qtbot, qapp, tmp_path, "ticks", "preflight", is_connected=False) as bench:
-        page = bench.preflight
-        use_profile(bench, tmp_path, PROFILE)
-        page.form.aircraft.setText("H6-12")
-        bench.click(page.list.manual[0].done)
-        bench.connect()
-        assert (page.list.manual[0].state, page.form.aircraft.text()) == (None, "")
-        bench.click(page.list.manual[0].done)
-        name_module(bench, "M-07")
-        assert page.list.manual[0].state is True
-        name_module(bench, "M-08")
-        assert page.list.manual[0].state is None
+@pytest.mark.module(is_connected=False)
+def test_ticks_stay_when_a_module_gets_its_name_and_go_with_another(tmp_path: Path, rig: OnBench) -> None:
+    page = rig.preflight
+    use_profile(rig, tmp_path, PROFILE)
+    page.form.aircraft.setText("H6-12")
+    rig.click(page.list.manual[0].done)
+    rig.connect()
+    assert (page.list.manual[0].state, page.form.aircraft.text()) == (None, "")
+    rig.click(page.list.manual[0].done)
+    name_module(rig, "M-07")
+    assert page.list.manual[0].state is True
+    name_module(rig, "M-08")
+    assert page.list.manual[0].state is None
 
 
-def test_records_and_boot_count_need_a_word_of_a_person(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
-    with on_bench(qtbot, qapp, tmp_path, "words", "preflight", "triggers", reads_triggers=True, history=2,
-                  boots=37) as bench:  # fmt: skip
-        page, window = bench.preflight, bench.assembly.window
-        name_module(bench, "M-07")
-        assert bench.check() is Standing.NO_GO
-        press_row(bench, "trigger_records")  # nobody has seen them: one click never calls them reviewed
-        triggers = find(window, TriggersPage)
-        bench.until(lambda: triggers.isVisible() and len(triggers.table.chosen()) == 2)
-        assert page.work.standing is Standing.NO_GO
-        assert [one.seen.judgement for one in triggers.table.chosen()] == [None, None]
-        window.go_to("preflight")
-        bench.until(lambda: given(page.list.rows["trigger_records"].act).text() == "Mark as reviewed")
-        press_row(bench, "trigger_records")
-        bench.wait_standing(Standing.READY, Standing.NO_GO)
-        assert (page.work.assessment and page.work.assessment.result("trigger_records")) is CheckResult.PASS
-        bench.bench.module.memory.boot_count = 11
-        bench.restart()
-        bench.wait_standing(Standing.NOT_CHECKED)
-        assert bench.assembly.ports.module.name == ""
-        confirm_name(bench)  # beside what speaks against it
-        assert bench.check() is Standing.READY
-        assert given(page.work.assessment).result("boot_count") is CheckResult.PASS
+@pytest.mark.module("preflight", "triggers", reads_triggers=True, history=2, boots=37)
+def test_records_and_boot_count_need_a_word_of_a_person(rig: OnBench) -> None:
+    page, window = rig.preflight, rig.assembly.window
+    name_module(rig, "M-07")
+    assert rig.check() is Standing.NO_GO
+    press_row(rig, "trigger_records")  # nobody has seen them: one click never calls them reviewed
+    triggers = find(window, TriggersPage)
+    rig.until(lambda: triggers.isVisible() and len(triggers.table.chosen()) == 2)
+    assert page.work.standing is Standing.NO_GO
+    assert [one.seen.judgement for one in triggers.table.chosen()] == [None, None]
+    window.go_to("preflight")
+    rig.until(lambda: given(page.list.rows["trigger_records"].act).text() == "Mark as reviewed")
+    press_row(rig, "trigger_records")
+    rig.wait_standing(Standing.READY, Standing.NO_GO)
+    assert (page.work.assessment and page.work.assessment.result("trigger_records")) is CheckResult.PASS
+    rig.bench.module.memory.boot_count = 11
+    rig.restart()
+    rig.wait_standing(Standing.NOT_CHECKED)
+    assert rig.assembly.ports.module.name == ""
+    confirm_name(rig)  # beside what speaks against it
+    assert rig.check() is Standing.READY
+    assert given(page.work.assessment).result("boot_count") is CheckResult.PASS
 
 
 def test_changed_settings_are_approved_by_a_person_once_for_the_module(rig: OnBench) -> None:
@@ -267,18 +265,15 @@ def test_each_row_that_is_not_met_carries_what_mends_it() -> None:
         assert (act.words if act else "") == words, id_
 
 
-def test_what_a_profile_says_is_put_into_settings_and_not_written(
-    tmp_path: Path, qtbot: QtBot, qapp: QApplication
-) -> None:
-    with on_bench(qtbot, qapp, tmp_path, "write", "preflight") as bench:
-        page, used = bench.preflight, list[object]()
-        page.exchange.used.connect(used.append)
-        use_profile(bench, tmp_path, "[settings]\nattitude_threshold_deg = 65\n")
-        assert bench.check() is Standing.NO_GO
-        before = list(bench.acts)
-        press_row(bench, "attitude_threshold")
-        assert used == [{"attitude_threshold_deg": 65}]
-        assert bench.acts == before
+def test_what_a_profile_says_is_put_into_settings_and_not_written(tmp_path: Path, rig: OnBench) -> None:
+    page, used = rig.preflight, list[object]()
+    page.exchange.used.connect(used.append)
+    use_profile(rig, tmp_path, "[settings]\nattitude_threshold_deg = 65\n")
+    assert rig.check() is Standing.NO_GO
+    before = list(rig.acts)
+    press_row(rig, "attitude_threshold")
+    assert used == [{"attitude_threshold_deg": 65}]
+    assert rig.acts == before
 
 
 def test_without_a_store_the_verdict_stands_and_says_that_it_was_not_kept(
@@ -351,28 +346,28 @@ def test_what_was_typed_last_is_on_the_report(tmp_path: Path, rig: OnBench) -> N
     assert page.work.standing is Standing.READY
 
 
-def test_past_checks_and_what_they_measured(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
-    with on_bench(qtbot, qapp, tmp_path, "past", "preflight", cell=3.6) as bench:
-        page = bench.preflight
-        name_module(bench, "M-07")
-        bench.find(QLineEdit, "preflight_aircraft").setText("H6-12")
-        assert bench.check() is Standing.NO_GO
-        bench.bench.set_world(cell_v=4.0)
-        assert bench.check() is Standing.READY
-        page.show_view("past")
-        history = page.past
-        bench.until(lambda: [check.verdict for check in history.checks] == ["READY", "NO-GO"])
-        assert history.trend.values == (3.6, 4.0)
-        assert "3.60 V to 4.00 V" in history.trend.accessibleName()
-        target = tmp_path / "again.pdf"
-        page.ask_path = choosing(target)
-        history.table.selectRow(1)
-        bench.click(history.export)
-        bench.until(lambda: not page.result.is_writing)
-        assert verify_file(target, NOBODY).state is RecordState.INTACT
-        page.show_view("past")
-        qtbot.keyClick(page, Qt.Key.Key_Escape)
-        assert page.view == "checks"
+@pytest.mark.module(cell=3.6)
+def test_past_checks_and_what_they_measured(qtbot: QtBot, tmp_path: Path, rig: OnBench) -> None:
+    page = rig.preflight
+    name_module(rig, "M-07")
+    rig.find(QLineEdit, "preflight_aircraft").setText("H6-12")
+    assert rig.check() is Standing.NO_GO
+    rig.bench.set_world(cell_v=4.0)
+    assert rig.check() is Standing.READY
+    page.show_view("past")
+    history = page.past
+    rig.until(lambda: [check.verdict for check in history.checks] == ["READY", "NO-GO"])
+    assert history.trend.values == (3.6, 4.0)
+    assert "3.60 V to 4.00 V" in history.trend.accessibleName()
+    target = tmp_path / "again.pdf"
+    page.ask_path = choosing(target)
+    history.table.selectRow(1)
+    rig.click(history.export)
+    rig.until(lambda: not page.result.is_writing)
+    assert verify_file(target, NOBODY).state is RecordState.INTACT
+    page.show_view("past")
+    qtbot.keyClick(page, Qt.Key.Key_Escape)
+    assert page.view == "checks"
 
 
 def test_an_aircraft_is_entered_for_its_own_module_only(rig: OnBench) -> None:

@@ -7,8 +7,7 @@ from pathlib import Path
 
 import pytest
 from PySide6.QtCore import Qt
-from PySide6.QtWidgets import QAbstractButton, QApplication, QLabel, QLineEdit
-from pytestqt.qtbot import QtBot
+from PySide6.QtWidgets import QAbstractButton, QLabel, QLineEdit
 
 from app.engine.worker import Batch
 from app.preflight.checks import CheckResult, Person
@@ -20,7 +19,7 @@ from app.settings.profiles import NO_PROFILE
 from app.store.acts import note_triggered
 from protocol.events import Sent
 from tests.support.window.fakes_ui import store_of
-from tests.support.window.preflight_window import NOBODY, OnBench, kept, name_module, on_bench
+from tests.support.window.preflight_window import NOBODY, OnBench, kept, name_module
 from tests.support.window.screen_reader import announced
 from tests.support.window.steps import choosing, given, notice_text, settle
 from ui.session.check import Standing
@@ -121,21 +120,19 @@ def test_where_the_aircraft_activates_ready_is_the_end(tmp_path: Path, rig: OnBe
 
 
 @pytest.mark.promise("f")
-def test_on_an_active_module_nothing_is_written_until_a_person_locks_it(
-    qtbot: QtBot, qapp: QApplication, tmp_path: Path
-) -> None:
-    with on_bench(qtbot, qapp, tmp_path, "active", "preflight", active=True) as bench:
-        page = bench.preflight
-        assert "lock it first" in page.banner.accessibleName()
-        assert not page.enable.isVisible()
-        assert bench.check() is Standing.NO_GO
-        row = page.list.rows["attitude_trigger"]
-        assert "Lock it" in row.reason.text()
-        assert not given(row.act).isEnabled()
-        assert bench.acts == []
-        bench.assembly.ports.lock.press()
-        bench.until(page.enable.isVisible)
-        assert bench.check() is Standing.READY
+@pytest.mark.module(active=True)
+def test_on_an_active_module_nothing_is_written_until_a_person_locks_it(rig: OnBench) -> None:
+    page = rig.preflight
+    assert "lock it first" in page.banner.accessibleName()
+    assert not page.enable.isVisible()
+    assert rig.check() is Standing.NO_GO
+    row = page.list.rows["attitude_trigger"]
+    assert "Lock it" in row.reason.text()
+    assert not given(row.act).isEnabled()
+    assert rig.acts == []
+    rig.assembly.ports.lock.press()
+    rig.until(page.enable.isVisible)
+    assert rig.check() is Standing.READY
 
 
 # What ends it while it stands
@@ -212,19 +209,20 @@ def test_a_name_under_which_something_is_against_it_ends_ready(rig: OnBench) -> 
 
 
 @pytest.mark.promise("l")
+@pytest.mark.module("triggers", "preflight")
 def test_a_check_that_becomes_void_while_the_page_is_hidden_is_announced_and_stays_void(
-    full_rig: OnBench, monkeypatch: pytest.MonkeyPatch
+    rig: OnBench, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    assert full_rig.check() is Standing.READY
-    page, spoken = full_rig.preflight, announced(monkeypatch)
-    assert full_rig.triggers.isVisible()
-    full_rig.bench.set_world(bay_is_open=True)
-    full_rig.until(lambda: page.work.standing is Standing.VOID)
+    assert rig.check() is Standing.READY
+    page, spoken = rig.preflight, announced(monkeypatch)
+    assert rig.triggers.isVisible()
+    rig.bench.set_world(bay_is_open=True)
+    rig.until(lambda: page.work.standing is Standing.VOID)
     assert spoken == ["VOID. Changed: Light."]
-    full_rig.bench.set_world(bay_is_open=False)
-    full_rig.until(lambda: full_rig.assembly.ports.module.view.values["light_v"].value < 1.0)
+    rig.bench.set_world(bay_is_open=False)
+    rig.until(lambda: rig.assembly.ports.module.view.values["light_v"].value < 1.0)
     assert page.banner.announcement.standing is Standing.READY
-    assert full_rig.preflight.banner.announcement.standing is Standing.VOID
+    assert rig.preflight.banner.announcement.standing is Standing.VOID
 
 
 @pytest.mark.promise("a")

@@ -2,6 +2,7 @@
 
 from pathlib import Path
 
+import pytest
 from PySide6.QtCore import Qt
 from PySide6.QtGui import QAction
 from PySide6.QtWidgets import QApplication, QLineEdit
@@ -9,7 +10,7 @@ from pytestqt.qtbot import QtBot
 
 from app.guided.results import GuidedKind
 from app.settings.profiles import ActivatedBy, ManualLine, read_profile
-from tests.support.window.preflight_window import on_bench
+from tests.support.window.preflight_window import OnBench, on_bench
 from tests.support.window.steps import choosing, drop, find, given, notice_text
 
 PROFILE = """
@@ -81,37 +82,37 @@ def test_a_profile_is_edited_saved_and_used(qtbot: QtBot, qapp: QApplication, tm
         assert [row.line for row in page.list.manual] == [ManualLine("Pack date")]
 
 
-def test_edits_are_discarded_only_when_that_is_said(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
-    with on_bench(qtbot, qapp, tmp_path, "editor_new", "preflight", is_connected=False) as bench:
-        page, window = bench.preflight, bench.assembly.window
-        page.edit_profile()
-        editor = given(page.editor)
-        qtbot.keyClicks(editor.name, "H6")
-        assert page.on_escape()
-        assert not window.close()
-        assert "Profile: Unsaved edits." in notice_text(window.notice_bar)
-        bench.click(given(window.notice_bar.button("stay")))
-        record = tmp_path / "x.json"
-        record.write_text("{}", encoding="utf-8")
-        drop(window, record)
-        assert notice_text(editor.strip) == "Unsaved edits."
-        bench.click(given(editor.strip.button("keep")))
-        assert (editor.isVisible(), editor.name.text()) == (True, "H6")
-        editor.ask_save = choosing(tmp_path / "none" / "x.toml")
-        bench.click(editor.save)
-        assert editor.strip.notice is not None  # the folder is not there
-        page.edit_profile()
-        assert page.editor is editor
-        editor.ask_save = choosing(tmp_path / "x.toml")
-        bench.click(editor.save)
-        assert read_profile(tmp_path / "x.toml").name == "H6"
-        assert page.form.path == tmp_path / "x.toml"
-        page.edit_profile()
-        editor = given(page.editor)
-        qtbot.keyClicks(editor.limits["tilt_max_deg"], "99")  # the field was empty, as its number still is
-        bench.click(editor.cancel)
-        bench.click(given(editor.strip.button("discard")))
-        assert page.editor is None
-        assert page.list.isVisible()
-        assert read_profile(tmp_path / "x.toml").name == "H6"
-        assert window.close()
+@pytest.mark.module(is_connected=False)
+def test_edits_are_discarded_only_when_that_is_said(qtbot: QtBot, tmp_path: Path, rig: OnBench) -> None:
+    page, window = rig.preflight, rig.assembly.window
+    page.edit_profile()
+    editor = given(page.editor)
+    qtbot.keyClicks(editor.name, "H6")
+    assert page.on_escape()
+    assert not window.close()
+    assert "Profile: Unsaved edits." in notice_text(window.notice_bar)
+    rig.click(given(window.notice_bar.button("stay")))
+    record = tmp_path / "x.json"
+    record.write_text("{}", encoding="utf-8")
+    drop(window, record)
+    assert notice_text(editor.strip) == "Unsaved edits."
+    rig.click(given(editor.strip.button("keep")))
+    assert (editor.isVisible(), editor.name.text()) == (True, "H6")
+    editor.ask_save = choosing(tmp_path / "none" / "x.toml")
+    rig.click(editor.save)
+    assert editor.strip.notice is not None  # the folder is not there
+    page.edit_profile()
+    assert page.editor is editor
+    editor.ask_save = choosing(tmp_path / "x.toml")
+    rig.click(editor.save)
+    assert read_profile(tmp_path / "x.toml").name == "H6"
+    assert page.form.path == tmp_path / "x.toml"
+    page.edit_profile()
+    editor = given(page.editor)
+    qtbot.keyClicks(editor.limits["tilt_max_deg"], "99")  # the field was empty, as its number still is
+    rig.click(editor.cancel)
+    rig.click(given(editor.strip.button("discard")))
+    assert page.editor is None
+    assert page.list.isVisible()
+    assert read_profile(tmp_path / "x.toml").name == "H6"
+    assert window.close()

@@ -6,7 +6,6 @@ from pathlib import Path
 import pytest
 from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QAbstractButton, QApplication, QLineEdit, QPushButton
-from pytestqt.qtbot import QtBot
 
 from app.diagnosis.causes import NextStep
 from app.settings.form import RowState
@@ -14,18 +13,7 @@ from protocol.catalogue import BY_NAME
 from protocol.events import EndReason
 from tests.support.line.odd_module import end_faults
 from tests.support.window.fake_ports import fake_window
-from tests.support.window.settings_bench import (
-    Desk,
-    choose,
-    desk,
-    notice,
-    pick,
-    say_name,
-    state,
-    type_into,
-    write,
-    written,
-)
+from tests.support.window.settings_bench import Desk, choose, notice, pick, say_name, state, type_into, write, written
 from tests.support.window.steps import given, notice_text
 
 TILT, TIME = "attitude_threshold_deg", "freefall_time_s"
@@ -214,20 +202,20 @@ def test_closing_the_window_asks_also_for_the_edits_of_an_ended_conversation(one
     one.until(lambda: not window.isVisible())
 
 
-def test_edits_and_an_active_module_are_one_question(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
-    with desk(qtbot, qapp, tmp_path, "settings", active=True) as one:
-        window, bar = one.assembly.window, one.assembly.window.notice_bar
-        type_into(one, "freefall_time", "1.2")
-        window.close()
-        assert window.isVisible()
-        assert "The module is ACTIVE" in notice_text(bar)
-        assert UNSENT in notice_text(bar)
-        choose(one, "lock_and_leave", bar)
-        one.until(lambda: bar.button("drop_edits") is not None)
-        assert "ACTIVE" not in notice_text(bar)
-        choose(one, "drop_edits", bar)
-        one.until(lambda: not window.isVisible())
-        assert len(one.changes()) == 1  # LOCK, and no setting
+@pytest.mark.module(active=True)
+def test_edits_and_an_active_module_are_one_question(one: Desk) -> None:
+    window, bar = one.assembly.window, one.assembly.window.notice_bar
+    type_into(one, "freefall_time", "1.2")
+    window.close()
+    assert window.isVisible()
+    assert "The module is ACTIVE" in notice_text(bar)
+    assert UNSENT in notice_text(bar)
+    choose(one, "lock_and_leave", bar)
+    one.until(lambda: bar.button("drop_edits") is not None)
+    assert "ACTIVE" not in notice_text(bar)
+    choose(one, "drop_edits", bar)
+    one.until(lambda: not window.isVisible())
+    assert len(one.changes()) == 1  # LOCK, and no setting
 
 
 def test_leaving_while_it_writes_is_confirmed_until_it_is_written(one: Desk) -> None:

@@ -131,20 +131,18 @@ def test_against_the_advice_needs_a_second_click_and_is_warned_of_also_once_it_i
 
 
 @pytest.mark.promise("d")
-def test_an_active_module_is_written_only_when_unlocked_for_this_once(
-    qtbot: QtBot, qapp: QApplication, tmp_path: Path
-) -> None:
-    with desk(qtbot, qapp, tmp_path, "settings", active=True) as one:
-        type_into(one, "freefall_time", "1.2")
-        write(one)
-        one.until(lambda: notice(one).startswith("Nothing was written. The module is ACTIVE"))
-        assert not one.changes()
-        choose(one, "unlock_once")
-        one.until(lambda: state(one, TIME) is RowState.VERIFIED)
-        type_into(one, "freefall_time", "1.3")
-        write(one)  # once is not for ever
-        one.until(lambda: notice(one).startswith("Nothing was written. The module is ACTIVE"))
-        assert len(one.changes()) == 1
+@pytest.mark.module(active=True)
+def test_an_active_module_is_written_only_when_unlocked_for_this_once(one: Desk) -> None:
+    type_into(one, "freefall_time", "1.2")
+    write(one)
+    one.until(lambda: notice(one).startswith("Nothing was written. The module is ACTIVE"))
+    assert not one.changes()
+    choose(one, "unlock_once")
+    one.until(lambda: state(one, TIME) is RowState.VERIFIED)
+    type_into(one, "freefall_time", "1.3")
+    write(one)  # once is not for ever
+    one.until(lambda: notice(one).startswith("Nothing was written. The module is ACTIVE"))
+    assert len(one.changes()) == 1
 
 
 # Edits

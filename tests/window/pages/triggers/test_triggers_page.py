@@ -57,12 +57,12 @@ def fire(bench: OnBench, number: int = 1) -> None:
 # Reading
 
 
-def test_without_a_module_it_says_what_to_do(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
-    with on_bench(qtbot, qapp, tmp_path, "none", "triggers", is_connected=False) as bench:
-        page = bench.triggers
-        assert "Connect or choose" in page.list.empty.text.text()
-        assert (page.read.isEnabled(), page.export.isEnabled()) == (False, False)
-        assert (page.count.text(), page.list.empty.title.text()) == ("Trigger records", "Not read yet")  # no number yet
+@pytest.mark.module(is_connected=False)
+def test_without_a_module_it_says_what_to_do(rig: OnBench) -> None:
+    page = rig.triggers
+    assert "Connect or choose" in page.list.empty.text.text()
+    assert (page.read.isEnabled(), page.export.isEnabled()) == (False, False)
+    assert (page.count.text(), page.list.empty.title.text()) == ("Trigger records", "Not read yet")  # no number yet
 
 
 def test_a_module_that_never_fired(rig: OnBench) -> None:
@@ -78,76 +78,70 @@ def test_a_module_that_never_fired(rig: OnBench) -> None:
     assert (page.list.isEnabled(), page.read.isEnabled()) == (False, False), "greyed until a module answers"
 
 
-def test_a_silent_module_is_told_from_one_that_had_records(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
-    with on_bench(qtbot, qapp, tmp_path, "silent", "triggers", "preflight", empty_slots="none") as bench:
-        empty = bench.triggers.list.empty
-        bench.read_triggers()
-        assert (said(bench), empty.text.text()) == ("No answer: the records are unknown.", "")
-        bench.triggers.work.job.dismiss()
-        assert (empty.title.text(), empty.text.text()) == ("Unknown", "No answer: the records are unknown.")
-        name_kept(bench, "M-07")
-        assert said(bench) == "No answer: the records are unknown."
-        fire(bench, 3)
-        read(bench)
-        bench.bench.module.memory.records.clear()
-        bench.read_triggers()
-        assert "It had 3 on 20" in said(bench)
-        assert bench.check() is Standing.NO_GO
+@pytest.mark.module("triggers", "preflight", empty_slots="none")
+def test_a_silent_module_is_told_from_one_that_had_records(rig: OnBench) -> None:
+    empty = rig.triggers.list.empty
+    rig.read_triggers()
+    assert (said(rig), empty.text.text()) == ("No answer: the records are unknown.", "")
+    rig.triggers.work.job.dismiss()
+    assert (empty.title.text(), empty.text.text()) == ("Unknown", "No answer: the records are unknown.")
+    name_kept(rig, "M-07")
+    assert said(rig) == "No answer: the records are unknown."
+    fire(rig, 3)
+    read(rig)
+    rig.bench.module.memory.records.clear()
+    rig.read_triggers()
+    assert "It had 3 on 20" in said(rig)
+    assert rig.check() is Standing.NO_GO
 
 
 @pytest.mark.promise("g")
-def test_the_records_are_read_once_in_sight_and_again_after_a_trigger(
-    qtbot: QtBot, qapp: QApplication, tmp_path: Path
-) -> None:
+@pytest.mark.module(reads_triggers=True, active=True)
+def test_the_records_are_read_once_in_sight_and_again_after_a_trigger(rig: OnBench) -> None:
     """With queries only, without a click, and not again after a cancel."""
-    with on_bench(qtbot, qapp, tmp_path, "unasked", "triggers", reads_triggers=True, active=True) as bench:
-        page = bench.triggers
-        bench.until(lambda: page.work.reading is not None and not page.work.is_busy)
-        page.work.reading = None  # as after a cancel
-        page.work.read_unasked()
-        assert not page.work.is_busy
-        bench.bench.set_world(tilt_deg=80)
-        bench.until(lambda: page.count.text() == "Trigger records: 1")
-        assert bench.acts == []
+    page = rig.triggers
+    rig.until(lambda: page.work.reading is not None and not page.work.is_busy)
+    page.work.reading = None  # as after a cancel
+    page.work.read_unasked()
+    assert not page.work.is_busy
+    rig.bench.set_world(tilt_deg=80)
+    rig.until(lambda: page.count.text() == "Trigger records: 1")
+    assert rig.acts == []
 
 
 @pytest.mark.parametrize("away", ["unplugged", "another on the same line"])
-def test_what_was_read_is_not_taken_for_the_records_of_what_answers_later(
-    qtbot: QtBot, qapp: QApplication, tmp_path: Path, away: str
-) -> None:
-    with on_bench(qtbot, qapp, tmp_path, "away", "triggers", boots=37) as bench:
-        page, connector = bench.triggers, bench.assembly.ports
-        fire(bench, 2)
-        bench.read_triggers()
-        assert page.count.text() == "Trigger records: 2"
-        if away == "unplugged":
-            bench.bench.unplug()
-            bench.until(lambda: not connector.current.is_open)
-            bench.bench.plug()
-        else:
-            bench.bench.module.memory.boot_count = 11
-            bench.bench.restart()
-        bench.until(lambda: page.work.reading is None and page.count.text() == "Trigger records")
-        fire(bench)
-        bench.reads_triggers = True
-        bench.until(lambda: page.count.text() == "Trigger records: 3")
-        assert bench.acts == []
+@pytest.mark.module(boots=37)
+def test_what_was_read_is_not_taken_for_the_records_of_what_answers_later(away: str, rig: OnBench) -> None:
+    page, connector = rig.triggers, rig.assembly.ports
+    fire(rig, 2)
+    rig.read_triggers()
+    assert page.count.text() == "Trigger records: 2"
+    if away == "unplugged":
+        rig.bench.unplug()
+        rig.until(lambda: not connector.current.is_open)
+        rig.bench.plug()
+    else:
+        rig.bench.module.memory.boot_count = 11
+        rig.bench.restart()
+    rig.until(lambda: page.work.reading is None and page.count.text() == "Trigger records")
+    fire(rig)
+    rig.reads_triggers = True
+    rig.until(lambda: page.count.text() == "Trigger records: 3")
+    assert rig.acts == []
 
 
-def test_an_unconfirmed_reading_is_reported_and_one_can_be_cancelled(
-    qtbot: QtBot, qapp: QApplication, tmp_path: Path
-) -> None:
-    with on_bench(qtbot, qapp, tmp_path, "noisy", "triggers", history=4) as bench:
-        bench.bench.change(delay_ms=300.0)
-        bench.click(bench.triggers.read)
-        choose(bench, "cancel")
-        bench.until(lambda: not bench.triggers.work.is_busy)
-        assert said(bench).startswith("Cancelled")
-        assert bench.triggers.work.reading is None
-        bench.bench.change(delay_ms=0.0, garbage=1.0)
-        bench.read_triggers()
-        assert "The readings differ" in said(bench)
-        assert given(bench.triggers.strip.notice).meaning is Meaning.ATTENTION
+@pytest.mark.module(history=4)
+def test_an_unconfirmed_reading_is_reported_and_one_can_be_cancelled(rig: OnBench) -> None:
+    rig.bench.change(delay_ms=300.0)
+    rig.click(rig.triggers.read)
+    choose(rig, "cancel")
+    rig.until(lambda: not rig.triggers.work.is_busy)
+    assert said(rig).startswith("Cancelled")
+    assert rig.triggers.work.reading is None
+    rig.bench.change(delay_ms=0.0, garbage=1.0)
+    rig.read_triggers()
+    assert "The readings differ" in said(rig)
+    assert given(rig.triggers.strip.notice).meaning is Meaning.ATTENTION
 
 
 # What is shown
@@ -174,21 +168,6 @@ def test_the_worked_example_as_a_row_and_a_sentence(rig: OnBench) -> None:
     assert EXAMPLE.hex(" ").upper() in page.detail.bytes.text()
     assert said(rig).startswith("Name the module")
     assert not page.detail.note.isEnabled()
-
-
-def test_the_tenth_trigger_is_added_to_the_stored_nine(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
-    with on_bench(qtbot, qapp, tmp_path, "tenth", "triggers", history=9) as bench:
-        page, memory = bench.triggers, bench.bench.module.memory
-        name_kept(bench, "M-07")
-        bench.read_triggers()
-        bench.bench.module.activate(is_active=True)
-        bench.bench.set_world(tilt_deg=80)
-        bench.until(lambda: bench.bench.module.is_triggered)
-        for count in (10, 11):
-            bench.read_triggers()
-            assert page.count.text() == f"Trigger records: {count}"
-            assert sum(row.is_on_module for row in page.work.rows) == 9
-            memory.records.append(memory.records[0])  # equal to the one it replaces
 
 
 def test_another_module_under_the_same_name_is_not_mixed_in(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
@@ -242,48 +221,46 @@ def test_a_judgement_and_a_note_are_kept(qtbot: QtBot, qapp: QApplication, tmp_p
         assert texts(bench, 0)[JUDGED] == "—"
 
 
-def test_several_records_are_judged_at_once_and_keep_their_notes(
-    qtbot: QtBot, qapp: QApplication, tmp_path: Path
-) -> None:
-    with on_bench(qtbot, qapp, tmp_path, "several", "triggers", history=3) as bench:
-        name_kept(bench, "M-07")
-        bench.read_triggers()
-        page = bench.triggers
-        page.table.selectRow(0)
-        page.detail.note.setText("in the wind")
-        page.detail.note.editingFinished.emit()
-        page.table.selectAll()
-        assert page.detail.cause.text() == "3 selected"
-        assert not page.detail.note.isVisible()
-        bench.click(page.detail.buttons[Judgement.REAL])
-        assert [texts(bench, row)[JUDGED] for row in range(3)] == ["real"] * 3
-        assert ["in the wind" in told(bench, row) for row in range(3)] == [True, False, False]
+@pytest.mark.module(history=3)
+def test_several_records_are_judged_at_once_and_keep_their_notes(rig: OnBench) -> None:
+    name_kept(rig, "M-07")
+    rig.read_triggers()
+    page = rig.triggers
+    page.table.selectRow(0)
+    page.detail.note.setText("in the wind")
+    page.detail.note.editingFinished.emit()
+    page.table.selectAll()
+    assert page.detail.cause.text() == "3 selected"
+    assert not page.detail.note.isVisible()
+    rig.click(page.detail.buttons[Judgement.REAL])
+    assert [texts(rig, row)[JUDGED] for row in range(3)] == ["real"] * 3
+    assert ["in the wind" in told(rig, row) for row in range(3)] == [True, False, False]
 
 
-def test_what_is_searched_is_shown_sorted_and_saved(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
-    with on_bench(qtbot, qapp, tmp_path, "csv", "triggers", history=5) as bench:
-        fire(bench)
-        page = bench.triggers
-        name_kept(bench, "=M-07")
-        bench.read_triggers()
-        page.table.sortByColumn(CELL, Qt.SortOrder.AscendingOrder)
-        volts = [row.record.cell_voltage_v for row in page.table.filter.shown()]
-        assert volts == sorted(volts)
-        page.table.selectRow(5)
-        page.detail.note.setText("=1+1")
-        page.detail.note.editingFinished.emit()
-        search = bench.find(QLineEdit, "triggers_search")
-        for searched, count in (("implausible 4.70", 1), ("", 6)):
-            search.setText(searched)
-            target = tmp_path / f"{count}.csv"
-            page.ask_path = choosing(target)
-            bench.click(page.export)
-            bench.until(lambda: not page.work.job.is_writing)
-            rows = list(csv.DictReader(io.StringIO(target.read_text("utf-8-sig"))))
-            assert len(rows) == page.table.filter.rowCount() == count
-            assert {row["module"] for row in rows} == {"'=M-07"}
-            assert all(not row["note"].startswith("=") for row in rows)
-            assert "Saved" in said(bench)
-        page.ask_path = choosing(tmp_path / "no folder" / "x.csv")
-        bench.click(page.export)
-        bench.until(lambda: "cannot be written" in said(bench))
+@pytest.mark.module(history=5)
+def test_what_is_searched_is_shown_sorted_and_saved(tmp_path: Path, rig: OnBench) -> None:
+    fire(rig)
+    page = rig.triggers
+    name_kept(rig, "=M-07")
+    rig.read_triggers()
+    page.table.sortByColumn(CELL, Qt.SortOrder.AscendingOrder)
+    volts = [row.record.cell_voltage_v for row in page.table.filter.shown()]
+    assert volts == sorted(volts)
+    page.table.selectRow(5)
+    page.detail.note.setText("=1+1")
+    page.detail.note.editingFinished.emit()
+    search = rig.find(QLineEdit, "triggers_search")
+    for searched, count in (("implausible 4.70", 1), ("", 6)):
+        search.setText(searched)
+        target = tmp_path / f"{count}.csv"
+        page.ask_path = choosing(target)
+        rig.click(page.export)
+        rig.until(lambda: not page.work.job.is_writing)
+        rows = list(csv.DictReader(io.StringIO(target.read_text("utf-8-sig"))))
+        assert len(rows) == page.table.filter.rowCount() == count
+        assert {row["module"] for row in rows} == {"'=M-07"}
+        assert all(not row["note"].startswith("=") for row in rows)
+        assert "Saved" in said(rig)
+    page.ask_path = choosing(tmp_path / "no folder" / "x.csv")
+    rig.click(page.export)
+    rig.until(lambda: "cannot be written" in said(rig))
