@@ -235,6 +235,17 @@ def test_an_interrupted_activation_leaves_lock_owed(end: Callable[[Rig], None]) 
 
 
 @pytest.mark.promise("j")
+def test_an_activation_that_was_locked_since_leaves_none_owed() -> None:
+    rig = settled_rig()
+    rig.job(activating())
+    rig.step_for(0.2)
+    rig.job(lock(), is_urgent=True, outlives=True)
+    rig.step_for(1.0)
+    lost(rig)
+    assert not rig.session.owes_lock
+
+
+@pytest.mark.promise("j")
 def test_lock_itself_is_owed_when_the_port_is_lost() -> None:
     rig = settled_rig(locks=False, active=True)
     rig.job(lock(), is_urgent=True, outlives=True)
