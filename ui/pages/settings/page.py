@@ -34,7 +34,6 @@ from app.text.i18n import tr
 from app.text.messages import join_sentences, labelled
 from protocol.catalogue import BAUD_RATE, BY_NAME, SERIAL_OUTPUT, SETTINGS
 from protocol.fields import Value
-from protocol.translatable import marked
 from ui.files.file_dialogs import AskOpen, AskPath, ask_path, ask_profile
 from ui.pages.settings.rows import SettingsTable
 from ui.services.context import Services
@@ -53,7 +52,6 @@ SUFFIX: Final = ".toml"
 REFRESH_EVERY_MS: Final = 250
 _MAX_NOTE: Final = 200
 _LIGHT: Final = BY_NAME["light_threshold"].key
-_COMPARED: Final = (marked("Parameter"), marked("Profile"), marked("Module"), marked("State"))
 
 
 class SettingsPage(Page):
@@ -294,8 +292,8 @@ class ComparePanel(_Panel):
         note = text_label("profile_note", "small")
         note.setText(tr("The baud rate is never applied with a profile."))
         self.apply = control(QPushButton(), "profile_apply", picture=Icon.CHECK, role="primary")
-        for column, english in enumerate(_COMPARED):
-            self.grid.addWidget(named(QLabel(tr(english)), f"profile_head_{column}", "caption"), 0, column)
+        for column, head in enumerate((tr("Parameter"), tr("Profile"), tr("Module"), tr("State"))):
+            self.grid.addWidget(named(QLabel(head), f"profile_head_{column}", "caption"), 0, column)
             self.grid.setColumnStretch(column, 1)
         # Tick, and the labels of the profile's value, the module's, and how they compare.
         self._cells: dict[str, tuple[QCheckBox, QLabel, QLabel, QLabel]] = {}
@@ -306,8 +304,8 @@ class ComparePanel(_Panel):
             tick.setAccessibleName(title)
             tick.clicked.connect(partial(self._touch, command.key))
             wanted, held = named(QLabel(), f"profile_wanted_{name}"), named(QLabel(), f"profile_stands_{name}")
-            cells = self._cells[command.key] = tick, wanted, held, text_label(f"profile_match_{name}")
-            for column, cell in enumerate(cells):
+            self._cells[command.key] = tick, wanted, held, text_label(f"profile_match_{name}")
+            for column, cell in enumerate(self._cells[command.key]):
                 self.grid.addWidget(cell, place, column)
         self.lay_out(self.apply, self.about, self.card, note)
 

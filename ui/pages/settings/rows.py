@@ -56,7 +56,6 @@ _HOW: Final[Mapping[How, str]] = {
     How.ACKNOWLEDGED: marked("acknowledged {time} ago"),
     How.STREAMED: marked("seen {time} ago"),
 }
-_HEADS: Final = (marked("Parameter"), marked("Module"), marked("New value"), marked("State"))
 # Of each column in the width: parameter, module, new value, state, what it means, buttons.
 _SHARES: Final = (30, 24, 25, 23, 37, 0)
 # Large text has no room for all of it side by side: what a value means lies below it.
@@ -76,9 +75,9 @@ class SettingsTable(QFrame):
         self.grid.setVerticalSpacing(Space.XS)
         for column, share in enumerate(_LARGE_SHARES if self.is_large else _SHARES):
             self.grid.setColumnStretch(column, share)
-            if column < len(_HEADS):
-                head = named(QLabel(tr(_HEADS[column])), f"settings_head_{column}", "caption")
-                self.grid.addWidget(head, 0, column)
+        heads = (tr("Parameter"), tr("Module"), tr("New value"), tr("State"))
+        for column, head in enumerate(heads[: len(_LARGE_SHARES)] if self.is_large else heads):
+            self.grid.addWidget(named(QLabel(head), f"settings_head_{column}", "caption"), 0, column)
         self.add_below(named(QFrame(), "settings_head_line", "line"))
         self.rows: dict[str, SettingRow] = {}
         for command in FORM_COMMANDS:
@@ -147,14 +146,10 @@ class SettingRow(QObject):
         self.name = text_label(f"{name}_name")
         self.name.setText(title)
         self.held = HeldValue(command)
-        if isinstance(command.write, Quantity):
-            line = NumberLine(
-                NumberKind.of_field(command.write), start=float(DEFAULTS.get(key) or 0), may_be_empty=True
-            )
+        if isinstance(field := command.write, Quantity):
+            line = NumberLine(NumberKind.of_field(field), start=float(DEFAULTS.get(key) or 0), may_be_empty=True)
             control(line, f"{name}_wanted", says=title, tip=tr(command.explanation))
-            low, high = command.write.text(0), command.write.text(255)
-            line.setAccessibleDescription(tr("{low} to {high}", low=low, high=high))
-            field = command.write
+            line.setAccessibleDescription(tr("{low} to {high}", low=field.text(0), high=field.text(255)))
 
             def take_typed() -> None:
                 """Also what is typed so far is an edit; what cannot be sent stays as it was typed."""
@@ -199,7 +194,6 @@ class SettingRow(QObject):
         self.held.show_known(row.known, now)
         held = None if row.known is None else row.known.value
         stands = held if row.edited is None else row.edited
-        is_mistyped = isinstance(row.wanted, str)
         role = "muted" if row.edited is None else ""
         if isinstance(self.editor, QComboBox):
             with QSignalBlocker(self.editor):
@@ -211,7 +205,7 @@ class SettingRow(QObject):
             # Else the person has emptied it to type another one.
             self.editor.show_number(None if stands is None else float(stands), role)
         default = DEFAULTS.get(self.command.key)
-        self.default.setVisible(default is not None and (is_mistyped or stands != default))
+        self.default.setVisible(default is not None and (isinstance(row.wanted, str) or stands != default))
         self.discard.setVisible(row.wanted is not None)
         for widget in (self.editor, self.default, self.discard):
             widget.setEnabled(is_editable)
@@ -225,7 +219,7 @@ class SettingRow(QObject):
         set_role(self.state, "muted" if style.meaning is None else "")
         # What a value takes away is said for as long as it stands, before why its row is in its state.
         reason = row.reason
-        if is_mistyped and isinstance(self.editor, NumberLine):
+        if row.state is RowState.IMPOSSIBLE and isinstance(self.editor, NumberLine):
             reason = self.editor.kind.range_text
         meaning = with_units(join_sentences(consequence.sentence for consequence in row.consequences))
         self.reason.setText(meaning if is_loud else reason if is_bad else reason or meaning)
@@ -241,8 +235,6 @@ class BaudRow(QObject):
     def __init__(self, table: SettingsTable, services: Services) -> None:
         super().__init__(table)
         self._services, self._ports = services, services.ports
-        # Chosen, and not yet confirmed.
-        self._rate: int | None = None
         self.name = text_label("baud_title")
         self.name.setText(tr(BAUD_RATE.title))
         self.held = HeldValue(BAUD_RATE)
@@ -274,23 +266,20 @@ class BaudRow(QObject):
         set_role(self.message, "attention" if refusals and not port.is_changing_rate else "small")
         is_free = port.module.is_going and not port.is_changing_rate
         self.editor.setEnabled(is_free)
-        self.confirm.set_possible(
-            is_free and not is_blocked(refusals) and self._rate not in (None, port.connection.baud_rate)
-        )
+        is_other = self.editor.currentData() not in (None, port.connection.baud_rate)
+        self.confirm.set_possible(is_free and not is_blocked(refusals) and is_other)
 
     def _choose(self) -> None:
-        self._rate = self.editor.currentData()
         self.confirm.withdraw()
         self.refresh()
 
     def forget_choice(self) -> None:
         """It was made for the module before."""
-        self._rate = None
         with QSignalBlocker(self.editor):
             self.editor.setCurrentIndex(-1)
 
     def _change(self) -> None:
-        rate = self._rate
+        rate = self.editor.currentData()
         self.forget_choice()
         if rate is not None:
             self._ports.current.change_rate(rate, self._services.armed)
