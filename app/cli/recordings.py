@@ -180,7 +180,7 @@ def export(entry: RecordingEntry, args: argparse.Namespace) -> bool:
             console.write(part.decode().replace("\r\n", "\n"))  # standard output ends lines as the system does
     else:
         try:
-            rows, damage = write_file(entry, path, is_table=path.suffix.lower() != MCAP, appends=args.append)
+            rows, damage = write_file(entry, path, appends=args.append)
         except (OSError, ValueError) as error:
             raise console.Refused(not_written(path, error), ErrorCode.REFUSED) from error
         if not args.json:

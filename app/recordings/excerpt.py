@@ -31,8 +31,6 @@ _FLAGS: Final = ("false", "true")
 
 
 class Excerpt(NamedTuple):
-    """Immutable."""
-
     start_s: float
     tilt: Window
     # Its times, and those of `flags`, are those of `tilt`.
@@ -120,9 +118,6 @@ class Measured(LimitSteps):
 
 # The CSV table
 
-# Time and further cells of a row, but charging.
-_Row = tuple[float, tuple[str, ...]]
-
 
 def part_count(excerpt: Excerpt) -> int:
     return excerpt.row_count // ROWS_AT_ONCE + 2
@@ -135,7 +130,13 @@ def csv_parts(excerpt: Excerpt, *, wall_offset_s: float) -> Iterator[bytes]:
     `wall_offset_s` added to the times gives seconds since 1970; `elapsed_s` counts from the first row.
     """
     yield f"{HEAD}\r\n".encode()
-    others: list[_Row] = [(marker.time_s, ("", "", "", "", "", "", _event_text(marker))) for marker in excerpt.markers]
+    # Of each row its time and the further cells but charging.
+    others: list[tuple[float, tuple[str, ...]]] = []
+    for marker in excerpt.markers:
+        # "connected: /dev/ttyUSB0"; in English, as in all files.
+        simulated = " (simulated)" if is_simulated(marker.text) else ""
+        event = f"{marker.kind.value}: {marker.text}{simulated}" if marker.text else marker.kind.value
+        others.append((marker.time_s, ("", "", "", "", "", "", event)))
     for at, volts in zip(*(column.tolist() for column in excerpt.cell), strict=True):
         others.append((at, ("", "", "", "", f"{volts:.2f}", "", "")))
     for at, volts in zip(*(column.tolist() for column in excerpt.light), strict=True):
@@ -143,7 +144,16 @@ def csv_parts(excerpt: Excerpt, *, wall_offset_s: float) -> Iterator[bytes]:
     others.sort()
     first_s = min([*excerpt.tilt.time_s[:1].tolist(), *(at for at, _ in others[:1])], default=excerpt.start_s)
     charging = Readable(*excerpt.charging)
-    rows = merge(_status_rows(excerpt), others, key=itemgetter(0))
+
+    def reports() -> Iterator[tuple[float, tuple[str, ...]]]:
+        columns = (*excerpt.tilt, excerpt.acceleration.value, excerpt.flags)
+        for first in range(0, len(excerpt.flags), ROWS_AT_ONCE):
+            part = (column[first : first + ROWS_AT_ONCE].tolist() for column in columns)
+            for at, tilt, force, flags in zip(*part, strict=True):
+                is_triggered, is_active = _FLAGS[flags & TRIGGERED != 0], _FLAGS[flags & ACTIVE != 0]
+                yield at, (f"{tilt:g}", f"{force:.1f}", is_triggered, is_active, "", "", "")
+
+    rows = merge(reports(), others, key=itemgetter(0))
     while batch := list(islice(rows, ROWS_AT_ONCE)):
         # As spreadsheets take them: UTC to the millisecond.
         wall_ms = np.rint((np.array([at for at, _ in batch]) + wall_offset_s) * 1000)
@@ -155,20 +165,3 @@ def csv_parts(excerpt: Excerpt, *, wall_offset_s: float) -> Iterator[bytes]:
             is_charging = _FLAGS[last[0] != 0] if last else ""
             lines.writerow((stamp, f"{at - first_s:.3f}", *cells[:4], is_charging, *cells[4:]))
         yield text.getvalue().encode()
-
-
-def _status_rows(excerpt: Excerpt) -> Iterator[_Row]:
-    columns = (*excerpt.tilt, excerpt.acceleration.value, excerpt.flags)
-    for first in range(0, len(excerpt.flags), ROWS_AT_ONCE):
-        part = (column[first : first + ROWS_AT_ONCE].tolist() for column in columns)
-        for at, tilt, force, flags in zip(*part, strict=True):
-            is_triggered, is_active = _FLAGS[flags & TRIGGERED != 0], _FLAGS[flags & ACTIVE != 0]
-            yield at, (f"{tilt:g}", f"{force:.1f}", is_triggered, is_active, "", "", "")
-
-
-def _event_text(marker: Marker) -> str:
-    """ "connected: /dev/ttyUSB0"; in English, as in all files."""
-    if not marker.text:
-        return marker.kind.value
-    simulated = " (simulated)" if is_simulated(marker.text) else ""
-    return f"{marker.kind.value}: {marker.text}{simulated}"

@@ -18,8 +18,6 @@ from protocol.translatable import marked
 
 MAX_BYTES: Final = 5 * 1024**3 // 2
 _NUMBER: Final = re.compile(r"-(\d{1,9})$")
-# Other errors of a lock come from file systems without locks.
-_HELD: Final = frozenset({errno.EAGAIN, errno.EWOULDBLOCK, errno.EACCES, errno.EDEADLK})
 
 
 def recordings_folder() -> Path:
@@ -139,15 +137,12 @@ def entry_of(path: Path) -> RecordingEntry:
 
 def _is_held(path: Path) -> bool:
     """Whether this or another program is writing the file."""
-    try:
-        file = path.open("rb")
-    except OSError:
-        return False
-    with file:
+    with suppress(OSError), path.open("rb") as file:
         try:
             lock(file, is_shared=True)
         except OSError as error:
-            return error.errno in _HELD
+            # Other errors of a lock come from file systems without locks.
+            return error.errno in (errno.EAGAIN, errno.EWOULDBLOCK, errno.EACCES, errno.EDEADLK)
     return False
 
 

@@ -4,7 +4,7 @@ A mark at each end of a conversation says why; what follows may be another modul
 the conversation in which it was said up to the next such mark.
 """
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from enum import Enum
 from typing import Final, NamedTuple
 
@@ -14,9 +14,6 @@ from app.safety.last_known import FALL_TRIGGER, TILT_TRIGGER
 from protocol.catalogue import RESET_BELOW_THRESHOLD_DEG
 from protocol.events import Began, Ended, EndReason
 from protocol.fields import Value
-
-# A shorter break has one mark, a longer one also one where the module answers again.
-AGAIN_AFTER_S: Final = 1.0
 
 
 class MarkerKind(Enum):
@@ -43,25 +40,15 @@ class MarkerKind(Enum):
 
 
 class Marker(NamedTuple):
-    """`time_s`: of the program's clock. `text`: the port that was opened or lost, or the name of the module."""
-
-    time_s: float
+    time_s: float  # of the program's clock
     kind: MarkerKind
-    text: str = ""
+    text: str = ""  # the port that was opened or lost, or the name of the module
 
 
-END_MARKS: Final[Mapping[EndReason, MarkerKind]] = {
-    EndReason.RESTARTED: MarkerKind.RESTARTED,
-    EndReason.SILENT: MarkerKind.SILENT,
-    EndReason.CONTRADICTED: MarkerKind.CONTRADICTED,
-    EndReason.PORT_LOST: MarkerKind.PORT_LOST,
-    EndReason.SLEPT: MarkerKind.SLEPT,
-    EndReason.ANOTHER: MarkerKind.ANOTHER,
-    EndReason.RATE_CHANGED: MarkerKind.RATE_CHANGED,
-}
-"""Closing the port needs no mark: the recording ends there."""
-STATE_LOST: Final = frozenset({MarkerKind.CONNECTED, *END_MARKS.values()})
-"""After these marks another module may answer, or this one has lost its state."""
+# Closing the port needs no mark: the recording ends there.
+_END_MARKS: Final = {reason: MarkerKind[reason.name] for reason in EndReason if reason is not EndReason.CLOSED}
+# After these marks another module may answer, or this one has lost its state.
+STATE_LOST: Final = frozenset({MarkerKind.CONNECTED, *_END_MARKS.values()})
 
 
 class ModuleLimits(NamedTuple):
@@ -99,7 +86,8 @@ class MarkerTracker:
         # A batch is of one conversation, so what it brings lies between its beginning and its end.
         for event in batch.events:
             if isinstance(event, Began):
-                if self._ended_at is not None and event.at - self._ended_at > AGAIN_AFTER_S:
+                # A shorter break has one mark, a longer one also one where the module answers again.
+                if self._ended_at is not None and event.at - self._ended_at > 1.0:
                     new.append(Marker(event.at, MarkerKind.ANSWERS))
                 self._ended_at, self._is_first, self._is_charging = None, True, None
         for sample in batch.samples:
@@ -109,11 +97,12 @@ class MarkerTracker:
                 continue  # the first known state is no change
             # Another module may be locked and not triggered, which is no change. One that is active or has triggered
             # is marked in any case.
-            if sample.active is not before.active and (sample.active or not is_first):
-                new.append(Marker(sample.at, MarkerKind.ACTIVATED if sample.active else MarkerKind.LOCKED))
-            if sample.triggered is not before.triggered and (sample.triggered or not is_first):
-                kind = MarkerKind.TRIGGERED if sample.triggered else MarkerKind.TRIGGER_ENDED
-                new.append(Marker(sample.at, kind))
+            for now, then, on, off in (
+                (sample.active, before.active, MarkerKind.ACTIVATED, MarkerKind.LOCKED),
+                (sample.triggered, before.triggered, MarkerKind.TRIGGERED, MarkerKind.TRIGGER_ENDED),
+            ):
+                if now is not then and (now or not is_first):
+                    new.append(Marker(sample.at, on if now else off))
         known = batch.conversation.known("charging", batch.at)
         if known is not None and not known.is_stale:
             was_charging, self._is_charging = self._is_charging, known.value is True
@@ -126,8 +115,8 @@ class MarkerTracker:
                 self._ended_at = event.at
                 is_of_port = event.reason is EndReason.PORT_LOST
                 is_lost &= not is_of_port
-                if event.reason in END_MARKS:
-                    new.append(Marker(event.at, END_MARKS[event.reason], self._port if is_of_port else ""))
+                if event.reason in _END_MARKS:
+                    new.append(Marker(event.at, _END_MARKS[event.reason], self._port if is_of_port else ""))
         if is_lost:
             new.append(Marker(batch.at, MarkerKind.PORT_LOST, self._port))
         self._is_open = is_open

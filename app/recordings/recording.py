@@ -13,7 +13,7 @@ import numpy as np
 from app.recordings.excerpt import ACTIVE, TRIGGERED, Excerpt, Measured, csv_parts, part_count
 from app.recordings.library import RecordingEntry, unreadable
 from app.recordings.markers import Marker, MarkerKind, ModuleLimits
-from app.recordings.session_file import NANOSECONDS, POLLED, STATUS, RecordedReport, SessionFile, number_in
+from app.recordings.session_file import NANOSECONDS, POLLED, STATUS, SUFFIX, RecordedReport, SessionFile, number_in
 from app.samples.samples import Readable
 from app.system.files import whole_file
 from app.text.messages import UserError, UserMessage
@@ -104,15 +104,14 @@ def open_recording(entry: RecordingEntry) -> Recording:
 
 # Export
 
+# Gets 0 … 1 in the calling thread. What it raises ends the export, and the file is unchanged.
 Progress = Callable[[float], object]
-"""Gets 0 … 1 in the calling thread. What it raises ends the export, and the file is unchanged."""
 _BLOCK_BYTES = 1 << 20
 
 
 class Exported(NamedTuple):
-    """`damage`: what is missing in the file, because it is damaged in the recording."""
-
     rows: int
+    # What is missing in the file, because it is damaged in the recording.
     damage: UserMessage | None
 
 
@@ -125,13 +124,11 @@ def write_parts(path: Path, parts: Iterable[bytes], count: int, on_progress: Pro
         on_progress(1.0)
 
 
-def export(
-    entry: RecordingEntry, path: Path, *, is_table: bool, appends: bool = False, on_progress: Progress = bool
-) -> Exported:
-    """Writes a CSV table, with `appends` behind the rows of the file; or copies the session. Raises OSError,
-    `UserError`, ValueError for a file that shrinks meanwhile, and what `on_progress` raises."""
+def export(entry: RecordingEntry, path: Path, *, appends: bool = False, on_progress: Progress = bool) -> Exported:
+    """Copies the session into a file of its kind, else writes a CSV table, with `appends` behind the rows of the file.
+    Raises OSError, `UserError`, ValueError for a file that shrinks meanwhile, and what `on_progress` raises."""
     recording = open_recording(entry)
-    if not is_table:
+    if path.suffix.lower() == SUFFIX:
         with entry.path.open("rb") as file:
             blocks = iter(lambda: file.read(_BLOCK_BYTES), b"")
             write_parts(path, blocks, entry.size_bytes // _BLOCK_BYTES + 1, on_progress)

@@ -45,15 +45,15 @@ VERSION: Final = 2
 RX, TX, EVENTS, STATUS = "/line/rx", "/line/tx", "/events", "/status"
 POLLED: Final = ("cell_voltage_v", "light_v", "charging")
 NANOSECONDS: Final = 1_000_000_000
+# In these are the opening and the state.
 HEAD_BYTES: Final = 8192
-"""In these are the opening and the state."""
+# Characters of the state's JSON; with more names the last ones are left out.
 STATE_LENGTH: Final = 2000
-"""Characters of the state's JSON; with more names the last ones are left out."""
+# A chunk ends with `flush`; where the disk was slow, it ends earlier.
 FULL_CHUNK_BYTES: Final = 1 << 22
-"""A chunk ends with `flush`; where the disk was slow, it ends earlier."""
 MAX_CHUNK_BYTES: Final = 1 << 26
+# Of a file: eight hours at full line rate. Nothing is read beyond.
 MAX_UNPACKED_BYTES: Final = 1 << 32
-"""Of a file: eight hours at full line rate. Nothing is read beyond."""
 MAX_NS: Final = (1 << 63) - 1
 _YEARS: Final = range(1970, 2201)
 # What the libraries raise for damaged bytes.
@@ -93,14 +93,13 @@ class Opening(msgspec.Struct, frozen=True, kw_only=True):
 
 
 class State(msgspec.Struct, frozen=True, kw_only=True):
-    """How far the recording is. `modules`: the names that were said while it was recorded, in this order. `is_ended`:
-    it was closed properly."""
+    """How far the recording is."""
 
     end_s: ClockTime
     reports: Count = 0
     was_triggered: bool = False
-    modules: tuple[str, ...] = ()
-    is_ended: bool = False
+    modules: tuple[str, ...] = ()  # The names that were said while it was recorded, in this order
+    is_ended: bool = False  # It was closed properly
 
 
 class RecordedReport(msgspec.Struct, frozen=True, gc=False):
@@ -128,15 +127,11 @@ Head = TypeVar("Head", Opening, State)
 def metadata_record(name: str, head: Opening | State) -> bytes:
     """The MCAP record of an opening or a state."""
 
-    def json_text(head: Opening | State) -> str:
-        # ASCII, so that the length in bytes does not depend on the names, which may have bytes that are no text.
-        return json.dumps(msgspec.to_builtins(head))
-
-    text = json_text(head)
+    # ASCII, so that the length in bytes does not depend on the names, which may have bytes that are no text.
+    text = json.dumps(msgspec.to_builtins(head))
     if isinstance(head, State):
-        while len(text) > STATE_LENGTH:
-            head = msgspec.structs.replace(head, modules=head.modules[:-1])
-            text = json_text(head)
+        if len(text) > STATE_LENGTH:
+            return metadata_record(name, msgspec.structs.replace(head, modules=head.modules[:-1]))
         text = text.ljust(STATE_LENGTH)
     # MCAP has no checksum for metadata.
     return _records(Metadata(name, {"json": text, "crc32": f"{zlib.crc32(text.encode()):08x}"}))
@@ -194,22 +189,17 @@ _MESSAGE: Final = struct.Struct("<BQHIQQ")
 _RECORD_HEAD: Final = 9
 
 
-def _channel_records() -> bytes:
-    """The description of all topics, for other programs, at the begin of the first chunk."""
-    records: list[McapRecord] = []
-    for topic, number in _CHANNELS.items():
-        if topic in (RX, TX):
-            records.append(Channel(number, topic, "bytes", {}, 0))
-        else:
-            kind = {"type": "object", "properties": {"event": {"type": "string"}}}
-            if topic == STATUS:
-                kind = msgspec.json.schema_components([RecordedReport])[1]["RecordedReport"]
-            schema = Schema(number, msgspec.json.encode(kind), SchemaEncoding.JSONSchema, f"dps-s{topic}")
-            records += schema, Channel(number, topic, MessageEncoding.JSON, {}, number)
-    return _records(*records)
-
-
-_CHANNEL_RECORDS: Final = _channel_records()
+_EVENT: Final = {"type": "object", "properties": {"event": {"type": "string"}}}
+_REPORT: Final = msgspec.json.schema_components([RecordedReport])[1]["RecordedReport"]
+# The description of all topics, for other programs, at the begin of the first chunk.
+_CHANNEL_RECORDS: Final = _records(
+    *(Channel(_CHANNELS[topic], topic, "bytes", {}, 0) for topic in (RX, TX)),
+    *(
+        Schema(_CHANNELS[topic], msgspec.json.encode(kind), SchemaEncoding.JSONSchema, f"dps-s{topic}")
+        for topic, kind in ((EVENTS, _EVENT), (STATUS, _REPORT))
+    ),
+    *(Channel(_CHANNELS[topic], topic, MessageEncoding.JSON, {}, _CHANNELS[topic]) for topic in (EVENTS, STATUS)),
+)
 
 
 class SessionWriter:
@@ -349,10 +339,10 @@ class SessionFile:
 
     def traffic(self) -> Iterator[CaptureEntry]:
         """The bytes on the line in order; times count from the beginning of the recording. Raises OSError."""
-        ways = {RX: Way.IN, TX: Way.OUT}
         for topic, log_ns, data, _ in self.messages():
-            if topic in ways:
-                yield CaptureEntry((log_ns - self.opening.start_ns) / NANOSECONDS, ways[topic], data)
+            if topic in (RX, TX):
+                at_s = (log_ns - self.opening.start_ns) / NANOSECONDS
+                yield CaptureEntry(at_s, Way.IN if topic == RX else Way.OUT, data)
 
     def _read(self) -> Iterator[tuple[str, int, bytes]]:
         topics: dict[int, str] = {}

@@ -97,7 +97,7 @@ def test_recordings_and_their_exports_are_judged_alike_and_a_restart_ends_a_fall
     opening = Opening(started_at=NOON, start_s=0.0, port=PORT, baud_rate=115200)
     notes: list[Note] = [(0.0, {"event": "connected", "port": PORT}), (restarted_s, {"event": kind})]
     write_session(path, opening, entries, notes)
-    export(entry_of(path), table, is_table=True)
+    export(entry_of(path), table)
     for log in map(read_flight_log, (path, table)):
         assert len(log.time_s) == len(FAST)
         assert log.problems == ()
@@ -106,7 +106,7 @@ def test_recordings_and_their_exports_are_judged_alike_and_a_restart_ends_a_fall
         else:
             assert [source for _, source in fires(log)] == [Source.ATTITUDE] * 2
             assert [reset.kind.value for reset in log.resets] == ["connected", kind]
-    export(entry_of(path), table, is_table=True, appends=True)
+    export(entry_of(path), table, appends=True)
     with pytest.raises(UserError, match="begin again"):
         read_flight_log(table)
 

@@ -201,7 +201,7 @@ def test_csv_holds_every_value_and_is_appended_to(tmp_path: Path) -> None:
         )
         bench.finish()
         recording = opened(bench.path)
-    counts = [export(recording.entry, path, is_table=True, appends=True).rows for _ in range(2)]
+    counts = [export(recording.entry, path, appends=True).rows for _ in range(2)]
     text = path.read_bytes().decode("utf-8-sig")
     assert (text.splitlines()[0], text.count(HEAD)) == (HEAD, 1)
     rows = list(csv.DictReader(io.StringIO(text)))

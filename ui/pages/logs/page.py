@@ -7,7 +7,7 @@
 from collections.abc import Callable, Sequence
 from functools import partial
 from pathlib import Path
-from typing import Final
+from typing import Final, cast
 
 from PySide6.QtCore import Qt
 from PySide6.QtGui import QAction
@@ -139,7 +139,7 @@ class LogsPage(Page):
             ("export", tr("Export…"), Icon.SAVE, "Ctrl+E", self._export, tr("Export…")),
             ("remove", tr("Remove"), Icon.ERASE, "Del", self._remove, tr("Remove")),
         ]
-        made: list[QAction] = []
+        self.action: dict[str, QAction] = {}
         for name, text, picture, key, slot, tip in actions:
             action = named(QAction(icon(picture), text, self), f"logs_{name}")
             action.setShortcut(key)
@@ -149,13 +149,13 @@ class LogsPage(Page):
             action.triggered.connect(slot)
             self.table.addAction(action)
             self.bar.addAction(action)
-            shown = named(self.bar.widgetForAction(action), f"logs_{name}_chosen")
+            shown = cast("QToolButton", named(self.bar.widgetForAction(action), f"logs_{name}_chosen"))
             shown.setFocusPolicy(Qt.FocusPolicy.TabFocus)  # in a bar Qt gives it none
-            if isinstance(shown, QToolButton) and name.startswith("to_"):
+            if name.startswith("to_"):
                 shown.setToolButtonStyle(Qt.ToolButtonStyle.ToolButtonTextOnly)
-            made.append(action)
-        self.opening, *self.moving, self.exporting_action, self.removing = made
-        self.exporting = self.bar.findChild(QToolButton, "logs_export_chosen")
+            self.action[name] = action
+            if name == "export":
+                self.exporting = shown
 
     def _lay_out(self) -> None:
         opening = button("logs_open", tr("Open…"), Icon.FOLDER, self.choose_files, "primary")
@@ -301,13 +301,14 @@ class LogsPage(Page):
     def _refresh_actions(self) -> None:
         rows, entries = self.table.chosen(), self._entries()
         is_idle = not self.result.is_busy
-        self.opening.setEnabled(len(rows) == 1)
-        for action in self.moving:
+        is_recording = len(entries) == 1 == len(rows) and entries[0].trouble is None
+        for action in self.action.values():
             action.setEnabled(bool(rows))
-        is_one = len(entries) == 1 == len(rows) and entries[0].trouble is None
-        self.exporting_action.setEnabled(is_idle and is_one)
-        self.removing.setEnabled(is_idle and bool(rows) and not any(entry.is_running for entry in entries))
-        self.removing.setText(tr("Delete…") if entries else tr("Remove"))
+        self.action["open"].setEnabled(len(rows) == 1)
+        self.action["export"].setEnabled(is_idle and is_recording)
+        removing = self.action["remove"]
+        removing.setEnabled(is_idle and bool(rows) and not any(entry.is_running for entry in entries))
+        removing.setText(tr("Delete…") if entries else tr("Remove"))
 
     def _export(self) -> None:
         (entry,) = self._entries()
@@ -317,8 +318,7 @@ class LogsPage(Page):
             self._folder = path.parent
 
             def work(running: Running) -> Exported:
-                is_table = path.suffix.lower() != ".mcap"
-                return export(entry, path, is_table=is_table, on_progress=running.set_progress_or_end)
+                return export(entry, path, on_progress=running.set_progress_or_end)
 
             def end(done: Exported) -> None:
                 damage = [] if done.damage is None else [done.damage.translated()]
@@ -335,8 +335,7 @@ class LogsPage(Page):
     def _remove(self) -> None:
         """Logs leave the list, and recordings are deleted, once that is confirmed."""
         self.work.remove([row.name for row in self.table.chosen() if row.entry is None])
-        entries = self._entries()
-        if not entries:
+        if not (entries := self._entries()):
             return
         what = entry_text(entries[0])
         if len(entries) > 1:
@@ -347,8 +346,7 @@ class LogsPage(Page):
             Choice("keep_recordings", tr("Cancel"), self.result.dismiss, is_main=True),
         )
         self.result.set_notice(Notice(Meaning.ATTENTION, tr("Delete for good? {what}", what=what), choices))
-        safe = self.strip.button("keep_recordings")
-        if safe is not None:
+        if (safe := self.strip.button("keep_recordings")) is not None:
             safe.setFocus()
 
     def _delete(self, entries: tuple[RecordingEntry, ...]) -> None:

@@ -60,7 +60,7 @@ class ThresholdPanel(QWidget):
 
     @property
     def is_wrong(self) -> bool:
-        return any(dial.is_wrong for dial in (self.tilt, self.acceleration, self.time))
+        return self.tilt.is_wrong or self.acceleration.is_wrong or self.time.is_wrong
 
     def show_limits(self, limits: TriggerLimits) -> None:
         self._limits = limits
@@ -70,14 +70,10 @@ class ThresholdPanel(QWidget):
 
     def _choose(self) -> None:
         values = self.tilt.value, round(self.acceleration.value, 1), round(self.time.value, 2)
-        self._limits = TriggerLimits(*values, *self._limits[3:])
-        self.chosen.emit(self._limits)
+        self.chosen.emit(TriggerLimits(*values, *self._limits[3:]))
 
 
-_TILT_TICKS_DEG: Final = (30, 45, 60, 75, 90, 105, 120)
-_TIME_TICKS_S: Final = (0.5, 1.0, 1.5, 2.0, 2.5)
 _SWATCH_PX: Final = 12
-_HANDLE_PX: Final = 11
 # Steps of tilt and of time.
 _KEYS: Final = {
     Qt.Key.Key_Up: (1, 0),
@@ -133,13 +129,14 @@ class FireMapView(StaticPlot):
         self.image = pg.ImageItem(axisOrder="row-major")
         # Outlines and lines, so that they contrast with every cell.
         self.cross = [pg.InfiniteLine(angle=angle) for angle in (0, 90, 0, 90)]
-        self.handle = pg.TargetItem(size=_HANDLE_PX, symbol="o", movable=False)
+        self.handle = pg.TargetItem(size=11, symbol="o", movable=False)
         self._swatches: list[QLabel] = []
         keys = QGridLayout()
         keys.setColumnStretch(1, 1)
         keys.setColumnStretch(3, 1)
         for place, word in enumerate((tr("false trigger"), tr("no trigger"), tr("separates"))):
             self._swatches.append(named(QLabel(), f"logs_map_swatch_{place}"))
+            self._swatches[-1].setFrameShape(QFrame.Shape.Box)
             row, column = divmod(place, 2)
             keys.addWidget(self._swatches[-1], row, 2 * column)
             keys.addWidget(named(QLabel(word), "logs_map_word", "small"), row, 2 * column + 1)
@@ -174,8 +171,9 @@ class FireMapView(StaticPlot):
         self.handle.setPen(pg.mkPen(theme.surface, width=2))
         self.handle.setBrush(QColor(theme.text))
         self.add(self.image, *self.cross, self.handle)
-        self.show_ticks("left", [(tilt, f"{tilt}°") for tilt in _TILT_TICKS_DEG], tr("Attitude threshold"))
-        self.show_ticks("bottom", [(time_s, f"{time_s:g} s") for time_s in _TIME_TICKS_S], tr("Free-fall time"))
+        tilts, times_s = range(30, 121, 15), (0.5, 1.0, 1.5, 2.0, 2.5)
+        self.show_ticks("left", [(tilt, f"{tilt}°") for tilt in tilts], tr("Attitude threshold"))
+        self.show_ticks("bottom", [(time_s, f"{time_s:g} s") for time_s in times_s], tr("Free-fall time"))
         self._draw_frame()
         if self._map is not None:
             wrong, missed, has_must = self._map
@@ -296,22 +294,24 @@ class ProposalBar(QFrame):
     def _say_defaults(self, defaults: DefaultsResult) -> None:
         """With logs on one side only nothing is proposed: what the vendor's defaults do is all there is to say."""
         count, total, names = len(defaults.unexpected), defaults.total, _names(defaults.unexpected)
-        lines: list[str] = []
+        lines = []
         if defaults.not_judged:
             lines.append(tr("Not judged: {names}", names=_names(defaults.not_judged)))
-        if defaults.group is FlightGroup.MUST:
+        if defaults.group is FlightGroup.MUST and count:
+            head = tr("The vendor's defaults miss {count} of {total}", count=count, total=total)
+            lines.append(labelled(tr("Missed"), names))
+        elif defaults.group is FlightGroup.MUST:
             head = tr("The vendor's defaults fire in all {total}", total=total)
-            if count:
-                head = tr("The vendor's defaults miss {count} of {total}", count=count, total=total)
-                lines.append(labelled(tr("Missed"), names))
-            lines.append(tr("No proposal: no log is on the side “must not fire”."))
+        elif count:
+            head = tr("The vendor's defaults fire in {count} of {total}", count=count, total=total)
+            lines.append(tr("{names}: did it crash? Then it must fire.", names=names))
+        elif defaults.not_judged:
+            head = tr("The vendor's defaults fire in 0 of {total}, as far as judged", total=total)
         else:
             head = tr("The vendor's defaults hold: they fire in 0 of {total}", total=total)
-            if count:
-                head = tr("The vendor's defaults fire in {count} of {total}", count=count, total=total)
-                lines.append(tr("{names}: did it crash? Then it must fire.", names=names))
-            elif defaults.not_judged:
-                head = tr("The vendor's defaults fire in 0 of {total}, as far as judged", total=total)
+        if defaults.group is FlightGroup.MUST:
+            lines.append(tr("No proposal: no log is on the side “must not fire”."))
+        else:
             lines.append(tr("No proposal: no log is on the side “must fire”."))
         self._say(Icon.WARNING if count else Icon.CHECK, head, lines, Meaning.ATTENTION if count else None)
 

@@ -100,8 +100,13 @@ class LogView(QWidget):
                 self.line.setFocus()
             return
         self._say(Icon.CLOCK, tr("Reading logs…"))
-        path, columns = Path(row.name), log.columns
-        self._reading.run(lambda _running: read(path, columns), self._show, self._fail)
+
+        def fail(error: Exception) -> None:
+            self._say(Icon.WARNING, clean(error_text(error), longest=2000), Meaning.ATTENTION)
+            if not isinstance(error, UserError):
+                raise error
+
+        self._reading.run(lambda _running: read(Path(row.name), log.columns), self._show, fail)
 
     def clear(self) -> None:
         self._reading.cancel()
@@ -125,11 +130,6 @@ class LogView(QWidget):
     def _show_details(self, *lines: str) -> None:
         self.details.setText("\n".join(dict.fromkeys(filter(None, lines))))
         self.details.setVisible(bool(self.details.text()))
-
-    def _fail(self, error: Exception) -> None:
-        self._say(Icon.WARNING, clean(error_text(error), longest=2000), Meaning.ATTENTION)
-        if not isinstance(error, UserError):
-            raise error
 
     def _show(self, opened: Opened) -> None:
         """The verdict is what the list would say now, with the thresholds that are tried."""

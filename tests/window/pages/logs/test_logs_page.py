@@ -220,12 +220,12 @@ def test_cancel_is_immediate_and_late_results_change_nothing(
 def test_logs_change_sides_by_button_and_key(desk: Desk) -> None:
     desk.add(tilted("a", 20), tilted("b", 30))
     desk.choose("a")
-    desk.page.moving[1].trigger()
+    desk.page.action["to_must"].trigger()
     assert (desk.on(MUST_NOT), desk.on(MUST)) == (["b"], ["a"])
     desk.key(Qt.Key.Key_N)
     assert desk.on(MUST_NOT) == ["a", "b"]
     desk.choose("a", "b")
-    assert not desk.page.opening.isEnabled()
+    assert not desk.page.action["open"].isEnabled()
     desk.key(Qt.Key.Key_M)
     assert desk.on(MUST) == ["a", "b"]
     desk.choose("b")
@@ -500,7 +500,7 @@ def test_opened_with_the_program_it_is_shown_while_a_module_goes_on(
         page.on_escape()
         qtbot.waitUntil(lambda: any(row.entry is not None and row.entry.is_running for row in page.work.rows()))
         page.table.selectAll()
-        assert not page.removing.isEnabled()  # one of them is being written
+        assert not page.action["remove"].isEnabled()  # one of them is being written
         assembly.ports.current.disconnect_port()
         qtbot.waitUntil(lambda: assembly.ports.current.recording.state.since is None)
 
@@ -536,7 +536,7 @@ def test_it_is_deleted_once_that_is_confirmed(one: Desk) -> None:
     one.qtbot.keyClick(page, Qt.Key.Key_Escape)
     assert one.notice() == ""
     assert len(one.storage.library.entries()) == 1
-    page.removing.trigger()
+    page.action["remove"].trigger()
     one.click(page.strip.button("delete_recordings"))
     one.until(lambda: one.notice() == "Recordings deleted: 1.")
     one.until(page.list.empty.isVisible)
