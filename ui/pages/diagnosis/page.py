@@ -143,7 +143,7 @@ class BundlePreview(QWidget):
             now=services.ports.clock(),
             statistics=copy.copy(services.ports.module.statistics),
             preferences={"language": i18n.language(), "theme": services.appearance.choice.value},
-            traffic=self._traffic.events,
+            traffic=(*self._traffic.rows, *self._traffic.new),
         )
 
         def fail(error: Exception) -> None:

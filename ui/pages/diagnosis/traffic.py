@@ -1,7 +1,7 @@
 """The traffic: every frame sent and received, every invalid byte and why, in a table that follows its end."""
 
 from collections import deque
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable
 from enum import Enum, IntEnum
 from typing import Any, Final, NamedTuple
 
@@ -46,9 +46,6 @@ class Column(IntEnum):
     MEANING = 3
 
 
-_TITLES: Final = (marked("Time"), marked("Kind"), marked("Bytes"), marked("Meaning"))
-
-
 class Filter(Enum):
     ALL = marked("All")
     WITHOUT_STREAM = marked("Without stream")
@@ -56,13 +53,12 @@ class Filter(Enum):
 
 
 class Shown(NamedTuple):
-    """What a row shows besides its meaning: its kind, in one word; its bytes, which may be none; a picture for its
-    direction or a warning; and the colour of rows that need attention."""
+    """What a row shows besides its meaning."""
 
     kind: str
     raw: bytes
     picture: Icon
-    emphasis: Meaning | None = None
+    emphasis: Meaning | None = None  # The colour of rows that need attention
 
 
 def shown(row: Event) -> Shown:
@@ -76,10 +72,8 @@ def shown(row: Event) -> Shown:
             return Shown(tr(_ROLES[role]), frame.raw, Icon.CHEVRON_LEFT, Meaning.INFORMATION if is_odd else None)
         case OutcomeUnknown() | Unanswered():
             return Shown(tr("link"), b"", Icon.WARNING, Meaning.ATTENTION)
-        case Ended():
-            return Shown(tr("link"), b"", Icon.INFORMATION, Meaning.ATTENTION)
         case _:
-            return Shown(tr("link"), b"", Icon.INFORMATION)
+            return Shown(tr("link"), b"", Icon.INFORMATION, Meaning.ATTENTION if isinstance(row, Ended) else None)
 
 
 def hex_of(raw: bytes, longest: int) -> str:
@@ -110,11 +104,6 @@ class TrafficModel(QAbstractTableModel):
         # Stored, but not shown yet.
         self.new: deque[Event] = deque(maxlen=MAX_ROWS)
         self.bytes_font = fixed_font(Size.SMALL)
-
-    @property
-    def events(self) -> tuple[Event, ...]:
-        """All that are stored, oldest first."""
-        return (*self.rows, *self.new)
 
     def append(self, events: Iterable[Event]) -> None:
         for event in events:
@@ -151,11 +140,11 @@ class TrafficModel(QAbstractTableModel):
         return 0 if parent.isValid() else len(self.rows)
 
     def columnCount(self, parent: Index = _ANYWHERE) -> int:
-        return 0 if parent.isValid() else len(_TITLES)
+        return 0 if parent.isValid() else len(Column)
 
     def headerData(self, section: int, orientation: Qt.Orientation, role: int = Qt.ItemDataRole.DisplayRole) -> Any:
         is_title = orientation is Qt.Orientation.Horizontal and role == Qt.ItemDataRole.DisplayRole
-        return tr(_TITLES[section]) if is_title else None
+        return (tr("Time"), tr("Kind"), tr("Bytes"), tr("Meaning"))[section] if is_title else None
 
     def data(self, index: Index, role: int = Qt.ItemDataRole.DisplayRole) -> Any:
         row, column = self.rows[index.row()], index.column()
@@ -203,12 +192,9 @@ class TrafficFilter(QSortFilterProxyModel):
             return False
         if self._kind is Filter.WITHOUT_STREAM and _is_streamed(row):
             return False
-        if not self._query:
+        if not self._query or (self._query_hex and self._query_hex in shown(row).raw.hex()):
             return True
-        seen = shown(row)
-        if self._query_hex and self._query_hex in seen.raw.hex():
-            return True
-        return self._query in event_sentence(row).lower() or self._query in seen.kind.lower()
+        return self._query in event_sentence(row).lower() or self._query in shown(row).kind.lower()
 
 
 class TrafficView(QWidget):
@@ -255,11 +241,10 @@ class TrafficView(QWidget):
         head = table.horizontalHeader()
         for column in (Column.BYTES, Column.MEANING) if is_text_large() else (Column.MEANING,):
             head.setSectionResizeMode(column, QHeaderView.ResizeMode.Stretch)
-        width = table.fontMetrics().horizontalAdvance
-        table.setColumnWidth(Column.TIME, width("00:00:00.000 000"))
-        table.setColumnWidth(Column.KIND, width("unasked (2) 000"))
-        usual = QFontMetrics(self.model.bytes_font).horizontalAdvance("00 " * 9)  # all but a trigger record
-        table.setColumnWidth(Column.BYTES, usual)
+        table.setColumnWidth(Column.TIME, table.fontMetrics().horizontalAdvance("00:00:00.000 000"))
+        table.setColumnWidth(Column.KIND, table.fontMetrics().horizontalAdvance("unasked (2) 000"))
+        # All but a trigger record.
+        table.setColumnWidth(Column.BYTES, QFontMetrics(self.model.bytes_font).horizontalAdvance("00 " * 9))
         bar = table.verticalScrollBar()
         bar.valueChanged.connect(self._note_scrolling)
         bar.rangeChanged.connect(self._stay_at_end)
@@ -295,16 +280,16 @@ class TrafficView(QWidget):
 
     def copy_rows(self) -> None:
         """Copies the selected rows, else all that are shown, with all bytes, as tab-separated text."""
-        rows = map(self._event_in, self._selected() or range(self.shown.rowCount()))
+        rows = self._events(self._selected() or range(self.shown.rowCount()))
         lines = ("\t".join(cell_text(row, column, MAX_ROW_BYTES) for column in Column) for row in rows)
         QGuiApplication.clipboard().setText("\n".join(lines))
 
-    def _selected(self) -> Sequence[int]:
+    def _events(self, rows: Iterable[int]) -> list[Event]:
+        return [self.model.rows[self.shown.mapToSource(self.shown.index(row, 0)).row()] for row in rows]
+
+    def _selected(self) -> list[int]:
         ranges = self.table.selectionModel().selection().toList()
         return sorted(row for part in ranges for row in range(part.top(), part.bottom() + 1))
-
-    def _event_in(self, row: int) -> Event:
-        return self.model.rows[self.shown.mapToSource(self.shown.index(row, 0)).row()]
 
     def _use_filter(self) -> None:
         self.shown.use(self.filter.currentData(), self.search.text())
@@ -318,5 +303,5 @@ class TrafficView(QWidget):
             count = tr("{count} selected", count=f"{len(selected):,}")
             self.detail.setText(count if selected else tr("Select a row."))
             return
-        event = self._event_in(selected[0])
+        (event,) = self._events(selected)
         self.detail.setText(f"{shown(event).kind}  {hex_of(shown(event).raw, 96)}\n{event_sentence(event)}")

@@ -34,18 +34,13 @@ from ui.widgets.controls import named
 class LogFile(NamedTuple):
     """A file that was opened, or is to be: then it has neither a flight nor a reason why not."""
 
-    # Its path.
-    name: str
+    name: str  # Its path
     group: FlightGroup = FlightGroup.UNSORTED
-    # With which a table was read; None: recognised by name.
-    columns: CsvColumns | None = None
+    columns: CsvColumns | None = None  # With which a table was read; None: recognised by name
     flight: FlightSummary | None = None
-    # Why it could not be read.
-    why_not: UserMessage | None = None
-    # Column names of a table that could not be read.
-    head: tuple[str, ...] = ()
-    # When the file was last changed.
-    changed_at: datetime | None = None
+    why_not: UserMessage | None = None  # It could not be read
+    head: tuple[str, ...] = ()  # Column names of a table that could not be read
+    changed_at: datetime | None = None  # The file, the last time
 
     @property
     def is_waiting(self) -> bool:
@@ -56,13 +51,10 @@ class LogRow(NamedTuple):
     """A line of the list: a log, a recording in the library, or both."""
 
     name: str
-    # By which it can be told from the others.
-    label: str
-    # Waits as long as a recording was not read.
-    log: LogFile
+    label: str  # By which it can be told from the others
+    log: LogFile  # Waits as long as a recording was not read
     entry: RecordingEntry | None
-    # Of its flight with the chosen thresholds.
-    outcome: FlightOutcome | None
+    outcome: FlightOutcome | None  # Of its flight with the chosen thresholds
 
     @property
     def why_not(self) -> UserMessage | None:
@@ -71,22 +63,19 @@ class LogRow(NamedTuple):
 
 
 class Reading:
-    """Files and folders to read. `names`, `total` and `done` are written by the reading thread."""
+    """Files and folders to read, but what is `skipped`: it is already there. Its thread writes `names`, `total`
+    (None until they are counted) and `done`."""
 
     def __init__(
         self, paths: Iterable[Path] = (), columns: CsvColumns | None = None, skipped: Iterable[str] = ()
     ) -> None:
-        """`skipped`: what is already read."""
         self._paths, self._columns, self._skipped = tuple(paths), columns, frozenset(skipped)
-        # None until they are counted.
         self.total: int | None = None
         self.names: tuple[str, ...] = ()
         self.done: deque[LogFile] = deque()
-        # Of `done`, what was taken over.
-        self.read = 0
+        self.read = 0  # Of `done`, what was taken over
         self.was_cancelled = False
-        # An error of the operating system.
-        self.why = ""
+        self.why = ""  # An error of the operating system
 
     def run(self, running: Running) -> None:
         found = list(find_logs(self._paths))
@@ -98,8 +87,8 @@ class Reading:
                 changed_at = datetime.fromtimestamp(path.stat().st_mtime, UTC)
             except (OSError, ValueError):  # it is in an archive, or gone
                 changed_at = None
-            group = FlightGroup.UNSORTED
-            self.done.append(LogFile(str(path), group, self._columns, flight, why_not, head, changed_at))
+            log = LogFile(str(path), FlightGroup.UNSORTED, self._columns, flight, why_not, head, changed_at)
+            self.done.append(log)
 
 
 class LogsWork(QObject):
@@ -244,20 +233,16 @@ SIDES: Final = {
 class Verdict(NamedTuple):
     """On a log with the chosen thresholds; only what is not as expected has a meaning."""
 
-    # Marked.
-    word: str
+    word: str  # Marked
     icon: Icon
     meaning: Meaning | None = None
 
 
 _UNREAD: Final = Verdict(marked("not read"), Icon.WARNING, Meaning.ATTENTION)
-# It does not fire, but the log holds too little to say so.
-_NOT_JUDGED: Final = Verdict(marked("not judged"), Icon.UNKNOWN, Meaning.ATTENTION)
-# Only after the impact.
-_LATE: Final = Verdict(marked("too late"), Icon.CLOCK, Meaning.DANGER)
+_NOT_JUDGED: Final = Verdict(marked("not judged"), Icon.UNKNOWN, Meaning.ATTENTION)  # The log holds too little
+_LATE: Final = Verdict(marked("too late"), Icon.CLOCK, Meaning.DANGER)  # Only after the impact
 _FIRES: Final = Verdict(marked("fires"), Icon.PARACHUTE)
 _HOLDS: Final = Verdict(marked("no"), Icon.NOT_TRIGGERED)
-_WORDS: Final = tuple(verdict.word for verdict in (_UNREAD, _NOT_JUDGED, _LATE, _FIRES, _HOLDS))
 
 
 def verdict_of(outcome: FlightOutcome, group: FlightGroup) -> Verdict:
@@ -321,17 +306,15 @@ def sides_text(rows: list[LogRow]) -> tuple[str, bool]:
     texts, is_bad = [], False
     for group in (FlightGroup.MUST_NOT, FlightGroup.MUST):
         outcomes = [row.outcome for row in rows if row.outcome is not None and row.log.group is group]
-        total = len(outcomes)
-        if not total:
+        if not (total := len(outcomes)):
             continue
         if group is FlightGroup.MUST:
             count = sum(outcome.is_before_impact for outcome in outcomes)
-            text = tr("{count} of {total} fire in time", count=count, total=total)
-            is_bad = is_bad or count < total
+            text, is_wrong = tr("{count} of {total} fire in time", count=count, total=total), count < total
         else:
             count = sum(outcome.answer is Answer.FIRES for outcome in outcomes)
-            text = tr("{count} of {total} fire", count=count, total=total)
-            is_bad = is_bad or count > 0
+            text, is_wrong = tr("{count} of {total} fire", count=count, total=total), count > 0
+        is_bad |= is_wrong
         texts.append(labelled(capitalised(tr(group.value)), text))
     return " · ".join(texts), is_bad
 
@@ -438,7 +421,10 @@ COLUMNS: Final = (
         _answer_order,
         picture=lambda row: None if (verdict := _verdict(row)) is None else icon(verdict.icon, verdict.meaning),
         ink=lambda row: None if (verdict := _verdict(row)) is None else verdict.meaning,
-        widest=lambda: max((*map(tr, _WORDS), "8:88:88.8"), key=QFontMetrics(font()).horizontalAdvance),
+        widest=lambda: max(
+            (tr(_UNREAD.word), tr(_NOT_JUDGED.word), tr(_LATE.word), "8:88:88.8"),
+            key=QFontMetrics(font()).horizontalAdvance,
+        ),
     ),
     TableColumn[LogRow](
         marked("Side"),

@@ -8,8 +8,6 @@ from PySide6.QtCore import QAbstractItemModel, Qt
 from PySide6.QtWidgets import QApplication, QWidget
 from pytestqt.qtbot import QtBot
 
-from app.engine.conversation import ConversationView
-from app.engine.worker import Batch, Connection
 from protocol.catalogue import BY_NAME
 from protocol.events import Event, Received, Rejected, Role, Sent
 from protocol.messages import Direction, Frame, Status, decode
@@ -49,7 +47,7 @@ def model_of(*events: Event) -> TrafficModel:
 
 
 def feed(traffic: TrafficView, *events: Event) -> None:
-    traffic.model.append(Batch(1.0, Connection(), ConversationView(), None, events=events).events)
+    traffic.model.append(events)
     traffic.draw()
 
 
