@@ -63,7 +63,8 @@ class Recorder:
         self._max_waiting = max_waiting
         self._acts: deque[Callable[[], None]] = deque()
         self._is_urgent = threading.Event()
-        self._lock = threading.Lock()
+        # One that may be taken again: what begins or stops also ends.
+        self._lock = threading.RLock()
         # Under the lock:
         self._thread: threading.Thread | None = None
         self._is_stopped = False
@@ -75,7 +76,7 @@ class Recorder:
         with self._lock:
             if self._is_stopped:
                 return
-            self._end()
+            self.end()
             self._session = _Session(self, port, baud_rate)
             self._is_urgent.set()
             if self._thread is None:
@@ -102,12 +103,9 @@ class Recorder:
     def end(self) -> None:
         """Closes the recording. Idempotent."""
         with self._lock:
-            self._end()
-
-    def _end(self) -> None:
-        if self._session is not None and self._session.is_open:
-            self._session.is_open = False
-            self._put(partial(self._session.do, self._session.close))
+            if self._session is not None and self._session.is_open:
+                self._session.is_open = False
+                self._put(partial(self._session.do, self._session.close))
 
     def settle(self, deadline_s: float) -> bool:
         """Waits until everything before is on disk or given up; False on timeout."""
@@ -122,7 +120,7 @@ class Recorder:
     def stop(self, deadline_s: float = 0.4) -> bool:
         """Closes the recording and ends the thread; False on timeout. Idempotent."""
         with self._lock:
-            self._end()
+            self.end()
             self._is_stopped = True
             self._is_urgent.set()
         if self._thread is None:
@@ -231,9 +229,8 @@ class _Session:
         for sample in batch.samples:
             report = RecordedReport(sample.tilt_deg, sample.acceleration_g, sample.triggered, sample.active)
             writer.add(STATUS, writer.wall_ns(sample.at), msgspec.json.encode(report))
-        if batch.samples:
-            was_triggered = writer.state.was_triggered or any(sample.triggered for sample in batch.samples)
-            writer.advance(reports=writer.state.reports + len(batch.samples), was_triggered=was_triggered)
+        was_triggered = writer.state.was_triggered or any(sample.triggered for sample in batch.samples)
+        writer.advance(reports=writer.state.reports + len(batch.samples), was_triggered=was_triggered)
         for marker in self._markers:
             writer.note(marker.time_s, marker.kind.value, port=marker.text)
         self._markers = []

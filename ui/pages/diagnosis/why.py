@@ -47,8 +47,6 @@ _WITHOUT_CAUSE: Final = {
     **dict.fromkeys((Phase.OPENING, Phase.FINDING, Phase.ASKING), (Meaning.INFORMATION, None)),
     Phase.LATE: (Meaning.ATTENTION, None),
 }
-_TICKS: Final = {True: (Icon.CHECK, Meaning.GOOD), False: (Icon.CROSS, Meaning.DANGER), None: (Icon.UNKNOWN, None)}
-_NOISE_SHOWN: Final = 16
 
 
 class WhyPanel(QWidget):
@@ -161,26 +159,23 @@ class WhyPanel(QWidget):
         for label, text in (*zip((self.what, self.next_step), said, strict=True), (self.command, command)):
             label.setText(text)
             label.setVisible(bool(text))
-        self.silence.setText(self._silence_text(evidence))
-        self.silence.setVisible(bool(self.silence.text()))
+        # What tells a silent module from a closed port.
+        self.silence.setVisible(state.phase is Phase.OFFLINE)
+        if state.phase is Phase.OFFLINE:
+            last = max(known.at for known in self._ports.module.view.values.values())
+            self.silence.setText(
+                tr(
+                    "Last value at {time}. Unanswered since: {lost} of {asked}. The port is open.",
+                    time=clock_text(time.time() - self._ports.clock() + last),
+                    lost=f"{evidence.counters.time_outs:,}",
+                    asked=f"{evidence.counters.sent:,}",
+                )
+            )
         self.act.setVisible(self._step is not None)
         self.act.setEnabled(self._step is not NextStep.FIND_RATE or self._ports.current.is_open)
         if self._step is not None:
             self.act.setText(tr(STEP_WORDS[self._step]))
         self._tick(evidence)
-
-    def _silence_text(self, evidence: PortEvidence) -> str:
-        """What tells a silent module from a closed port; empty unless it has fallen silent."""
-        current = self._ports.current
-        if current.state.phase is not Phase.OFFLINE:
-            return ""
-        last = max(known.at for known in current.module.view.values.values())
-        return tr(
-            "Last value at {time}. Unanswered since: {lost} of {asked}. The port is open.",
-            time=clock_text(time.time() - self._ports.clock() + last),
-            lost=f"{evidence.counters.time_outs:,}",
-            asked=f"{evidence.counters.sent:,}",
-        )
 
     def _tick(self, evidence: PortEvidence) -> None:
         """Each line is met, not met, or not known yet: nothing was asked so far."""
@@ -195,7 +190,12 @@ class WhyPanel(QWidget):
             "replies": (evidence.is_answering, is_asked),
         }
         for key, (is_met, has_failed) in met.items():
-            self._ticks[key].show_icon(*_TICKS[True if is_met else False if has_failed else None])
+            if is_met:
+                self._ticks[key].show_icon(Icon.CHECK, Meaning.GOOD)
+            elif has_failed:
+                self._ticks[key].show_icon(Icon.CROSS, Meaning.DANGER)
+            else:
+                self._ticks[key].show_icon(Icon.UNKNOWN, None)
         trip_s = evidence.round_trip_median_s if counters.frames else None  # else it is of an earlier connection
         parts = [f"{frames:,}"]
         if counters.rejected:
@@ -209,7 +209,7 @@ class WhyPanel(QWidget):
             "bytes": f"{counters.bytes_received:,}",
             "frames": join_names(parts),
             "replies": join_names((trip, labelled(tr("Without reply"), lost))),
-            "noise": evidence.noise[-_NOISE_SHOWN:].hex(" ").upper() or "—",
+            "noise": evidence.noise[-16:].hex(" ").upper() or "—",
         }
         for key, text in texts.items():
             self.checked[key].setText(text)
