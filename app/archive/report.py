@@ -38,7 +38,7 @@ from app.store.rows import (
     TriggerRecordSeen,
     time_text,
 )
-from app.system.clock import age_days
+from app.system.clock import age_days, local_time
 from app.text.messages import UserError, UserMessage, clean, join_sentences, joined, message
 from app.trigger_records.history import JUDGEMENT_WORDS, Judgement, record_of, sentence
 from protocol.catalogue import BOOTS, READABLE_SETTINGS
@@ -263,6 +263,25 @@ def _act(intent: ActIntended, outcome: str, settings: dict[str, Value]) -> UserM
         elif outcome != Outcome.UNKNOWN.value:
             settings |= before
     return joined(told)
+
+
+def last_writes(facts: Facts, module: str) -> dict[str, UserMessage]:
+    """When each setting was last written here under this name, from what to what, and the note of who did it."""
+    outcomes = {one.content.of: one.content.outcome for one in facts.of_module(ActEnded, module)}
+    kept: list[Kept[Any]] = [one for type_ in (SettingsSeen, ActIntended) for one in facts.of_module(type_, module)]
+    settings: dict[str, Value] = {}
+    told: dict[str, UserMessage] = {}
+    for one in sorted(kept, key=lambda one: one.at):
+        if isinstance(one.content, SettingsSeen):
+            settings |= one.content.settings
+            continue
+        outcome = outcomes.get(one.row.id, Outcome.UNKNOWN.value)
+        what = message(_OUTCOMES[outcome], what=_act(one.content, outcome, settings))
+        # What was refused or never left changed nothing.
+        if one.content.act == Act.WRITE.value and outcome in (Outcome.CONFIRMED.value, Outcome.UNKNOWN.value):
+            text = message(marked("Written {when}: {what}"), when=local_time(one.at), what=what)
+            told |= dict.fromkeys(one.content.detail, _with_note(text, one.content.note))
+    return told
 
 
 def settings_changed(before: Mapping[str, Any], after: Mapping[str, Any]) -> list[UserMessage]:

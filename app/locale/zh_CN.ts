@@ -3462,6 +3462,10 @@
         <translation>正在写入：{what}</translation>
     </message>
     <message>
+        <source>Written {when}: {what}</source>
+        <translation>写入于 {when}：{what}</translation>
+    </message>
+    <message>
         <source>Wrong rate?</source>
         <translation>波特率不对？</translation>
     </message>

@@ -31,6 +31,8 @@ class SettingsDraft:
         # By the setting's key, in the order of the rows.
         self.drafts = {command.key: SettingDraft(command) for command in FORM_COMMANDS}
         self.job = module.job("settings")
+        self._writes = module.last_writes()
+        module.named.connect(self._ask_for_writes)
         module.ended.connect(self._on_ended)
 
     # What is wanted
@@ -70,6 +72,17 @@ class SettingsDraft:
         if not self._module.is_going:
             return 0
         return sum(draft.is_writing or draft.unsent is not None for draft in self.rows)
+
+    def last_write(self, key: str) -> str:
+        """When and by whom it was last written, from what to what; "" where that is not known, or not yet."""
+        asked = self._writes
+        if asked is None or not asked.done() or asked.cancelled() or asked.exception() is not None:
+            return ""
+        told = asked.result().get(key)
+        return "" if told is None else told.translated()
+
+    def _ask_for_writes(self) -> None:
+        self._writes = self._module.last_writes()
 
     def fill(self, values: Mapping[str, Value | str | None]) -> None:
         """Edit all of these, by the setting's key; None discards an edit, and nothing is sent."""
@@ -140,6 +153,7 @@ class SettingsDraft:
         results = {written.command.key: written for written in report.results}
         for key, draft in self.drafts.items():
             draft.end_write(results.get(key), self._module.view.known(key, self._module.now_s))
+        self._ask_for_writes()
         if not self._module.is_going:
             self._keep_interrupted(report)
         elif job.error is not None:

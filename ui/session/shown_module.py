@@ -366,6 +366,14 @@ class ShownModule(QObject):
             _log.warning("What was last read of a module cannot be read: %s", trouble)
             return None
 
+    def last_writes(self) -> "Future[dict[str, UserMessage]] | None":
+        """Who last wrote each setting and when, under its name; behind what is still to be kept, in the store's
+        thread."""
+        from app.archive.report import last_writes
+
+        store, name = self._storage.ready, self.name
+        return store.write(lambda facts: last_writes(facts, name)) if store is not None and name else None
+
     def name_it(self, name: str) -> None:
         """A person says its name. Where something speaks against it, that is shown, and it has to be said again."""
         if not self.can_be_named:

@@ -150,7 +150,8 @@ class SettingsPage(Page):
         work, now = self.work, self.module.now_s
         rows = work.rows
         for row in rows:
-            self.rows[row.command.key].show_row(row, now, is_editable=work.can_edit)
+            key = row.command.key
+            self.rows[key].show_row(row, now, is_editable=work.can_edit, last_write=work.last_write(key))
         self.baud.refresh()
         changes = len(work.changes)
         count = changes or sum(row.state is RowState.WRITING for row in rows)

@@ -190,7 +190,7 @@ class SettingRow(QObject):
             table.grid.addWidget(self.reason, place, 4, Qt.AlignmentFlag.AlignVCenter)
             table.grid.addLayout(self.buttons, place, 5)
 
-    def show_row(self, row: SettingDraft, now: float, *, is_editable: bool) -> None:
+    def show_row(self, row: SettingDraft, now: float, *, is_editable: bool, last_write: str) -> None:
         self.held.show_known(row.known, now)
         held = None if row.known is None else row.known.value
         stands = held if row.edited is None else row.edited
@@ -224,7 +224,8 @@ class SettingRow(QObject):
         meaning = with_units(join_sentences(consequence.sentence for consequence in row.consequences))
         self.reason.setText(meaning if is_loud else reason if is_bad else reason or meaning)
         set_role(self.reason, "danger" if is_bad else "attention" if is_loud else "small")
-        tip = (reason, meaning, tr(self.command.explanation), capitalised(advice_text(self.command)))
+        tip = (reason, meaning, tr(self.command.explanation), capitalised(advice_text(self.command)), last_write)
+        self.held.value.setAccessibleDescription(last_write)
         for cell in (self.name, self.held, self.state, self.reason):
             cell.setToolTip("\n".join(line for line in tip if line))
 

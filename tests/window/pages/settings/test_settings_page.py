@@ -24,6 +24,7 @@ from tests.support.window.settings_bench import (
     pick,
     reason,
     row,
+    say_name,
     state,
     type_into,
     write,
@@ -69,6 +70,25 @@ def test_edit_write_and_verify(one: Desk) -> None:
     written(one)
     assert notice(one) == "Acknowledged, cannot be read: 1."
     assert meaning(one) is Meaning.INFORMATION
+
+
+def test_a_row_tells_who_wrote_it_last_from_what_and_when(qtbot: QtBot, one: Desk) -> None:
+    say_name(one, "M-07")
+    type_into(one, "freefall_time", "1.16")
+    one.settings.note.setText("Li Wei: heavier battery")
+    written(one)
+    cell = one.settings.rows[TIME].held
+
+    def is_told() -> bool:
+        one.settings.refresh()
+        return "Free-fall time 1.60 s → 1.16 s: confirmed. “Li Wei: heavier battery”" in cell.toolTip()
+
+    qtbot.waitUntil(is_told)
+    assert "Li Wei" in cell.value.accessibleDescription()
+    assert "Li Wei" not in one.settings.rows[TILT].held.toolTip()
+    one.settings.module.say_name("")
+    one.settings.refresh()
+    assert "Li Wei" not in cell.toolTip()
 
 
 def test_a_row_stays_failed_with_the_reason_until_it_is_written(one: Desk) -> None:
