@@ -303,6 +303,11 @@ def test_map_and_list_follow_a_threshold(desk: Desk) -> None:
     rows = page.map.image.image[:, -1]  # lowest tilt first: 50° fires up to a threshold of 50°, not above it
     assert (rows[0] == rows[len(rows) // 5]).all()
     assert (rows[0] != rows[len(rows) // 2]).any()
+    assert rows[0][0] > rows[0][2], "red where it fires and must not"
+    page.work.move(["turn"], MUST)
+    desk.wait_read()
+    never = page.map.image.image[-1, -1]
+    assert never[2] > never[0], "blue where it must fire and does not"
 
 
 def test_the_map_is_dragged_and_has_keys(desk: Desk) -> None:
