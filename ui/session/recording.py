@@ -1,4 +1,4 @@
-"""The recording of one port, as long as a person has it switched on: one opening of the port is one file."""
+"""The recording of one port: each opening of it is recorded by itself, as one file, so that nothing is lost."""
 
 import logging
 import threading

@@ -99,6 +99,8 @@ class SettingsPage(Page):
         self.note = control(QLineEdit(), "settings_note", says=tr("Who writes, and why"))
         self.note.setPlaceholderText(tr("Who writes, and why"))
         self.note.setMaxLength(_MAX_NOTE)
+        # It went with a write. It is cleared when nothing is left to be written, not where a question is cancelled.
+        self._is_noted = False
         self.revert = control(QPushButton(tr("Discard all")), "settings_revert")
         self.revert.clicked.connect(lambda _is_checked: self.work.revert())
         self.write = control(
@@ -154,6 +156,9 @@ class SettingsPage(Page):
             self.rows[key].show_row(row, now, is_editable=work.can_edit, last_write=work.last_write(key))
         self.baud.refresh()
         changes = len(work.changes)
+        if self._is_noted and not changes and not work.is_writing:
+            self._is_noted = False
+            self.note.clear()
         count = changes or sum(row.state is RowState.WRITING for row in rows)
         text = tr("Write 1 change") if count == 1 else tr("Write {count} changes", count=count)
         self.write.setText(text if count else tr("No changes"))
@@ -188,8 +193,8 @@ class SettingsPage(Page):
     # What a person does
 
     def _write(self) -> None:
+        self._is_noted = True
         self.work.write(self._services.armed, self.note.text())
-        self.note.clear()
 
     def _measure(self) -> None:
         """Also from another page."""

@@ -133,6 +133,7 @@ def test_against_the_advice_needs_a_second_click_and_is_warned_of_also_once_it_i
 ) -> None:
     type_into(one, "attitude_threshold", "40")
     pick(one, FLAG, False)
+    one.settings.note.setText("Li Wei: small bay")
     written(one)
     assert "55° or more" in notice(one)
     written(one)  # the same button again is no second click
@@ -141,10 +142,12 @@ def test_against_the_advice_needs_a_second_click_and_is_warned_of_also_once_it_i
     assert not one.changes()
     qtbot.keyClick(one.settings, Qt.Key.Key_Escape)
     assert notice(one) == ""
+    assert one.settings.note.text() == "Li Wei: small bay"  # nothing was written with it yet
     warning = reason(one, FLAG)
     written(one)
     choose(one, "write_anyway")
     one.until(lambda: state(one, TILT) is RowState.VERIFIED)
+    assert one.settings.note.text() == ""
     assert len(one.changes()) == 2
     assert reason(one, FLAG) == warning != ""
     assert one.settings.rows[FLAG].reason.property("role") == "attention"
