@@ -137,7 +137,7 @@ class HoldButton(StepButton):
             self.cancel_press()
 
     def paintEvent(self, _event: QPaintEvent) -> None:
-        option = self._option()
+        option = self.option()
         option.state &= ~QStyle.StateFlag.State_Sunken
         painter = QStylePainter(self)
         painter.drawControl(QStyle.ControlElement.CE_PushButton, option)

@@ -4,7 +4,6 @@ from functools import partial
 from typing import Final, NamedTuple
 
 from PySide6.QtCore import QSignalBlocker, Qt, Signal
-from PySide6.QtGui import QKeyEvent
 from PySide6.QtWidgets import (
     QAbstractScrollArea,
     QComboBox,
@@ -21,7 +20,7 @@ from PySide6.QtWidgets import (
 )
 
 from app.diagnosis.link_state import Phase, link_text
-from app.engine.ports import NOT_LISTED, PortInfo, is_flight_controller
+from app.engine.ports import NOT_LISTED, is_flight_controller
 from app.engine.target import Target, is_simulated
 from app.text.i18n import tr
 from app.text.messages import join_sentences, labelled
@@ -38,13 +37,10 @@ from ui.widgets.visibility_timer import VisibilityTimer
 SIMULATED_PORT: Final = "sim://demo?lifelike"
 # Data of the entry "Find the baud rate".
 FIND_RATE: Final = 0
-_CARD_PX: Final = 520
 _CHOICE: Final = Qt.ItemDataRole.UserRole
 
 
 class PortChoice(NamedTuple):
-    """One row."""
-
     device: str
     identity: str
     title: str
@@ -55,17 +51,6 @@ class PortChoice(NamedTuple):
     @property
     def key(self) -> str:
         return self.identity or self.device
-
-
-def _choice_of(port: PortInfo, *, is_connected: bool) -> PortChoice:
-    title = port.device.removeprefix("/dev/")
-    serial = tr("serial number {number}", number=port.serial_number) if port.serial_number else ""
-    # Drivers often repeat the manufacturer in the product name.
-    maker = "" if port.maker and port.maker.casefold() in port.description.casefold() else port.maker
-    product = "" if port.description == title else port.description
-    kind = tr("flight controller") if is_flight_controller(port.identity) else ""
-    detail = _listed(kind, maker, serial) or (tr("no serial number") if product else tr("built in"))
-    return PortChoice(port.device, port.identity, title, product, detail, is_connected)
 
 
 def _listed(*parts: str) -> str:
@@ -163,17 +148,6 @@ class ConnectPanel(QScrollArea):
         self.options = control(QToolButton(), "connect_options", text=more, picture=Icon.CHEVRON_DOWN, role="quiet")
         self.options.setCheckable(True)
         self.logs = control(QToolButton(), "connect_logs", text=logs, picture=Icon.MAP, role="quiet")
-        self._lay_out()
-        self.list.itemSelectionChanged.connect(self._choose)
-        self.list.itemActivated.connect(lambda _item: self.connect_chosen())
-        self.other.textEdited.connect(self._type)
-        self.other.returnPressed.connect(self.connect_chosen)
-        self._watcher.listed.connect(self.refresh)
-        ports.changed.connect(self.refresh)
-        self.hide()
-        VisibilityTimer(self, self._on_shown, hidden=self._on_hidden)
-
-    def _lay_out(self) -> None:
         close = control(QToolButton(), "connect_close", says=tr("Close"), key="Esc", picture=Icon.CROSS, role="quiet")
         close.clicked.connect(self.hide)
         options = named(QWidget(), "connect_form")
@@ -184,7 +158,7 @@ class ConnectPanel(QScrollArea):
         options.hide()
         self.options.toggled.connect(options.setVisible)
         card = named(QFrame(), "connect_card", "card")
-        card.setMaximumWidth(scaled(_CARD_PX))
+        card.setMaximumWidth(scaled(520))
         in_column(
             in_row((named(QLabel(tr("Choose a port")), "connect_title", "title"), 1), close),
             self.list,
@@ -204,6 +178,14 @@ class ConnectPanel(QScrollArea):
         self.setWidget(ground)
         for transparent in (self.viewport(), ground):
             transparent.setAutoFillBackground(False)
+        self.list.itemSelectionChanged.connect(self._choose)
+        self.list.itemActivated.connect(lambda _item: self.connect_chosen())
+        self.other.textEdited.connect(self._type)
+        self.other.returnPressed.connect(self.connect_chosen)
+        self._watcher.listed.connect(self.refresh)
+        ports.changed.connect(self.refresh)
+        self.hide()
+        VisibilityTimer(self, self._on_shown, hidden=self._on_hidden)
 
     def prefer(self, last: LastPort | None) -> None:
         """Preselects this port as soon as it is listed."""
@@ -224,9 +206,17 @@ class ConnectPanel(QScrollArea):
             return
         port, watcher = self._ports.current, self._watcher
         target = port.target if port.is_open else None
-        choices = [
-            _choice_of(one, is_connected=target is not None and target.device == one.device) for one in watcher.ports
-        ]
+        choices = []
+        for one in watcher.ports:
+            title = one.device.removeprefix("/dev/")
+            serial = tr("serial number {number}", number=one.serial_number) if one.serial_number else ""
+            # Drivers often repeat the manufacturer in the product name.
+            maker = "" if one.maker and one.maker.casefold() in one.description.casefold() else one.maker
+            product = "" if one.description == title else one.description
+            kind = tr("flight controller") if is_flight_controller(one.identity) else ""
+            detail = _listed(kind, maker, serial) or (tr("no serial number") if product else tr("built in"))
+            is_connected = target is not None and target.device == one.device
+            choices.append(PortChoice(one.device, one.identity, title, product, detail, is_connected))
         is_demo = target is not None and target.is_simulated
         choices.append(PortChoice(SIMULATED_PORT, "", tr("Simulated module"), is_connected=is_demo))
         self.list.show_choices(choices)
@@ -246,24 +236,18 @@ class ConnectPanel(QScrollArea):
                 if len(adapters) == 1:
                     self.list.choose(adapters[0])
         self.empty.setVisible(not watcher.ports)
-        if watcher.has_listed and not watcher.is_current:
-            self.empty.setText(tr(NOT_LISTED))
-        elif watcher.has_listed:
-            self.empty.setText(tr("No serial port. Plug the adapter in; try another cable or its driver."))
-        else:
-            self.empty.setText(tr("Looking for ports…"))
+        none = tr("No serial port. Plug the adapter in; try another cable or its driver.")
+        found = none if watcher.is_current else tr(NOT_LISTED)
+        self.empty.setText(found if watcher.has_listed else tr("Looking for ports…"))
         self._show_state()
 
     def chosen_target(self) -> Target | None:
         """The target that Connect would open, None while nothing is chosen."""
-        rate = int(self.rate.currentData())
-        first_rate, finds = (rate or DEFAULT_BAUD_RATE), rate == FIND_RATE
-        typed, choice = self.other.text().strip(), self.list.chosen
-        if typed:
-            return Target(typed, first_rate, finds_rate=finds)
-        if choice is None:
+        rate, typed, choice = int(self.rate.currentData()), self.other.text().strip(), self.list.chosen
+        if choice is None and not typed:
             return None
-        return Target(choice.device, first_rate, choice.identity, finds_rate=finds)
+        device, identity = (typed, "") if typed or choice is None else (choice.device, choice.identity)
+        return Target(device, rate or DEFAULT_BAUD_RATE, identity, finds_rate=rate == FIND_RATE)
 
     def connect_chosen(self) -> None:
         target = self.chosen_target()
@@ -296,17 +280,9 @@ class ConnectPanel(QScrollArea):
         self.logs.setVisible(not port.is_requested)
         self.connect_button.setEnabled(self.chosen_target() is not None)
 
-    # Qt
-
     def setVisible(self, is_visible: bool) -> None:
         show = partial(super().setVisible, is_visible)
         show() if is_visible else self._focus.leave(show)
-
-    def keyPressEvent(self, event: QKeyEvent) -> None:
-        if event.key() == Qt.Key.Key_Escape:
-            self.hide()
-        else:
-            super().keyPressEvent(event)
 
     def _on_shown(self) -> None:
         self.list.setFocus()  # before the page hides, which has it

@@ -58,30 +58,18 @@ class Bridge(QObject):
             waiting, self._waiting = self._waiting, []
         # Nothing of one port or conversation is joined with that of the next one.
         for _of, batches in groupby(waiting, key=lambda batch: (batch.connection, batch.conversation.number)):
-            self.batch.emit(joined(list(batches)))
-
-
-def joined(batches: list[Batch]) -> Batch:
-    """One batch with everything that happened in `batches`, oldest first, and the latest state."""
-    last = batches[-1]
-    if len(batches) == 1:
-        return last
-    return last._replace(
-        samples=tuple(sample for batch in batches for sample in batch.samples),
-        events=tuple(event for batch in batches for event in batch.events),
-        finished=tuple(job for batch in batches for job in batch.finished),
-    )
+            first, *later = batches
+            whole = first
+            if later:  # everything that happened, oldest first, and the latest state
+                whole = later[-1]._replace(
+                    samples=tuple(sample for batch in (first, *later) for sample in batch.samples),
+                    events=tuple(event for batch in (first, *later) for event in batch.events),
+                    finished=tuple(job for batch in (first, *later) for job in batch.finished),
+                )
+            self.batch.emit(whole)
 
 
 POLL_EVERY_MS: Final = 200
-
-
-def collect_due() -> None:
-    """Collects the oldest generation that is due, as Python would choose it; nothing where none is."""
-    counted = enumerate(zip(gc.get_count(), gc.get_threshold(), strict=True))
-    due = [generation for generation, (count, threshold) in counted if threshold and count > threshold]
-    if due:
-        gc.collect(due[-1])
 
 
 @contextmanager
@@ -90,6 +78,14 @@ def garbage_freed_here() -> Iterator[None]:
     thread but the main one, where the window's objects live."""
     if threading.current_thread() is not threading.main_thread():
         raise RuntimeError("the window's garbage is freed in the main thread")
+
+    def collect_due() -> None:
+        """The oldest generation that is due, as Python would choose it."""
+        counted = enumerate(zip(gc.get_count(), gc.get_threshold(), strict=True))
+        due = [generation for generation, (count, threshold) in counted if threshold and count > threshold]
+        if due:
+            gc.collect(due[-1])
+
     was_enabled = gc.isenabled()
     gc.disable()
     timer = QTimer(interval=POLL_EVERY_MS)

@@ -24,18 +24,11 @@ class PortWatcher(QObject):
         super().__init__()
         self._scan = scan
         self._scanning: BackgroundTask[tuple[PortInfo, ...]] = BackgroundTask("dps-s port list", self)
-        self._ports: tuple[PortInfo, ...] | None = None
+        self.ports: tuple[PortInfo, ...] = ()
+        self.has_listed = False
         self.is_current = False  # `ports` is the result of the last scan; else of an earlier one
         self._timer = QTimer(self, interval=POLL_EVERY_MS)
         self._timer.timeout.connect(self.refresh)
-
-    @property
-    def has_listed(self) -> bool:
-        return self._ports is not None
-
-    @property
-    def ports(self) -> tuple[PortInfo, ...]:
-        return self._ports or ()
 
     def watch(self, is_watching: bool) -> None:
         if is_watching and not self._timer.isActive():
@@ -57,8 +50,8 @@ class PortWatcher(QObject):
         return self._scanning.wait(deadline_s)
 
     def _on_listed(self, ports: tuple[PortInfo, ...]) -> None:
-        self.is_current, self._ports = True, ports
-        self.listed.emit()
+        self.ports = ports
+        self._tell(is_current=True)
 
     def _fail(self, error: Exception) -> None:
         """The last list stays. A driver may fail in any way; the window works without the list."""
@@ -66,5 +59,8 @@ class PortWatcher(QObject):
             _log.warning("The ports could not be listed within %s s", SCAN_LIMIT_S)
         else:
             _log.error("The ports could not be listed", exc_info=error)
-        self.is_current, self._ports = False, self.ports
+        self._tell(is_current=False)
+
+    def _tell(self, *, is_current: bool) -> None:
+        self.has_listed, self.is_current = True, is_current
         self.listed.emit()

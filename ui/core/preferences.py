@@ -73,8 +73,6 @@ class Preferences:
     # Paths, the last used first.
     recent_profiles = _Entry("profiles/recent", _lines, "\n".join)
     files_folder = _Entry("files/folder", _text)  # Where the dialog for files of any type begins
-    # Logs of the Logs page, each with its side. Not "flights/lists": that entry had flights on a side that no person
-    # had chosen.
     # Who checked last.
     who = _Entry("preflight/who", _text)
     has_sounds = _Entry("sounds", lambda value: value == "on", lambda is_on: "on" if is_on else "off")

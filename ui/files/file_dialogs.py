@@ -36,18 +36,9 @@ from ui.style.icons import Icon, icon, set_icon_size
 from ui.style.theme import IconSize
 from ui.widgets.controls import named, without_key
 
-# Of Qt's file dialog, whose own are black in the dark theme, too.
-_ARROWS: Final = {
-    "backButton": Icon.CHEVRON_LEFT,
-    "forwardButton": Icon.CHEVRON_RIGHT,
-    "toParentButton": Icon.CHEVRON_UP,
-}
-_SHARE_OF_WIDTH: Final = 0.8
 # The most that a system puts above a dialog, and beside its title.
 _TITLE_BAR_PX: Final = 36
 _TITLE_BUTTONS_PX: Final = 160
-# Characters of a port in a file name; with up to four bytes each they fit into the 255 bytes of a name.
-MAX_PORT_LENGTH: Final = 40
 # The key of the page that says of any file why it cannot be read, and the kinds of its files.
 LOGS: Final = "logs"
 _LOGS: Final = "*.ulg *.bin *.log *.tlog *.csv *.tsv *.txt *.mcap *.gz *.zip"
@@ -81,7 +72,7 @@ def show_over_page(dialog: QDialog, *, is_large: bool = False) -> None:
     if not dialog.isVisible():
         window = (dialog.parentWidget() or dialog).window()
         page = window.findChild(QWidget, "centre") or window
-        largest = QSize(round(page.width() * _SHARE_OF_WIDTH), page.height() - _TITLE_BAR_PX)
+        largest = QSize(round(page.width() * 0.8), page.height() - _TITLE_BAR_PX)
         dialog.adjustSize()
         title_px = dialog.fontMetrics().horizontalAdvance(dialog.windowTitle()) + _TITLE_BUTTONS_PX
         dialog.resize(dialog.size().expandedTo(QSize(title_px, 0)))  # no title is elided
@@ -128,9 +119,11 @@ def _dialog(parent: QWidget, title: str, folder: Path, kinds: str, mode: QFileDi
     _folder_button(dialog).hide()
     dialog.setLabelText(QFileDialog.DialogLabel.LookIn, tr("Folder"))  # Qt has no Chinese for these two
     dialog.setLabelText(QFileDialog.DialogLabel.FileType, tr("Files"))
+    # Qt's own are black in the dark theme, too.
+    arrows = {"backButton": Icon.CHEVRON_LEFT, "forwardButton": Icon.CHEVRON_RIGHT, "toParentButton": Icon.CHEVRON_UP}
     for button in dialog.findChildren(QToolButton):
-        if button.objectName() in _ARROWS:
-            button.setIcon(icon(_ARROWS[button.objectName()]))
+        if button.objectName() in arrows:
+            button.setIcon(icon(arrows[button.objectName()]))
     return dialog
 
 
@@ -221,7 +214,8 @@ def ask_text(parent: QWidget, title: str, label: str, then: Callable[[str], obje
 
 def default_name(port: str, suffix: str, when: datetime) -> str:
     """A file name such as "dps-s ttyUSB0 2026-11-21 09-30-05.csv", in characters that every system accepts."""
-    short = port.removeprefix("/dev/").partition("?")[0].replace("://", "-")[:MAX_PORT_LENGTH]
+    # 40 characters of up to four bytes each fit into the 255 bytes of a name.
+    short = port.removeprefix("/dev/").partition("?")[0].replace("://", "-")[:40]
     safe = "".join(character if character.isalnum() or character in "-_." else "-" for character in short)
     return " ".join(part for part in ("dps-s", safe, f"{when:%Y-%m-%d %H-%M-%S}") if part) + suffix
 
@@ -264,10 +258,10 @@ class FileOpener(QObject):
         pages = {page.key: page for page in self._pages()}
         files: dict[str, list[Path]] = {}
         for path in paths:
-            keys = [page.key for page in pages.values() if path.suffix.lower() in page.suffixes]
+            key = next((one.key for one in pages.values() if path.suffix.lower() in one.suffixes), LOGS)
             # Opening a pipe or a device may block.
             is_readable = path.is_file() or path.is_dir() or not path.exists()
-            files.setdefault(keys[0] if keys and is_readable else LOGS, []).append(path)
+            files.setdefault(key if is_readable else LOGS, []).append(path)
         for key, together in files.items():
             self._go_to(key)
             if key in pages:

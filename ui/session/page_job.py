@@ -47,7 +47,6 @@ class PageJob(QObject):
         super().__init__(parent)
         self.is_of_module = is_of_module
         self.open_in_system: Callable[[QUrl], object] = QDesktopServices.openUrl
-        # Finds what is to be said now; None where that is nothing.
         self._find: Callable[[], Notice | None] | None = None
         self._module = module
         self._job: Job[Any] | None = None
@@ -63,15 +62,12 @@ class PageJob(QObject):
 
     # What is said
 
-    def set_notice(self, notice: Notice | None) -> None:
-        """Sets the notice; None removes it. Screen readers hear it once."""
-        self.set_notice_of_now(lambda: notice)
-
-    def set_notice_of_now(self, find: Callable[[], Notice | None]) -> None:
-        """Sets a notice of what is so now: `find` is called whenever it is shown, and gives None once it is over."""
-        self._find = find
-        if (notice := find()) is not None:
-            announce(notice.text, is_urgent=notice.meaning is Meaning.DANGER)
+    def set_notice(self, notice: Notice | Callable[[], Notice | None] | None) -> None:
+        """Screen readers hear it once; None removes it. What finds it is called whenever it is shown, and gives None
+        once it is over."""
+        self._find = notice if callable(notice) else lambda: notice
+        if (shown := self._find()) is not None:
+            announce(shown.text, is_urgent=shown.meaning is Meaning.DANGER)
         self.changed.emit()
 
     def dismiss(self) -> None:
@@ -89,7 +85,6 @@ class PageJob(QObject):
         self.set_notice(Notice(meaning, text or tr("Saved to {path}.", path=path), choices, self.dismiss))
 
     def open_file(self, path: Path) -> None:
-        """Opens a file or a folder in the system's own program."""
         self.open_in_system(QUrl.fromLocalFile(path))
 
     def result_notice(self) -> Notice | None:
@@ -168,7 +163,7 @@ class PageJob(QObject):
         self.changed.emit()
 
     def cancel(self) -> None:
-        """It cleans up and ends with `Cancelled`."""
+        """The procedure cleans up and ends with `Cancelled`."""
         if self._job is not None:
             self._job.cancel()
 
@@ -184,7 +179,6 @@ class PageJob(QObject):
 
     @property
     def is_busy(self) -> bool:
-        """In the background."""
         return self._reading.is_running or self.is_writing
 
     def begin(

@@ -145,7 +145,7 @@ class TriggerReading(QObject):
         self._filing.cancel()
         self._is_stored = False
         if reading is not None and not reading.history.is_answered:
-            self.job.set_notice_of_now(self._silent_notice)
+            self.job.set_notice(self._silent_notice)
         elif reading is not None:
             if store is not None and target is not None and name:
                 self.job.dismiss()

@@ -24,6 +24,7 @@ from app.safety.last_known import LAST_HEARD_ACTIVE, keep_away
 from app.system.uncaught import UncaughtError
 from app.text.i18n import tr
 from app.text.messages import join_names, join_sentences, labelled
+from protocol.translatable import marked
 from ui.session.left_active import LeftActiveWatch
 from ui.session.port import Port
 from ui.session.ports import Ports
@@ -127,12 +128,17 @@ class Attention(QObject):
             yield question
         if (locking := port.lock.notice()) is not None:
             yield locking._replace(cause="lock")
-        others = [one for one in self._ports.all if one is not port]
-        others = [one for one in others if one.lock.is_unproven and not one.lock.is_repeating]
+        every = self._ports.all
+        others = [one for one in every if one is not port and one.lock.is_unproven and not one.lock.is_repeating]
         if others and window.shown_page != "fleet":  # which says it itself
             names = join_names(one.module.name or one.connection.port for one in others)
-            again = Choice("lock_others", tr("LOCK again"), partial(_press_each, others))
-            yield Notice(Meaning.DANGER, tr("NOT reported, treat as ACTIVE: {names}", names=names), (again,))
+            text = tr("NOT reported, treat as ACTIVE: {names}", names=names)
+
+            def lock_again() -> None:
+                for one in others:
+                    one.lock.press()
+
+            yield Notice(Meaning.DANGER, text, (Choice("lock_others", tr("LOCK again"), lock_again),))
         yield from self._fired(port)
         left = self._left_active.notices()
         yield from (notice for notice in left if notice.meaning is Meaning.ATTENTION)
@@ -222,9 +228,8 @@ class Attention(QObject):
             module.doubted_name = port.last_name = ""
             port.update_view()
 
-        yes = (
-            tr("It is {module} all the same", module=name) if module.doubted_name else tr("It is {module}", module=name)
-        )
+        said = marked("It is {module} all the same") if module.doubted_name else marked("It is {module}")
+        yes = tr(said, module=name)
         same = Choice("name_same", yes, partial(module.name_it, name), is_step=True)
         meaning = Meaning.ATTENTION if against else Meaning.INFORMATION
         return Notice(meaning, join_sentences(parts), (same, Choice("name_other", tr("Another module"), decline)))
@@ -285,12 +290,10 @@ class Attention(QObject):
         self._ask(_Leaving(proceed, (port or self._ports.current,), is_opened_again=is_opened_again))
 
     def stay(self) -> None:
-        """Cancels leaving; nothing is sent."""
         self._leaving = None
         self.refresh()
 
     def _ask(self, leaving: _Leaving) -> None:
-        """Asks what is to be asked; else leaves."""
         if self._question(leaving) is None:
             self._leave(leaving)
             return
@@ -344,25 +347,16 @@ class Attention(QObject):
                 risk = tr("The module is ACTIVE: it fires also without this program.")
             parts.insert(0, risk)
             lock = Choice("lock_and_leave", tr("LOCK first"), partial(self._lock_first, leaving), is_main=True)
-            choices: tuple[Choice, ...] = (
-                lock,
-                Choice("leave_active", tr("Leave it ACTIVE"), leave, is_step=True),
-                stay,
-            )
+            choices = [lock, Choice("leave_active", tr("Leave it ACTIVE"), leave, is_step=True), stay]
         elif parts:
             drop = Choice("drop_edits", tr("Discard edits"), leave, is_step=True)
-            choices = (stay._replace(is_main=True), drop)
+            choices = [stay._replace(is_main=True), drop]
         else:
             return None
         text = join_sentences(parts)
         if is_other:
             text = labelled(port.module.name or port.connection.port, text)
-        return Notice(Meaning.ATTENTION, text, choices, cause="leaving")
-
-
-def _press_each(ports: list[Port]) -> None:
-    for port in ports:
-        port.lock.press()
+        return Notice(Meaning.ATTENTION, text, tuple(choices), cause="leaving")
 
 
 def _clock_time(at: float) -> str:

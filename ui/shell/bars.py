@@ -7,7 +7,6 @@ from PySide6.QtCore import QSize, Qt, QTimer, Signal
 from PySide6.QtGui import QFontMetrics
 from PySide6.QtWidgets import (
     QFrame,
-    QHBoxLayout,
     QLabel,
     QLayout,
     QListWidget,
@@ -22,11 +21,11 @@ from PySide6.QtWidgets import (
     QWidget,
 )
 
-from app.diagnosis.link_state import LinkState, LinkText, Phase, link_text
+from app.diagnosis.link_state import LinkText, Phase, link_text
 from app.engine.conversation import ConversationView
-from app.engine.target import Target, is_simulated
+from app.engine.target import is_simulated
 from app.limits.limits import LimitsInUse, value_outside
-from app.safety.last_known import TriggerFlags, trigger_flags
+from app.safety.last_known import Activation, TriggerFlags, trigger_flags
 from app.text.i18n import tr
 from app.text.messages import duration, in_brackets, join_names, labelled
 from ui.services.context import PageEntry
@@ -36,13 +35,12 @@ from ui.style.icons import Icon, battery, icon, set_icon_size
 from ui.style.theme import IconSize, Meaning, Size, Space, font, is_text_large, scale_in_use, scaled
 from ui.widgets.controls import ElidedLabel, IconLabel, control, in_column, in_row, named, set_role, without_key
 from ui.widgets.notice_bar import NoticeBar
-from ui.widgets.readout import StateChip, age_of, show_activation, show_known_trigger, show_trigger_flags
+from ui.widgets.readout import StateChip, age_of
 from ui.widgets.visibility_timer import VisibilityTimer
 
 # Usual range of a lithium cell, for the battery icon only.
 EMPTY_CELL_V: Final = 3.3
 FULL_CELL_V: Final = 4.2
-_LEAST_NAME_PX: Final = 60
 # Icon of the link, and the meaning that colours it.
 _PHASES: Final = {
     Phase.CLOSED: (Icon.UNPLUGGED, Meaning.UNKNOWN),
@@ -57,17 +55,6 @@ _PHASES: Final = {
     Phase.SWITCHED_OFF: (Icon.UNPLUGGED, Meaning.INFORMATION),
     Phase.FAILED: (Icon.LINK_LOST, Meaning.ATTENTION),
 }
-
-
-def port_title(state: LinkState, target: Target | None) -> str:
-    """Port and rate such as "ttyUSB0 · 115200", or a title for the simulated module."""
-    if state.phase is Phase.CLOSED or (not state.port and target is None):
-        return tr("Not connected")
-    device = target.device if target is not None else state.port
-    if is_simulated(device):
-        return tr("Simulated module")
-    name = port_name(device)
-    return f"{name} · {state.baud_rate}" if state.baud_rate else name
 
 
 def port_name(device: str) -> str:
@@ -85,7 +72,7 @@ class PortButton(QPushButton):
         self.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Preferred)
         self._sign = IconLabel("port_sign", 20, keeps_place=True)
         self.title, self.word = named(ElidedLabel(), "port_title", "strong"), named(ElidedLabel(), "port_state")
-        self.title.setMinimumWidth(scaled(_LEAST_NAME_PX))
+        self.title.setMinimumWidth(scaled(60))
         lines = in_column(self.title, self.word, spacing=0, margins=0)
         arrow = IconLabel("port_arrow", 12, keeps_place=True)
         arrow.show_icon(Icon.CHEVRON_DOWN, is_muted=True)
@@ -177,15 +164,44 @@ class TopBar(QFrame):
     def refresh(self) -> None:
         port, now = self._ports.current, self._ports.clock()
         module, state = port.module, port.state
-        name = module.name if port.is_requested else ""
-        self.port.show_link(name, port_title(state, port.target), state.phase, link_text(state, now))
-        show_activation(self.activation, module.activation, now)
+        device = state.port if port.target is None else port.target.device
+        title = tr("Not connected")
+        if state.phase is not Phase.CLOSED and device:
+            name = port_name(device)
+            title = f"{name} · {state.baud_rate}" if state.baud_rate else name
+            if is_simulated(device):
+                title = tr("Simulated module")
+        self.port.show_link(module.name if port.is_requested else "", title, state.phase, link_text(state, now))
+        seen = module.activation
+        age = "" if seen.at is None else tr("{time} ago", time=duration(now - seen.at))
+        match seen.state:
+            case Activation.UNKNOWN:
+                self.activation.show_unknown()
+            case Activation.ACTIVE:
+                self.activation.show_state(tr("ACTIVE"), Icon.ACTIVE, Meaning.ATTENTION)
+            case Activation.WAS_ACTIVE:  # keeps its colour, since nobody has seen the module locked
+                was = tr("was ACTIVE")
+                self.activation.show_state(was, Icon.ACTIVE, Meaning.ATTENTION, stale_age=age, keeps_colour=True)
+            case Activation.LOCKED:
+                self.activation.show_state(tr("LOCKED"), Icon.LOCK)
+            case Activation.WAS_LOCKED:
+                self.activation.show_state(tr("LOCKED"), Icon.LOCK, stale_age=age)
         triggered = module.view.known("triggered", now)
-        if module.may_have_fired and (triggered is None or triggered.value is not True):
+        age = "" if triggered is None else age_of(triggered, now)
+        if triggered is not None and triggered.value is True:
+            chip = tr("TRIGGERED"), Icon.PARACHUTE, Meaning.DANGER
+            self.trigger.show_state(*chip, stale_age=age, keeps_colour=True)
+        elif module.may_have_fired:
             self.trigger.show_state(tr("may have fired"), Icon.DANGER, Meaning.DANGER, detail=tr("before the restart"))
+        elif triggered is None:
+            self.trigger.show_unknown()
         else:
-            show_known_trigger(self.trigger, triggered, now)
-        show_trigger_flags(self.triggers, trigger_flags(module.view, now))
+            self.trigger.show_state(tr("NOT TRIGGERED"), Icon.NOT_TRIGGERED, stale_age=age)
+        flags = trigger_flags(module.view, now)
+        picture, meaning = (Icon.CHECK, None) if flags.are_on else (Icon.UNKNOWN, Meaning.UNKNOWN)
+        if flags.is_one_off:
+            picture, meaning = Icon.WARNING, Meaning.ATTENTION
+        self.triggers.show_state(flags.text, picture, meaning, below=tr("triggers"))
         self._show_cell(module.view, now)
         self.lock.setEnabled(port.is_requested)  # without a port it is owed
         set_role(self.lock, "primary" if port.is_active else "")
@@ -329,18 +345,18 @@ class StatusBar(QStatusBar):
             self.addPermanentWidget(widget)
         # Room for two lines of a notice, and for a button.
         self.setFixedHeight(2 * QFontMetrics(font()).lineSpacing() + 3 * Space.XS)
-        self._shared = (self.passing, *beside)
-        notice_bar.changed.connect(self._share)
-        self._share()
 
-    def _share(self) -> None:
-        for part in self._shared:
-            part.setVisible(self._notice_bar.notice is None)
+        def share() -> None:
+            for part in (self.passing, *beside):
+                part.setVisible(notice_bar.notice is None)
 
-    def show_message(self, text: str, *, is_noted: bool = True) -> None:
-        """`is_noted`: a notice does not hide it."""
+        notice_bar.changed.connect(share)
+        share()
+
+    def show_message(self, text: str) -> None:
+        """A notice does not hide it."""
         self.passing.setText(text)
-        self._notice_bar.show_note(text if is_noted else "")
+        self._notice_bar.show_note(text)
         if text:
             self._message_end.start()
 
@@ -352,13 +368,9 @@ class RecordingSign(QWidget):
         super().__init__()
         self.setObjectName("session_sign")
         self._find = find
-        self._picture = IconLabel("session_sign_icon", 12, keeps_place=True)
+        self._picture = IconLabel("session_sign_icon", 12)
         self.label = named(QLabel(), "session_sign_text", "small")
-        row = QHBoxLayout(self)
-        row.setSpacing(Space.XS)
-        row.setContentsMargins(0, 0, Space.M, 0)
-        row.addWidget(self._picture)
-        row.addWidget(self.label)
+        in_row(self._picture, self.label, of=self, spacing=Space.XS, margins=(0, 0, Space.M, 0))
         VisibilityTimer(self, self.refresh)
         self.refresh()
 
@@ -376,9 +388,6 @@ class RecordingSign(QWidget):
         self.label.setText(text)
         self.setToolTip(whole)
         self.setAccessibleName(f"{text}. {whole}".rstrip(". ") if text else tr("Not recorded"))
-        if whole:
-            self._picture.show_icon(Icon.WARNING, Meaning.ATTENTION)
-        elif text:
-            self._picture.show_icon(Icon.RECORD, is_muted=True)
-        else:
-            self._picture.clear_icon()
+        self._picture.setVisible(bool(text))
+        icon_shown, meaning = (Icon.WARNING, Meaning.ATTENTION) if whole else (Icon.RECORD, None)
+        self._picture.show_icon(icon_shown, meaning, is_muted=not whole)

@@ -16,7 +16,7 @@ from typing import Final
 
 from PySide6.QtCore import QEvent, QMargins, QRect, QSize, Qt, QTimer, Signal
 from PySide6.QtGui import QAction, QCloseEvent, QFocusEvent, QKeyEvent, QKeySequence, QShortcut, QShowEvent
-from PySide6.QtWidgets import QAbstractButton, QApplication, QHBoxLayout, QLineEdit, QMainWindow, QMenu, QWidget
+from PySide6.QtWidgets import QAbstractButton, QApplication, QLineEdit, QMainWindow, QMenu, QWidget
 
 from app.diagnosis.causes import NextStep
 from app.engine.target import Target
@@ -39,7 +39,7 @@ from ui.shell.attention import Attention
 from ui.shell.bars import PageArea, RecordingSign, Sidebar, StatusBar, TopBar
 from ui.simulator.panel import SimulatorDock
 from ui.style.icons import Icon, app_icon, icon
-from ui.widgets.controls import named
+from ui.widgets.controls import in_row, named
 from ui.widgets.notice_bar import NoticeBar
 
 SMALLEST: Final = QSize(900, 520)
@@ -94,12 +94,7 @@ class MainWindow(QMainWindow):
         self.files = FileOpener(self, self._file_pages, self.go_to, preferences=self._remembered)
 
         centre = named(QWidget(), "centre")
-        row = QHBoxLayout(centre)
-        row.setSpacing(0)
-        row.setContentsMargins(0, 0, 0, 0)
-        row.addWidget(self.navigation)
-        row.addWidget(self.area, 1)
-        row.addWidget(self.panel, 1)
+        in_row(self.navigation, (self.area, 1), (self.panel, 1), of=centre, spacing=0, margins=0)
         self.setMenuWidget(self.top_bar)  # like the foot as wide as the window, docks included
         self.setCentralWidget(centre)
         self.setStatusBar(self.status_bar)
@@ -123,14 +118,14 @@ class MainWindow(QMainWindow):
         self._fill_menus()
         self._on_shown(ports.module)
         self._enable_actions()
-        preferences = self._remembered
+        remembered = self._remembered
         self.resize(FIRST_SIZE)
-        if preferences.geometry is not None:
-            self.restoreGeometry(preferences.geometry)
-        if preferences.layout is not None:
-            self.restoreState(preferences.layout)
+        if remembered.geometry is not None:
+            self.restoreGeometry(remembered.geometry)
+        if remembered.layout is not None:
+            self.restoreState(remembered.layout)
         self._fit_screen()
-        self.panel.prefer(preferences.last_port)
+        self.panel.prefer(remembered.last_port)
         self.navigation.setCurrentRow(0)
         self.navigation.setFocus()
         self.attention.refresh()
@@ -174,8 +169,12 @@ class MainWindow(QMainWindow):
             self._add(view, f"page_{entry.key}", tr(entry.title), enter, f"Ctrl+{number % 10}")
         self._add(about, "guide", tr("User guide"), self.show_guide, "F1")
         self._add(about, "about", tr("About"), self.show_about)
-        self.top_bar.menu.setMenu(self.main_menu)
-        QShortcut(QKeySequence("F10"), self, self._open_menu)
+        button = self.top_bar.menu
+        button.setMenu(self.main_menu)
+        # Without blocking, as the button's own way would.
+        QShortcut(
+            QKeySequence("F10"), self, lambda: self.main_menu.popup(button.mapToGlobal(button.rect().bottomLeft()))
+        )
 
     def _add_menu(self, name: str, title: str) -> QMenu:
         return named(self.main_menu.addMenu(title), f"menu_{name}")
@@ -200,11 +199,6 @@ class MainWindow(QMainWindow):
             self._conditions[action] = when
         self.addAction(action)  # shortcuts of a hidden menu do not work
         return action
-
-    def _open_menu(self) -> None:
-        """Without blocking, as the button's own way would."""
-        button = self.top_bar.menu
-        self.main_menu.popup(button.mapToGlobal(button.rect().bottomLeft()))
 
     def _enable_actions(self) -> None:
         for action, when in self._conditions.items():
@@ -363,7 +357,7 @@ class MainWindow(QMainWindow):
         if not module.is_going or port.target is None:
             return
         if self._remembered.last_port is None:
-            self.status_bar.show_message(tr("Next: Settings, then Pre-flight."), is_noted=False)
+            self.show_message(tr("Next: Settings, then Pre-flight."))
         self._remembered.last_port = LastPort(port.target.device, port.target.identity, port.connection.baud_rate)
         self.panel.hide()
 

@@ -36,8 +36,6 @@ Item = QWidget | QLayout | int | tuple[QWidget | QLayout, int] | tuple[QWidget, 
 Margins = int | tuple[int, int] | tuple[int, int, int, int]
 SELECTABLE: Final = Qt.TextInteractionFlag.TextSelectableByMouse | Qt.TextInteractionFlag.TextSelectableByKeyboard
 _REDRAWN_AT: Final = (QEvent.Type.PaletteChange, QEvent.Type.StyleChange, QEvent.Type.DevicePixelRatioChange)
-# Height of what scrolls.
-_LEAST_PX: Final = 60
 
 
 def named(widget: Named, name: str, role: str = "") -> Named:
@@ -93,11 +91,8 @@ def control(
         key = keys.partition(";")[0]
         Shortcut(widget, keys)
     if isinstance(widget, QAbstractButton):
-        if text:
-            widget.setText(text)
-        text = widget.text()
-        if is_checkable:
-            widget.setCheckable(True)
+        widget.setText(text := text or widget.text())
+        widget.setCheckable(is_checkable or widget.isCheckable())
         if picture is not None:
             widget.setProperty("picture", picture)
             widget.setIcon(icon(picture, is_on_primary=role == "primary"))
@@ -235,7 +230,7 @@ class ScrollArea(QScrollArea):
         self.setWidgetResizable(True)
         # Qt would ask for up to 24 lines, so that the page around it would scroll, too.
         self.setSizePolicy(QSizePolicy.Policy.Ignored, QSizePolicy.Policy.Ignored)
-        self.setMinimumSize(1, scaled(_LEAST_PX))
+        self.setMinimumSize(1, scaled(60))
         self._bars = (self.verticalScrollBar(), self.horizontalScrollBar())
         for bar in self._bars:
             bar.rangeChanged.connect(self._offer_focus)
@@ -245,20 +240,15 @@ class ScrollArea(QScrollArea):
         scrolls = any(bar.maximum() > bar.minimum() for bar in self._bars)
         self.setFocusPolicy(Qt.FocusPolicy.StrongFocus if scrolls else Qt.FocusPolicy.NoFocus)
 
-    def focusInEvent(self, event: QFocusEvent) -> None:
-        super().focusInEvent(event)
-        for bar in self._bars:
-            set_role(bar, "focus")
-
-    def focusOutEvent(self, event: QFocusEvent) -> None:
-        super().focusOutEvent(event)
-        for bar in self._bars:
-            set_role(bar, "")
+    def event(self, event: QEvent) -> bool:
+        if isinstance(event, QFocusEvent):
+            for bar in self._bars:
+                set_role(bar, "focus" if event.gotFocus() else "")
+        return super().event(event)
 
 
 def scroll_area(content: QWidget, name: str, says: str, *, is_vertical: bool = False) -> ScrollArea:
-    """An area that scrolls `content`; `says` is its accessible name. Where it `is_vertical` it never scrolls
-    sideways."""
+    """Scrolls `content`, never sideways where it `is_vertical`; `says` is its accessible name."""
     area = control(ScrollArea(), name, says=says)
     area.setWidget(content)
     if is_vertical:
@@ -325,10 +315,10 @@ class TickingLabel(QLabel):
 
 
 class IconLabel(QLabel):
-    """An icon beside a text; empty at first."""
+    """An icon beside a text, `size_px` at the usual size of text; empty at first, and then as large if it
+    `keeps_place`."""
 
     def __init__(self, name: str, size_px: int, *, keeps_place: bool = False) -> None:
-        """`size_px` at the usual size of text. `keeps_place`: as large without an icon."""
         self._size_px = scaled(size_px)
         self._shown: tuple[Icon, Meaning | None, bool, bool] | None = None
         super().__init__()
@@ -343,10 +333,6 @@ class IconLabel(QLabel):
         if self._shown != (picture, meaning, is_muted, is_filled):
             self._shown = (picture, meaning, is_muted, is_filled)
             self._draw()
-
-    def clear_icon(self) -> None:
-        self._shown = None
-        self.clear()
 
     def _draw(self) -> None:
         if self._shown is not None:
@@ -377,5 +363,4 @@ class EmptyState(QWidget):
             label.setAlignment(Qt.AlignmentFlag.AlignHCenter)
             label.setWordWrap(True)
         # Without an alignment in the layout, which would break the height of wrapped text.
-        parts = (2, sign, self.title, self.text, 3)
-        self.column = in_column(*parts, of=self, spacing=Space.S, margins=Space.XL)
+        self.column = in_column(2, sign, self.title, self.text, 3, of=self, spacing=Space.S, margins=Space.XL)

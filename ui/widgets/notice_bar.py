@@ -5,23 +5,23 @@ from functools import partial
 from typing import NamedTuple
 
 from PySide6.QtCore import Qt, Signal
-from PySide6.QtWidgets import (
-    QApplication,
-    QFrame,
-    QHBoxLayout,
-    QLabel,
-    QPushButton,
-    QSizePolicy,
-    QToolButton,
-    QVBoxLayout,
-    QWidget,
-)
+from PySide6.QtWidgets import QApplication, QFrame, QLabel, QPushButton, QSizePolicy, QToolButton, QWidget
 
 from app.text.i18n import tr
 from app.text.messages import labelled
 from ui.style.icons import MEANING_ICONS, Icon, icon
 from ui.style.theme import IconSize, Meaning, Space, is_text_large
-from ui.widgets.controls import ElidedLabel, IconLabel, control, named, retain_size, set_look, without_key
+from ui.widgets.controls import (
+    ElidedLabel,
+    IconLabel,
+    control,
+    in_column,
+    in_row,
+    named,
+    retain_size,
+    set_look,
+    without_key,
+)
 from ui.widgets.step_button import FocusBack, StepButton, leave_focus
 
 
@@ -72,6 +72,7 @@ class NoticeBar(QFrame):
         # The notice to which a person went on, until it ends or a new one is graver.
         self._chosen = ""
         self._note = ""
+        self._looks: list[tuple[str, str, bool, bool]] = []
         self._is_foot = is_foot
         self._focus = FocusBack(self)
         self._text = named(ElidedLabel() if is_foot else QLabel(), "notice_text")
@@ -89,27 +90,13 @@ class NoticeBar(QFrame):
         )
         retain_size(self._dismiss)  # so that no other button is ever in its place
         self._buttons: list[QPushButton] = []
-        self._choices = QHBoxLayout()
+        self._choices = in_row(spacing=Space.S)
         self._picture = IconLabel("notice_icon", IconSize.NOTICE, keeps_place=True)
-        head, column = QHBoxLayout(), QVBoxLayout(self)
-        head.addWidget(self._picture)
-        head.addWidget(self._text, 1)
         # Beside the buttons large text would have a word a line.
         is_parted = is_text_large() and not is_foot
-        if not is_parted:
-            head.addLayout(self._choices)
-        head.addWidget(self.more)
-        head.addWidget(self._dismiss)
-        column.addLayout(head)
-        if is_parted:
-            below = QHBoxLayout()
-            below.addStretch()
-            below.addLayout(self._choices)
-            column.addLayout(below)
-        for row in (self._choices, head):
-            row.setSpacing(Space.S)
-        column.setSpacing(Space.XS)
-        column.setContentsMargins(Space.S, margin := 0 if is_foot else Space.XS, Space.S, margin)
+        beside, below = ((), (in_row(1, self._choices),)) if is_parted else ((self._choices,), ())
+        head = in_row(self._picture, (self._text, 1), *beside, self.more, self._dismiss, spacing=Space.S)
+        in_column(head, *below, of=self, spacing=Space.XS, margins=(Space.S, 0 if is_foot else Space.XS))
 
     def show_notice(self, notice: Notice | None) -> None:
         self.show_notices([] if notice is None else [notice])
@@ -124,7 +111,10 @@ class NoticeBar(QFrame):
         if notice is None:
             self._focus.leave(self._hide)
         else:
-            if old is None or [_look(choice) for choice in notice.choices] != [_look(one) for one in old.choices]:
+            # All that a person sees of them, but whether they are enabled.
+            looks = [(one.key, one.text, one.is_main, one.is_shown) for one in notice.choices]
+            if old is None or looks != self._looks:
+                self._looks = looks
                 self._make_buttons(notice)
             for button, choice in zip(self._buttons, notice.choices, strict=True):
                 button.setEnabled(choice.is_enabled)
@@ -208,8 +198,3 @@ class NoticeBar(QFrame):
         """An equal notice may have replaced the one whose button this was made for, with other acts."""
         if self.notice is not None and number < len(self.notice.choices):
             self.notice.choices[number].act()
-
-
-def _look(choice: Choice) -> tuple[str, str, bool, bool]:
-    """What a person sees of it, but whether it is enabled."""
-    return choice.key, choice.text, choice.is_main, choice.is_shown

@@ -12,7 +12,6 @@ from PySide6.QtGui import QAccessible, QColor, QFont, QFontMetrics, QPainter, QP
 from PySide6.QtWidgets import QFrame, QLabel, QSizePolicy, QWidget
 
 from app.engine.conversation import Known
-from app.safety.last_known import Activation, SeenActivation, TriggerFlags
 from app.text.i18n import tr
 from app.text.messages import duration
 from ui.style.appearance import Spoken
@@ -105,12 +104,14 @@ class Readout(Spoken, QFrame):
 
     def __init__(self, caption: str, *, unit: str = "", template: str = "000", size: Size = Size.NUMBER) -> None:
         super().__init__()
-        self._caption, self._unit, self._limit = caption, unit, ""
+        self._unit, self._limit = unit, ""
         self.text = self.note = ""
         self.meaning: Meaning | None = None
         self.freshness = Freshness.UNKNOWN
         self._template, self._size = template, size
-        self._caption_label = _label("small")
+        caption_label = _label("small")
+        caption_label.setText(caption)
+        self._caption = caption
         self._number = _label("number" if size is Size.NUMBER else "amount")
         self._number.setIndent(0)  # Qt's own is larger with a border
         self._unit_label, self._limit_label = _label("muted"), _label("muted")
@@ -119,16 +120,8 @@ class Readout(Spoken, QFrame):
         self._icon.hide()
         line = in_row(self._number, self._unit_label, self._limit_label, 1, spacing=Space.XS)
         below = in_row(self._icon, (self._note_label, 1), spacing=Space.XS)
-        in_column(self._caption_label, line, below, of=self, spacing=0, margins=0)
-        self.set_caption(caption)
+        in_column(caption_label, line, below, of=self, spacing=0, margins=0)
         self._show()
-
-    def set_caption(self, caption: str) -> None:
-        """Sets the caption, in the language in use."""
-        self._caption = caption
-        self._caption_label.setText(caption)
-        self._caption_label.setVisible(bool(caption))
-        self._say()
 
     def set_limit(self, limit: str) -> None:
         """Sets the limit with its unit, such as "1.8 V", shown after a slash; "" for none."""
@@ -250,43 +243,6 @@ class StateChip(Spoken, QFrame):
         text = ", ".join(filter(None, (state, more, detail, stale_age)))
         self.say(text, name=self._caption if self._is_measured else state)
         self.setToolTip(text)
-
-
-def show_activation(chip: StateChip, seen: SeenActivation, now: float) -> None:
-    """A stale ACTIVE keeps its colour, since nobody has seen the module locked."""
-    age = "" if seen.at is None else tr("{time} ago", time=duration(now - seen.at))
-    match seen.state:
-        case Activation.UNKNOWN:
-            chip.show_unknown()
-        case Activation.ACTIVE:
-            chip.show_state(tr("ACTIVE"), Icon.ACTIVE, Meaning.ATTENTION)
-        case Activation.WAS_ACTIVE:
-            chip.show_state(tr("was ACTIVE"), Icon.ACTIVE, Meaning.ATTENTION, stale_age=age, keeps_colour=True)
-        case Activation.LOCKED:
-            chip.show_state(tr("LOCKED"), Icon.LOCK)
-        case Activation.WAS_LOCKED:
-            chip.show_state(tr("LOCKED"), Icon.LOCK, stale_age=age)
-
-
-def show_known_trigger(chip: StateChip, known: Known | None, now: float) -> None:
-    """Triggered or not, as the module reported it; None if unknown."""
-    if known is None:
-        chip.show_unknown()
-    elif known.value is True:
-        age = age_of(known, now)
-        chip.show_state(tr("TRIGGERED"), Icon.PARACHUTE, Meaning.DANGER, stale_age=age, keeps_colour=True)
-    else:
-        chip.show_state(tr("NOT TRIGGERED"), Icon.NOT_TRIGGERED, stale_age=age_of(known, now))
-
-
-def show_trigger_flags(chip: StateChip, flags: TriggerFlags) -> None:
-    """Whether the automatic triggers are on, as far as that is known."""
-    if flags.is_one_off:
-        chip.show_state(flags.text, Icon.WARNING, Meaning.ATTENTION, below=tr("triggers"))
-    elif flags.are_on:
-        chip.show_state(flags.text, Icon.CHECK, below=tr("triggers"))
-    else:
-        chip.show_state(flags.text, Icon.UNKNOWN, Meaning.UNKNOWN, below=tr("triggers"))
 
 
 def age_of(known: Known, now: float) -> str:

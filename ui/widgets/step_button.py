@@ -60,10 +60,7 @@ class Gestures(QObject):
         self._release_timer.timeout.connect(self._send_release)
         application.focusWindowChanged.connect(self._on_focus_window)
 
-    # For steps
-
     def add(self, step: "StepButton") -> None:
-        """`step` became visible."""
         self._steps.add(step)
         window = step.window()
         window.installEventFilter(self)
@@ -72,7 +69,6 @@ class Gestures(QObject):
             handle.installEventFilter(self)
 
     def remove(self, step: "StepButton") -> None:
-        """`step` is no longer visible."""
         self._steps.discard(step)
         self.ignore_until_reentered(step)
 
@@ -106,20 +102,18 @@ class Gestures(QObject):
         if left is step:
             return
         if left is not None:
-            left.unblock_pointer()
+            left.is_pointer_blocked = False
+            left.update()
         if step is not None and not is_move:
             step.block_pointer()
 
     def _find(self, position: QPointF) -> "StepButton | None":
+        """That in which it is, and which nothing covers there."""
         for step in self._steps:
-            if step.isVisible() and step.rect().contains(step.mapFromGlobal(position).toPoint()):
-                window = step.window()
-                child: object = window.childAt(window.mapFromGlobal(position).toPoint())
-                if child is step:
-                    return step
+            window = step.window()
+            if step.isVisible() and window.childAt(window.mapFromGlobal(position).toPoint()) is step:
+                return step
         return None
-
-    # Qt
 
     def eventFilter(self, watched: QObject, event: QEvent) -> bool:
         kind = event.type()
@@ -138,7 +132,7 @@ class Gestures(QObject):
         return False
 
     def _on_key_press(self, window: QWindow, event: QKeyEvent) -> bool:
-        """Returns True to stop the event."""
+        """True stops the event."""
         if self._release is not None:
             released = self._release[1]
             if released.key() == event.key() and released.timestamp() == event.timestamp():
@@ -153,7 +147,7 @@ class Gestures(QObject):
         return event.key() in self._ignored
 
     def _on_key_release(self, window: QWindow, event: QKeyEvent) -> bool:
-        """Returns True to stop the event."""
+        """True stops the event."""
         if event.isAutoRepeat():
             return event.key() in self._ignored
         if self.has_paired_repeats and event.key() in PRESS_KEYS:
@@ -169,7 +163,7 @@ class Gestures(QObject):
         self._ignored.discard(key)
         if not self._keys:
             for step in tuple(self._steps):
-                step.unblock_keys()
+                step.is_key_blocked = False
         return is_ignored
 
     def _send_release(self) -> None:
@@ -180,25 +174,23 @@ class Gestures(QObject):
                 self._send(window, event)
 
     def _send(self, window: QWindow, event: QKeyEvent) -> None:
-        if event.key() in self._ignored:
-            return
-        self._is_sending = True
-        try:
-            QApplication.sendEvent(window, event)
-        finally:
-            self._is_sending = False
+        if event.key() not in self._ignored:
+            self._is_sending = True
+            try:
+                QApplication.sendEvent(window, event)
+            finally:
+                self._is_sending = False
 
     def reset(self) -> None:
         """Forgets all keys and the pointer."""
         self.clock = time.monotonic
         self._pointer = self._under = self._release = None
-        self._release_timer.stop()
-        self._keys.clear()
-        self._ignored.clear()
+        self._on_focus_window()
 
-    def _on_focus_window(self, _window: QWindow | None) -> None:
+    def _on_focus_window(self) -> None:
         """Forgets all keys: releases now go to another window, and a key that is still down repeats."""
         self._send_release()
+        self._release_timer.stop()
         self._keys.clear()
         self._ignored.clear()
 
@@ -228,8 +220,8 @@ class StepButton(QPushButton):
         self._gestures = gestures()
         self.appeared_at = 0.0  # When it became visible or enabled, or moved, by the clock of `gestures`
         self._place = QRect()
-        self._is_pointer_blocked = False
-        self._is_key_blocked = False
+        self.is_pointer_blocked = False
+        self.is_key_blocked = False
         self._is_pressed = False  # Pressed by a press that counts
         self._key = 0  # The key that pressed it; 0: the mouse
         policy = self.sizePolicy()
@@ -242,26 +234,26 @@ class StepButton(QPushButton):
 
     @property
     def is_live(self) -> bool:
-        """Whether it has been visible and enabled for long enough."""
+        """It has been visible and enabled for long enough."""
         is_there = self.isVisible() and self.isEnabled()
         return is_there and (self._is_safe or self._gestures.clock() - self.appeared_at >= DEAD_FOR_S)
 
     @property
     def takes_pointer(self) -> bool:
         """Whether a mouse press counts now."""
-        return self.is_live and (self._is_safe or not self._is_pointer_blocked)
+        return self.is_live and (self._is_safe or not self.is_pointer_blocked)
 
     @property
     def takes_keys(self) -> bool:
         """Whether a key press counts now."""
-        return self.is_live and (self._is_safe or not self._is_key_blocked)
+        return self.is_live and (self._is_safe or not self.is_key_blocked)
 
     def appear(self) -> None:
         """It became visible or enabled, or moved: a press in progress does not count."""
         self._place = self._place_now()
         self.appeared_at = self._gestures.clock()
-        self._is_pointer_blocked = False
-        self._is_key_blocked = self._gestures.has_key_down
+        self.is_pointer_blocked = False
+        self.is_key_blocked = self._gestures.has_key_down
         self._gestures.ignore_until_reentered(self)
         self.cancel_press()
         if not self._is_safe:
@@ -284,18 +276,9 @@ class StepButton(QPushButton):
 
     def block_pointer(self) -> None:
         """It appeared under the pointer."""
-        self._is_pointer_blocked = True
+        self.is_pointer_blocked = True
         self.cancel_press()
         self.update()
-
-    def unblock_pointer(self) -> None:
-        """The pointer left it."""
-        self._is_pointer_blocked = False
-        self.update()
-
-    def unblock_keys(self) -> None:
-        """No key is down."""
-        self._is_key_blocked = False
 
     def _place_now(self) -> QRect:
         return QRect(self.mapToGlobal(QPoint(0, 0)), self.size())
@@ -316,8 +299,6 @@ class StepButton(QPushButton):
         if not is_visible and self.hasFocus():
             self.clearFocus()
         super().setVisible(is_visible)
-
-    # Qt
 
     def showEvent(self, event: QShowEvent) -> None:
         super().showEvent(event)
@@ -355,11 +336,6 @@ class StepButton(QPushButton):
             self._is_pressed, self._key = True, 0
             super().mousePressEvent(event)
 
-    def mouseDoubleClickEvent(self, event: QMouseEvent) -> None:
-        event.accept()
-        if self._is_held_down:
-            self.cancel_press()
-
     def mouseMoveEvent(self, event: QMouseEvent) -> None:
         # Without Qt, which would press it again when the pointer comes back.
         event.accept()
@@ -392,11 +368,9 @@ class StepButton(QPushButton):
             super().keyReleaseEvent(event)
 
     def paintEvent(self, _event: QPaintEvent) -> None:
-        painter = QStylePainter(self)
-        painter.drawControl(QStyle.ControlElement.CE_PushButton, self._option())
-        painter.end()
+        QStylePainter(self).drawControl(QStyle.ControlElement.CE_PushButton, self.option())
 
-    def _option(self) -> QStyleOptionButton:
+    def option(self) -> QStyleOptionButton:
         """Draws a dead button as disabled."""
         option = QStyleOptionButton()
         self.initStyleOption(option)

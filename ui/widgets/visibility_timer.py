@@ -30,10 +30,9 @@ class VisibilityTimer(QObject):
     ) -> None:
         super().__init__(widget)
         self._widget, self._refresh, self._restyle, self._hidden = widget, refresh, restyle, hidden
-        self._timer: QTimer | None = None
-        if every_ms is not None:
-            self._timer = QTimer(self, interval=every_ms)
-            self._timer.timeout.connect(tick or refresh)
+        self._has_ticks = every_ms is not None
+        self.timer = QTimer(self, interval=every_ms or 0)
+        self.timer.timeout.connect(tick or refresh)
         widget.installEventFilter(self)
 
     def refresh_seen(self) -> None:
@@ -41,24 +40,15 @@ class VisibilityTimer(QObject):
         if self._widget.isVisible():
             self._refresh()
 
-    def restart(self) -> None:
-        """Starts the period of the next tick now."""
-        if self._timer is not None:
-            self._timer.start()
-
-    def stop(self) -> None:
-        """Stops the ticks until the widget is shown again."""
-        if self._timer is not None:
-            self._timer.stop()
-
     def eventFilter(self, _watched: QObject, event: QEvent) -> bool:
         if type(event) in _HANDLED:
             match event.type():
                 case QEvent.Type.Show:
-                    self.restart()
+                    if self._has_ticks:
+                        self.timer.start()
                     self._refresh()
                 case QEvent.Type.Hide:
-                    self.stop()
+                    self.timer.stop()
                     self._hidden()
                 case QEvent.Type.StyleChange:
                     self._restyle()

@@ -164,7 +164,7 @@ class FleetPage(Page):
             self._checked = {port: port.module if port in self.members.reachable else None for port in ports}
             for module in filter(None, self._checked.values()):
                 module.begin_check(self.profile.profile or NO_PROFILE, Person(), is_enabling=is_enabling)
-            self.result.set_notice_of_now(self._checked_notice)
+            self.result.set_notice(self._checked_notice)
 
     @property
     def is_checking(self) -> bool:

@@ -142,7 +142,7 @@ class LivePage(Page):
             self._port = connection.port
         self.plot.add_marks(self.data.on_batch(batch))
         if self.isVisible():
-            self._timer.restart()
+            self._timer.timer.start()
             self._tick()
 
     def refresh(self) -> None:

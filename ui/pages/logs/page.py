@@ -221,7 +221,7 @@ class LogsPage(Page):
         self.open_files([Path(log.name) for log in unread if log.head == heads.get(name)], columns)
 
     def _end_loading(self, ended: Reading) -> None:
-        self.result.set_notice_of_now(partial(self._ended_notice, ended))
+        self.result.set_notice(partial(self._ended_notice, ended))
         self.refresh_list()
         self.table.choose(lambda row: row.name in ended.names)
         chosen = self.table.chosen()
