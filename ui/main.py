@@ -191,22 +191,17 @@ class _AfterPaint(QObject):
 
     def __init__(self, window: QWidget, act: Callable[[], None]) -> None:
         super().__init__(window)
-        self._window, self._act = window, act
         self._limit = QTimer(self, singleShot=True)
-        self._limit.timeout.connect(self._continue)
+        self._limit.timeout.connect(act)
+        self._limit.timeout.connect(self.deleteLater)
         self._limit.start(PAINT_LIMIT_MS)
         window.installEventFilter(self)
 
-    def eventFilter(self, _watched: QObject, event: QEvent) -> bool:
-        if event.type() == QEvent.Type.Paint:
-            self._window.removeEventFilter(self)
+    def eventFilter(self, window: QObject, event: QEvent) -> bool:
+        if event.type() == QEvent.Type.Paint and self._limit.isActive():
+            window.removeEventFilter(self)
             self._limit.start(0)  # its children are painted within this event
         return False
-
-    def _continue(self) -> None:
-        self._window.removeEventFilter(self)
-        self._act()
-        self.deleteLater()
 
 
 def run(options: WindowOptions) -> int:

@@ -27,12 +27,8 @@ class Running:
     """Progress and cancellation of a running function, for long ones to look at between two steps."""
 
     def __init__(self) -> None:
-        self.share: float | None = None
+        self.share: float | None = None  # 0 … 1; None if unknown
         self.is_requested = True
-
-    def set_progress(self, share: float) -> None:
-        """Set the progress, 0 … 1."""
-        self.share = share
 
     def set_progress_or_end(self, share: float) -> None:
         """Set the progress. Raises `ExportCancelled` where it is cancelled."""
@@ -74,7 +70,6 @@ class BackgroundTask(QObject, Generic[Result]):
 
     @property
     def share(self) -> float | None:
-        """Progress, 0 … 1; None if unknown."""
         return None if self._running is None else self._running.share
 
     def run(
@@ -118,7 +113,7 @@ class BackgroundTask(QObject, Generic[Result]):
         )
 
     def stop(self) -> None:
-        """Ask the function to end; its result is still delivered."""
+        """Asks the function to end; its result is still delivered."""
         if self._running is not None:
             self._running.is_requested = False
 

@@ -32,6 +32,8 @@ class TiltGauge(PaintedWidget):
         super().__init__()
         self.freshness = Freshness.UNKNOWN
         self._shown: tuple[object, ...] = ()
+        # It paints its card, too: else all that lies below would be painted with each change.
+        self.setAttribute(Qt.WidgetAttribute.WA_OpaquePaintEvent)
         self.show_tilt(None)
 
     def show_tilt(
@@ -63,7 +65,9 @@ class TiltGauge(PaintedWidget):
         self.setToolTip(", ".join(said))
 
     def paintEvent(self, _event: QPaintEvent) -> None:
-        painter = self.begin_paint()
+        painter = QPainter(self)
+        painter.setRenderHint(QPainter.RenderHint.Antialiasing)
+        painter.fillRect(self.rect(), QColor(current().surface))
         radius = max(20.0, min(self.width() / 2 - _EDGE_PX, (self.height() - _EDGE_PX - 6) / (1 + _DISC)))
         painter.translate(QPointF(self.width() / 2, _EDGE_PX + radius))
         self._paint_disc(painter, radius * _DISC)

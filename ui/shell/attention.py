@@ -311,18 +311,6 @@ class Attention(QObject):
                 port.interruptions.discard_drafts()
         leaving.proceed()
 
-    def _lock_first(self, leaving: _Leaving) -> None:
-        leaving.is_locking = True
-
-        def on_locked() -> None:
-            """Also later: not if it was cancelled meanwhile."""
-            if self._leaving is leaving:
-                leaving.is_locking = False
-                self._ask(leaving)
-
-        press = self._ports.lock.press_all if leaving.is_closing else leaving.ports[0].lock.press
-        press(then=on_locked)
-
     def _question(self, leaving: _Leaving) -> Notice | None:
         """One question about all that would be left behind; None where there is nothing."""
         port, is_closing = leaving.ports[0], leaving.is_closing
@@ -346,7 +334,19 @@ class Attention(QObject):
             if any(one.is_active for one in leaving.ports):
                 risk = tr("The module is ACTIVE: it fires also without this program.")
             parts.insert(0, risk)
-            lock = Choice("lock_and_leave", tr("LOCK first"), partial(self._lock_first, leaving), is_main=True)
+
+            def lock_first() -> None:
+                leaving.is_locking = True
+                press = self._ports.lock.press_all if is_closing else port.lock.press
+                press(then=on_locked)
+
+            def on_locked() -> None:
+                """Also later: not if it was cancelled meanwhile."""
+                if self._leaving is leaving:
+                    leaving.is_locking = False
+                    self._ask(leaving)
+
+            lock = Choice("lock_and_leave", tr("LOCK first"), lock_first, is_main=True)
             choices = [lock, Choice("leave_active", tr("Leave it ACTIVE"), leave, is_step=True), stay]
         elif parts:
             drop = Choice("drop_edits", tr("Discard edits"), leave, is_step=True)

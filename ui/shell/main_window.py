@@ -25,14 +25,12 @@ from app.text.i18n import tr
 from ui.acts.confirm import Confirm
 from ui.connect.connect_panel import ConnectPanel
 from ui.core.background_task import BackgroundTask
-from ui.core.preferences import LastPort, Preferences
+from ui.core.preferences import LastPort
 from ui.files.file_dialogs import FileOpener, FilePage
 from ui.preferences.dialog import PreferencesDialog
 from ui.services.context import PageEntry, Services
 from ui.services.page import Page
-from ui.services.storage import Storage
 from ui.session.left_active import LeftActiveWatch
-from ui.session.ports import Ports
 from ui.session.shown_module import ShownModule
 from ui.shell.application_filter import LOCK_ALL_KEY, LOCK_KEYS, ApplicationFilter
 from ui.shell.attention import Attention
@@ -406,32 +404,28 @@ class MainWindow(QMainWindow):
         self.panel.hide()
         self._remembered.geometry = self.saveGeometry()
         self._remembered.layout = self.saveState()
-        close_down(self._ports, self._services.storage, self._remembered)
+        # All that is no widget ends within `CLOSE_LIMIT_S`; the rest is left to the system.
+        ends_at = time.monotonic() + CLOSE_LIMIT_S
 
+        def begin(name: str, act: Callable[[], object]) -> threading.Thread:
+            def work() -> None:
+                try:
+                    act()
+                except Exception:  # noqa: BLE001  nobody is left to tell
+                    _log.exception("At closing: %s failed", name)
 
-def close_down(ports: Ports, storage: Storage, preferences: Preferences) -> None:
-    """Ends everything that is not a widget within `CLOSE_LIMIT_S`; the rest is left to the system."""
-    ends_at = time.monotonic() + CLOSE_LIMIT_S
+            thread = threading.Thread(target=work, name=f"dps-s {name}", daemon=True)
+            thread.start()
+            return thread
 
-    def begin(name: str, act: Callable[[], object]) -> threading.Thread:
-        def work() -> None:
-            try:
-                act()
-            except Exception:  # noqa: BLE001  nobody is left to tell
-                _log.exception("At closing: %s failed", name)
-
-        thread = threading.Thread(target=work, name=f"dps-s {name}", daemon=True)
-        thread.start()
-        return thread
-
-    saving = begin("preferences", preferences.save)
-    ports.watcher.stop(0.0)
-    if not ports.stop(CLOSE_LIMIT_S - STORE_SHARE_S):
-        _log.warning("The port did not close in time; it is left to the system")
-    for thread in (begin("store", storage.close), saving):
-        thread.join(max(0.0, ends_at - time.monotonic()))
-        if thread.is_alive():
-            _log.warning("Still running at closing: %s", thread.name)
+        saving = begin("preferences", self._remembered.save)
+        self._ports.watcher.stop(0.0)
+        if not self._ports.stop(CLOSE_LIMIT_S - STORE_SHARE_S):
+            _log.warning("The port did not close in time; it is left to the system")
+        for thread in (begin("store", self._services.storage.close), saving):
+            thread.join(max(0.0, ends_at - time.monotonic()))
+            if thread.is_alive():
+                _log.warning("Still running at closing: %s", thread.name)
 
 
 def end_process(code: int) -> None:

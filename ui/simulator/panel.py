@@ -16,7 +16,7 @@ from ui.session.ports import Ports
 from ui.style.theme import Meaning, Space, is_text_large
 from ui.widgets.controls import control, in_column, in_row, named, scroll_area, text_label
 from ui.widgets.notice_bar import Choice, Notice
-from ui.widgets.number_line import Dial, WheelGuard, label_for
+from ui.widgets.number_line import Dial, NumberKind, WheelGuard, label_for
 from ui.widgets.visibility_timer import VisibilityTimer
 
 if TYPE_CHECKING:
@@ -44,10 +44,10 @@ class SimulatorPanel(QWidget):
         self.setObjectName("simulator_panel")
         self._bench: SimulatedBench | None = None
         self.summary = text_label("simulator_summary", "muted")
-        self.tilt = Dial("simulator_tilt", minimum=0, maximum=180, step=1, unit="°")
+        self.tilt = Dial("simulator_tilt", NumberKind.of(0, 180, 1, "°", 0))
         self.tilt.describe(tr("Tilt"), "")
         self.tilt.turned.connect(lambda tilt_deg: self._act(lambda bench: bench.set_world(tilt_deg=tilt_deg)))
-        self.cell = Dial("simulator_cell", minimum=3.0, maximum=4.3, step=0.02, unit=" V")
+        self.cell = Dial("simulator_cell", NumberKind.of(3.0, 4.3, 0.02, "V", 2))
         self.cell.describe(tr("Cell voltage"), "")
         self.cell.turned.connect(lambda cell_v: self._act(lambda bench: bench.set_world(cell_v=cell_v)))
         self.fall_height = control(QSpinBox(), "simulator_height", says=tr("Fall"))

@@ -20,11 +20,7 @@ from ui.widgets.controls import control, in_row, named, set_role
 # What an input method writes, as ASCII.
 _HALF_WIDTH: Final = {0xFF01 + code: 0x21 + code for code in range(94)} | {ord("。"): "."}
 _PLAIN: Final = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)", re.ASCII)
-_LONGEST: Final = 32
-_PAGE: Final = 10
-_STEPS: Final = {Qt.Key.Key_Up: 1, Qt.Key.Key_Down: -1, Qt.Key.Key_PageUp: _PAGE, Qt.Key.Key_PageDown: -_PAGE}
-# Width of a number whose unit stands beside it, smaller than Qt's size hint.
-_BARE_NUMBER_PX: Final = 72
+_STEPS: Final = {Qt.Key.Key_Up: 1, Qt.Key.Key_Down: -1, Qt.Key.Key_PageUp: 10, Qt.Key.Key_PageDown: -10}
 
 
 class NumberKind(NamedTuple):
@@ -50,7 +46,7 @@ class NumberKind(NamedTuple):
         """The number that was typed; None where it cannot be used. A comma counts as a decimal point, and the unit may
         be typed, too."""
         plain = text.translate(_HALF_WIDTH).strip().removesuffix(self.unit).rstrip().replace(",", ".")
-        if len(plain) > _LONGEST or not _PLAIN.fullmatch(plain):
+        if len(plain) > 32 or not _PLAIN.fullmatch(plain):
             return None
         number = Decimal(plain)
         return float(number) if self.low <= number <= self.high and not number % self.step else None
@@ -96,8 +92,7 @@ class NumberLine(QLineEdit):
 
     @property
     def is_wrong(self) -> bool:
-        is_empty = not self.text().strip()
-        return self.number is None and not (is_empty and self._may_be_empty)
+        return self.number is None and not (self._may_be_empty and not self.text().strip())
 
     def show_number(self, number: float | None, role: str = "") -> None:
         """Shows it in its usual form, unless it stands there already: what is being typed is never completed."""
@@ -166,27 +161,15 @@ class Dial(QWidget):
     turned = Signal(float)
     judged = Signal()  # Something was typed; whether it can be used is `is_wrong`
 
-    def __init__(
-        self,
-        name: str,
-        *,
-        minimum: float,
-        maximum: float,
-        step: float,
-        unit: str,
-        decimals: int | None = None,
-    ) -> None:
+    def __init__(self, name: str, kind: NumberKind) -> None:
         super().__init__()
         self.setObjectName(name)
-        self._step, self.value = step, minimum
-        if decimals is None:
-            decimals = 0 if step >= 1 else 2
-        kind = NumberKind.of(minimum, maximum, step, unit.strip(), decimals)
+        self._step, self.value = float(kind.step), float(kind.low)
         self.slider = named(QSlider(Qt.Orientation.Horizontal), f"{name}_slider")
-        self.slider.setRange(round(minimum / step), round(maximum / step))
+        self.slider.setRange(round(kind.low / kind.step), round(kind.high / kind.step))
         WheelGuard(self.slider)
-        self.box = named(NumberLine(kind, start=minimum), f"{name}_box")
-        self.box.setFixedWidth(scaled(_BARE_NUMBER_PX))
+        self.box = named(NumberLine(kind, start=self.value), f"{name}_box")
+        self.box.setFixedWidth(scaled(72))  # less than Qt's hint, since the unit stands beside it
         self.unit = named(QLabel(kind.unit), f"{name}_unit", "muted")
         self.range = named(QLabel(), f"{name}_range", "danger")
         self.range.hide()
@@ -194,7 +177,7 @@ class Dial(QWidget):
         self.setFocusProxy(self.slider)
         self.slider.valueChanged.connect(self._on_step)
         self.box.edited.connect(self._typed)
-        self.box.show_number(minimum)
+        self.box.show_number(self.value)
 
     def describe(self, title: str, explanation: str) -> None:
         for widget in (self.slider, self.box):
@@ -202,7 +185,6 @@ class Dial(QWidget):
 
     @property
     def is_wrong(self) -> bool:
-        """What is typed cannot be used."""
         return self.box.is_wrong
 
     def show_value(self, value: float) -> None:

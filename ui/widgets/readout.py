@@ -8,7 +8,7 @@ from enum import Enum
 from typing import ClassVar
 
 from PySide6.QtCore import QEvent, QSize, Qt
-from PySide6.QtGui import QAccessible, QColor, QFont, QFontMetrics, QPainter, QPen
+from PySide6.QtGui import QAccessible, QColor, QFont, QFontMetrics, QPen
 from PySide6.QtWidgets import QFrame, QLabel, QSizePolicy, QWidget
 
 from app.engine.conversation import Known
@@ -29,7 +29,7 @@ class Freshness(Enum):
 
 
 class PaintedWidget(Spoken, QWidget):
-    """A widget that paints itself: it measures and repaints after a change of theme."""
+    """Measures and repaints after a change of theme."""
 
     accessible_role: ClassVar = QAccessible.Role.StaticText  # See `ui.style.appearance`
     usual: ClassVar = QSize()  # Its size hint, where that does not depend on what it shows
@@ -46,18 +46,6 @@ class PaintedWidget(Spoken, QWidget):
             self.updateGeometry()
             self.update()
         super().changeEvent(event)
-
-    def use_card_background(self) -> None:
-        """Paint the surface of a card too: else all that lies below would be painted with each change."""
-        self.setAttribute(Qt.WidgetAttribute.WA_OpaquePaintEvent)
-
-    def begin_paint(self) -> QPainter:
-        """A smooth painter for `paintEvent`, on the surface where the widget lies on one."""
-        painter = QPainter(self)
-        painter.setRenderHint(QPainter.RenderHint.Antialiasing)
-        if self.testAttribute(Qt.WidgetAttribute.WA_OpaquePaintEvent):
-            painter.fillRect(self.rect(), QColor(current().surface))
-        return painter
 
     def announce(self, text: str, *, name: str = "") -> None:
         """Lets screen readers say `text`, see `Spoken.say`, and paints again."""

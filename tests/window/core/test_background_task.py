@@ -60,7 +60,7 @@ def test_the_result_is_told_in_the_window_s_thread(qtbot: QtBot) -> None:
     go_on = threading.Event()
 
     def count(running: Running) -> int:
-        running.set_progress(0.5)
+        running.share = 0.5
         go_on.wait()
         return 3
 

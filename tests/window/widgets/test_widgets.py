@@ -243,7 +243,7 @@ def test_every_value_of_the_module_can_be_typed(command: Command) -> None:
 
 
 def test_a_dial_keeps_its_value_while_what_is_typed_cannot_be_used(qtbot: QtBot) -> None:
-    dial = Dial("tilt", minimum=0, maximum=180, step=1, unit="°")
+    dial = Dial("tilt", NumberKind.of(0, 180, 1, "°", 0))
     qtbot.addWidget(dial)
     turned: list[float] = []
     dial.turned.connect(turned.append)

@@ -30,7 +30,6 @@ class LivePanel(QFrame):
         named(self, "live_panel", "card")
         self.setAccessibleName(tr("Measured values"))
         self.gauge = named(TiltGauge(), "live_gauge")
-        self.gauge.use_card_background()
         self.gauge.setFixedSize(scaled(self.gauge.usual.width()), scaled(self.gauge.usual.height()))
         self.tilt = named(Readout(tr("Tilt"), unit="°", template="00"), "live_tilt")
         self.acceleration = named(Readout(tr("Acceleration"), unit="g", template="0.0"), "live_acceleration")

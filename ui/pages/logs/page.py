@@ -355,7 +355,7 @@ class LogsPage(Page):
                 if running.is_cancelled():
                     return count
                 self.work.library.delete(entry)
-                running.set_progress((count + 1) / len(entries))
+                running.share = (count + 1) / len(entries)
             return len(entries)
 
         def end(count: int) -> None:

@@ -23,7 +23,7 @@ from ui.style.icons import Icon
 from ui.style.theme import IconSize, Meaning, Space, Theme, current, scaled
 from ui.widgets.controls import IconLabel, in_column, in_row, named, text_label
 from ui.widgets.notice_bar import NoticeBar
-from ui.widgets.number_line import Dial, label_for
+from ui.widgets.number_line import Dial, NumberKind, label_for
 
 
 class ThresholdPanel(QWidget):
@@ -38,9 +38,9 @@ class ThresholdPanel(QWidget):
         self.setSizePolicy(QSizePolicy.Policy.Preferred, QSizePolicy.Policy.Fixed)
         self._limits = TriggerLimits()
         # What a module can have; above 1.5 g all would be a fall.
-        self.tilt = Dial("logs_tilt", minimum=0, maximum=180, step=1, unit="°")
-        self.acceleration = Dial("logs_acceleration", minimum=0.0, maximum=1.5, step=0.1, unit=" g", decimals=1)
-        self.time = Dial("logs_time", minimum=0.0, maximum=2.55, step=0.01, unit=" s")
+        self.tilt = Dial("logs_tilt", NumberKind.of(0, 180, 1, "°", 0))
+        self.acceleration = Dial("logs_acceleration", NumberKind.of(0, 1.5, 0.1, "g", 1))
+        self.time = Dial("logs_time", NumberKind.of(0, 2.55, 0.01, "s", 2))
         grid = QGridLayout(self)
         grid.setContentsMargins(0, 0, 0, 0)
         grid.setHorizontalSpacing(Space.S)
