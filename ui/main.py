@@ -49,7 +49,6 @@ _log = logging.getLogger(__name__)
 # A window that is not painted (started minimised) gets its pages after this time.
 PAINT_LIMIT_MS: Final = 1000
 _STORE_LIMIT_S: Final = 5.0
-PICTURE: Final = "live.png"
 
 
 class WindowOptions(NamedTuple):
@@ -270,7 +269,7 @@ def _end_after(seconds: float, assembly: Assembly, options: WindowOptions) -> No
         if options.evidence is not None:
             with suppress(OSError):  # then nothing can be saved in there either
                 options.evidence.mkdir(parents=True, exist_ok=True)
-            if not window.grab().save(str(options.evidence / PICTURE)):
+            if not window.grab().save(str(options.evidence / "live.png")):
                 _log.error("The picture could not be written into %s", options.evidence)
                 assembly.exit_code = 1
         window.close_now()

@@ -15,7 +15,6 @@ from protocol.catalogue import DEFAULT_BAUD_RATE
 
 APPLICATION: Final = "dps-s-configurator"
 MAX_ZOOM_PERCENT: Final = 200
-MAX_RECENT: Final = 8
 _Value = TypeVar("_Value")
 _log = logging.getLogger(__name__)
 
@@ -106,7 +105,7 @@ class Preferences:
     def add_profile(self, path: Path) -> None:
         name = str(path.absolute())
         others = (recent for recent in self.recent_profiles if recent != name)
-        self.recent_profiles = (name, *others)[:MAX_RECENT]
+        self.recent_profiles = (name, *others)[:8]
 
 
 def has_font_for(language: str) -> bool:

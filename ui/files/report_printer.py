@@ -24,7 +24,6 @@ from app.modules.labels import Paper
 
 SMALLEST_PT, STEP_PT = 4.0, 0.25
 RESOLUTION_DPI = 600
-ATTACHED_AS = "record.json"
 _EXACT = QPageSize.SizeMatchPolicy.ExactMatch
 _CHINESE = ("WenQuanYi Micro Hei", "Noto Sans CJK SC", "Microsoft YaHei", "PingFang SC", "SimSun")
 
@@ -44,7 +43,7 @@ def print_pages(bodies: Sequence[str], paper: Paper, attachment: bytes | None = 
     writer.setTitle("DPS-S")
     writer.setCreator("DPS-S Configurator")
     if attachment is not None:
-        writer.addFileAttachment(ATTACHED_AS, QByteArray(attachment), "application/json")
+        writer.addFileAttachment("record.json", QByteArray(attachment), "application/json")
     place = QSizeF(writer.width() / paper.columns, writer.height() / paper.rows)
     margin = paper.margin_mm / 25.4 * RESOLUTION_DPI
     room = QSizeF(place.width() - 2 * margin, place.height() - 2 * margin)

@@ -25,7 +25,7 @@ from ui.plots.lanes import Lane, Mark, Span, TimeRange, value_text
 from ui.style.icons import Icon, icon
 from ui.style.theme import Meaning, Space, current, is_text_large
 from ui.widgets.controls import ChoiceButton, in_column, in_row, named
-from ui.widgets.readout import StateChip, mixed
+from ui.widgets.readout import StateChip
 from ui.widgets.visibility_timer import VisibilityTimer
 
 _LENGTHS_S: Final = (10.0, 60.0, 600.0)
@@ -199,8 +199,10 @@ class PlotView(pg.GraphicsView):  # type: ignore[misc]
             x, ink = first.x(mark.time_s), theme.ink(mark.meaning)
             if round(x) not in columns:
                 columns.add(round(x))
-                # Fainter than cursor and curves; mixed, since transparent pens are slow.
-                overlay.lines.append((x, ink if theme.line_px > 1 else mixed(ink, theme.surface, 0.4)))
+                # Fainter than cursor and curves; mixed with the ground, since transparent pens are slow.
+                both = zip(ink.getRgbF()[:3], QColor(theme.surface).getRgbF()[:3], strict=True)  # type: ignore[index]
+                faint = QColor.fromRgbF(*(0.6 * of_ink + 0.4 * of_ground for of_ink, of_ground in both))
+                overlay.lines.append((x, ink if theme.line_px > 1 else faint))
             room = overlay.put(mark.icon, ink, [QPointF(x - ICON_PX / 2, top)])
             if room is not None:
                 shown.append((mark, room))

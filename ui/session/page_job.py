@@ -23,8 +23,6 @@ if TYPE_CHECKING:
     from ui.session.shown_module import ShownModule
 
 Result = TypeVar("Result")
-PROGRESS_EVERY_MS: Final = 100
-GREYED_AFTER_S: Final = 0.5
 # What a file or a driver does; anything else is a fault of our own, which is raised: it is no word about a file.
 EXPECTED: Final = (UserError, OSError, RuntimeError, ValueError)
 # How grave the end of a file's writing is, the worst last.
@@ -57,7 +55,7 @@ class PageJob(QObject):
         # How many files are being written by `write_file`, and what came of those that were meanwhile.
         self._files = 0
         self._outcomes: list[tuple[Meaning, str]] = []
-        self._ticking = QTimer(self, interval=PROGRESS_EVERY_MS)
+        self._ticking = QTimer(self, interval=100)
         self._ticking.timeout.connect(self._tick)
 
     # What is said
@@ -128,12 +126,12 @@ class PageJob(QObject):
 
     @property
     def looks_free(self) -> bool:
-        """Whether its buttons are shown as enabled: a job that ends at once does not grey them for an instant. While it
-        runs a press does nothing."""
+        """Whether its buttons are shown as enabled: a job that ends within half a second does not grey them for an
+        instant. While it runs a press does nothing."""
         module = self._module
         if module is None or not module.is_going:
             return False
-        return self._job is None or module.now_s - self._began_at < GREYED_AFTER_S
+        return self._job is None or module.now_s - self._began_at < 0.5
 
     def run(
         self,

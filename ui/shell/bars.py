@@ -38,9 +38,6 @@ from ui.widgets.notice_bar import NoticeBar
 from ui.widgets.readout import StateChip, age_of
 from ui.widgets.visibility_timer import VisibilityTimer
 
-# Usual range of a lithium cell, for the battery icon only.
-EMPTY_CELL_V: Final = 3.3
-FULL_CELL_V: Final = 4.2
 # Icon of the link, and the meaning that colours it.
 _PHASES: Final = {
     Phase.CLOSED: (Icon.UNPLUGGED, Meaning.UNKNOWN),
@@ -220,7 +217,7 @@ class TopBar(QFrame):
             said.append(tr("charging"))
             picture = Icon.BOLT
         else:
-            picture = battery((volts - EMPTY_CELL_V) / (FULL_CELL_V - EMPTY_CELL_V))
+            picture = battery((volts - 3.3) / (4.2 - 3.3))  # the usual range of a lithium cell, for the icon only
         meaning, detail = None, ""
         outside = value_outside("cell_voltage_v", view, now, self._in_use)
         if outside is not None:
@@ -320,9 +317,6 @@ class Sidebar(QListWidget):
         option.displayAlignment = Qt.AlignmentFlag.AlignCenter
 
 
-MESSAGE_S: Final = 6.0
-
-
 class StatusBar(QStatusBar):
     """A notice takes the place of what passes, so that nothing else in the window moves when it appears."""
 
@@ -332,7 +326,7 @@ class StatusBar(QStatusBar):
         named(self, "status_line", "bar")
         self.setSizeGripEnabled(False)
         self._notice_bar = notice_bar
-        self._message_end = QTimer(self, singleShot=True, interval=round(MESSAGE_S * 1000))
+        self._message_end = QTimer(self, singleShot=True, interval=6000)
         self._message_end.timeout.connect(lambda: self.show_message(""))
         self.passing = named(ElidedLabel(), "passing_message", "small")
         self.passing.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Preferred)

@@ -41,11 +41,8 @@ from ui.widgets.controls import in_row, named
 from ui.widgets.notice_bar import NoticeBar
 
 SMALLEST: Final = QSize(900, 520)
-FIRST_SIZE: Final = QSize(1180, 720)
 # A window's title bar and edges: the system reports them only once it is shown.
 FRAME: Final = QMargins(2, 34, 2, 2)
-# Between two pages that are made; with 0 Qt would process no other events.
-BREATH_MS: Final = 1
 # A port may take `CLOSING_LIMIT_S`; the rest is for its thread to end, and for the store, which closes after it:
 # procedures still write their outcomes.
 CLOSE_LIMIT_S: Final = CLOSING_LIMIT_S + 0.15
@@ -69,7 +66,7 @@ class MainWindow(QMainWindow):
         self._unmade = list(entries)
         self._pages: dict[str, Page] = {}
         self.has_pages = False
-        self._making = QTimer(self, interval=BREATH_MS)
+        self._making = QTimer(self, interval=1)  # with 0 Qt would process no other events between two pages
         self._making.timeout.connect(self._make_page)
         self._waiting_target: Target | None = None
         self._is_leaving = self._is_over = False
@@ -117,7 +114,7 @@ class MainWindow(QMainWindow):
         self._on_shown(ports.module)
         self._enable_actions()
         remembered = self._remembered
-        self.resize(FIRST_SIZE)
+        self.resize(1180, 720)
         if remembered.geometry is not None:
             self.restoreGeometry(remembered.geometry)
         if remembered.layout is not None:

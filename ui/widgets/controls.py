@@ -127,7 +127,7 @@ class ChoiceButton(QToolButton):
 
 
 def without_key(text: str) -> str:
-    """Of a button or an action, which takes "&" for the mark of a key."""
+    """For a button or an action, which takes "&" for the mark of a key."""
     return text.replace("&", "&&")
 
 

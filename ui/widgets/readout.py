@@ -62,12 +62,6 @@ def pen(colour: QColor | str, width: float, *, is_dashed: bool = False) -> QPen:
     return flat_pen
 
 
-def mixed(colour: QColor | str, other: QColor | str, share: float) -> QColor:
-    """`share` of `other`, the rest of `colour`."""
-    ends = zip(QColor(colour).getRgb()[:3], QColor(other).getRgb()[:3], strict=True)  # type: ignore[index]
-    return QColor(*(round(first + (last - first) * share) for first, last in ends))
-
-
 def _bold(size: Size = Size.BODY) -> QFontMetrics:
     """As wide as letters get: they are bold in sunlight."""
     bold = QFont(font(size))
