@@ -9,8 +9,7 @@ from typing import NamedTuple
 from app.diagnosis.link_state import LinkState, Phase, link_text
 from app.engine.conversation import ConversationView
 from app.limits.limits import Outside
-from app.preflight.evidence import Void
-from app.preflight.verdict import Verdict, verdict_sentence
+from app.preflight.verdict import NOT_CHECKED, CheckState, Standing, Verdict, verdict_sentence
 from app.procedures.lock import Locked, waiting_sentence
 from app.procedures.write import SettingChange, WriteReport
 from app.safety.last_known import LAST_HEARD_ACTIVE, Activation, SeenActivation
@@ -43,25 +42,11 @@ class Need(Enum):
     NOTHING = marked("None")
 
 
-def word_of(verdict: Verdict | None) -> str:
-    return tr("not checked") if verdict is None else tr(verdict.value)
-
-
 def summary(verdicts: Iterable[Verdict | None]) -> str:
     """ "2 GO, 1 READY, 1 NO-GO"."""
-    counts = Counter(verdicts)
-    order = (Verdict.GO, Verdict.READY, Verdict.NO_GO, None)
-    return join_names(f"{counts[verdict]} {word_of(verdict)}" for verdict in order if counts[verdict])
-
-
-class HeldVerdict(NamedTuple):
-    """`verdict` None: the check is void, `void` says why. `at`: when it ended, by the session's clock; None for one
-    that broke off. `against`: titles of what stands against it."""
-
-    verdict: Verdict | None
-    at: float | None
-    void: Void | None = None
-    against: tuple[UserMessage, ...] = ()
+    counts = Counter(Standing.NOT_CHECKED.value if verdict is None else verdict.value for verdict in verdicts)
+    order = (Standing.GO, Standing.READY, Standing.NO_GO, Standing.NOT_CHECKED)
+    return join_names(f"{counts[one.value]} {tr(one.value)}" for one in order if counts[one.value])
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -77,8 +62,7 @@ class Card:
     # Said by a person in this conversation; `expected` is the name in the one before.
     name: str = ""
     expected: str = ""
-    verdict: HeldVerdict | None = None
-    is_checking: bool = False
+    check: CheckState = NOT_CHECKED
     # How often LOCK was sent, while it is being repeated.
     lock_sent: int | None = None
     # The module did not report that it is locked.
@@ -96,8 +80,7 @@ class Card:
     def need(self) -> Need:
         """The most urgent thing for a person to do."""
         # In this order: what may fire or has fired, then what cannot be known, then what a check said.
-        held, state, phase = self.verdict, self.activation.state, self.link.phase
-        verdict = None if held is None else held.verdict
+        standing, state, phase = self.check.standing, self.activation.state, self.link.phase
         if self.conversation.reported[0] is True:
             return Need.TRIGGERED
         if self.lock_failed is not None or self.lock_sent is not None:
@@ -106,19 +89,21 @@ class Card:
             return Need.WAS_ACTIVE
         if self.may_have_fired:
             return Need.MAY_HAVE_FIRED
-        if phase in (Phase.OPENING, Phase.FINDING, Phase.ASKING) or (self.is_checking and phase is Phase.ONLINE):
+        if phase in (Phase.OPENING, Phase.FINDING, Phase.ASKING):
             return Need.WAIT
         if phase is not Phase.ONLINE:
             return Need.LINK
-        if verdict is Verdict.NO_GO:
+        if standing is Standing.CHECKING:
+            return Need.WAIT
+        if standing is Standing.NO_GO:
             return Need.NO_GO
         if self.cell_outside is not None:
             return Need.OUTSIDE
-        if verdict is Verdict.GO:
+        if standing is Standing.GO:
             return Need.NOTHING
-        if verdict is Verdict.READY:
+        if standing is Standing.READY:
             return Need.ACTIVE_READY if state is Activation.ACTIVE else Need.ACTIVATE
-        if held is not None:
+        if standing is Standing.VOID:
             return Need.VOID
         if state is Activation.ACTIVE:
             return Need.ACTIVE
@@ -126,6 +111,7 @@ class Card:
 
     def next_step(self, now: float) -> str:
         """`need` with its reason, translated."""
+        check = self.check
         match self.need:
             case Need.NOT_LOCKED if self.lock_sent is not None:
                 return waiting_sentence(self.lock_sent)
@@ -134,10 +120,11 @@ class Card:
             case Need.LINK:
                 words = link_text(self.link, now)
                 return words.next_step or words.what
-            case Need.NO_GO if self.verdict is not None:
-                return tr(Need.NO_GO.value, names=join_names(title.translated() for title in self.verdict.against))
-            case Need.VOID if self.verdict is not None and self.verdict.void is not None:
-                return tr(Need.VOID.value, why=self.verdict.void.message.translated())
+            case Need.NO_GO:
+                against = () if check.assessment is None else check.assessment.titles_against
+                return tr(Need.NO_GO.value, names=join_names(title.translated() for title in against))
+            case Need.VOID if check.void is not None:
+                return tr(Need.VOID.value, why=check.void.message.translated())
             case Need.OUTSIDE if self.cell_outside is not None:
                 fault, limit = tr(self.cell_outside.fault.value), tr("limit {value}", value=self.cell_outside.limit)
                 return labelled(tr("Cell voltage"), join_names((fault, limit)))
@@ -145,8 +132,10 @@ class Card:
                 return tr(Need.NAME.value, module=self.expected)
             case Need.ACTIVATE:
                 return verdict_sentence(Verdict.READY, ActivatedBy.PERSON).translated()
+            case Need.WAIT if check.standing is Standing.CHECKING:
+                return capitalised(tr("checking…"))
             case Need.WAIT:
-                return capitalised(tr("checking…")) if self.is_checking else link_text(self.link, now).what
+                return link_text(self.link, now).what
             case _:
                 return tr(self.need.value)
 

@@ -143,6 +143,53 @@ class Assessment(NamedTuple):
         return next(check.finding.result for check in self.checks if check.check.id == id_)
 
 
+class Standing(Enum):
+    """The verdict as it stands now. The value is translatable, of one that holds that of its `Verdict`."""
+
+    NOT_CHECKED = marked("not checked")
+    CHECKING = marked("checking…")
+    GO = Verdict.GO.value
+    READY = Verdict.READY.value
+    NO_GO = Verdict.NO_GO.value
+    VOID = marked("void")
+
+
+class CheckState(NamedTuple):
+    """How the check of a module stands now, for everything that speaks of it. `assessment`: what came of it, also where
+    it is `void`; None while it runs, so that no old finding is shown."""
+
+    standing: Standing = Standing.NOT_CHECKED
+    assessment: Assessment | None = None
+    void: Void | None = None
+
+    @property
+    def verdict(self) -> Verdict | None:
+        """None unless it holds."""
+        return next((verdict for verdict in Verdict if verdict.value == self.standing.value), None)
+
+    @property
+    def has_passed(self) -> bool:
+        return self.standing in (Standing.GO, Standing.READY)
+
+    @property
+    def ended_at(self) -> float | None:
+        """None also for one that broke off."""
+        return None if self.assessment is None else self.assessment.case.evidence.ended_at
+
+
+NOT_CHECKED = CheckState()
+
+
+def check_state(assessment: Assessment | None, void: Void | None, *, is_running: bool) -> CheckState:
+    """Of a check that was begun."""
+    # What voids one that runs is said when it ends, with what it found.
+    if is_running or (assessment is None and void is None):
+        return CheckState(Standing.CHECKING)
+    if assessment is None or void is not None:
+        return CheckState(Standing.VOID, assessment, void)
+    return CheckState(Standing(assessment.verdict.value), assessment)
+
+
 def assess(case: Case) -> Assessment:
     """Judge everything. A limit softer than advised is shown with the advice, and is a warning."""
     soft, judged = softened(case.profile), list[Judged]()

@@ -22,6 +22,7 @@ from app.diagnosis.link_state import Phase
 from app.engine.ports import PortInfo
 from app.flights.judging import FlightGroup
 from app.preflight.checks import Person
+from app.preflight.verdict import Standing
 from app.simulator import bench
 from app.text.i18n import CHINESE, ENGLISH, tr
 from ui.acts.ritual_widget import RitualWidget
@@ -35,7 +36,6 @@ from ui.pages.preflight.page import PreflightPage
 from ui.pages.settings.page import SettingsPage
 from ui.pages.triggers.page import TriggersPage
 from ui.services.storage import Storage
-from ui.session.check import Standing
 from ui.style.theme import Choice
 
 SIZE: Final = QSize(1024, 600)
@@ -167,17 +167,17 @@ def check_until(studio: Studio, page: PreflightPage, wanted: Standing, *against:
     """Check until this verdict stands, for these checks alone. On a busy machine a check may rightly find a slow line,
     or be interrupted."""
     for _ in range(MAX_CHECKS):
-        studio.until(lambda: page.work.can_enable, "nothing can be checked")
+        studio.until(page.enable.isEnabled, "nothing can be checked")
         if not studio.assembly.ports.module.name:
             studio.until(lambda: studio.assembly.ports.module.is_read, "it was not read again")
             studio.assembly.ports.module.say_name(MODULE)
             page.form.aircraft.setText(AIRCRAFT)
         said = Person(are_records_reviewed=wanted is Standing.READY)
         page.check(said, is_enabling=True)
-        studio.until(lambda: page.work.standing is not Standing.CHECKING, "no verdict")
+        studio.until(lambda: page.state.standing is not Standing.CHECKING, "no verdict")
         studio.run(1.0)
-        assessment = page.work.assessment
-        if page.work.standing is wanted and assessment is not None and assessment.open_checks == against:
+        assessment = page.state.assessment
+        if page.state.standing is wanted and assessment is not None and assessment.open_checks == against:
             return
     raise Stuck(f"it never said {wanted.value}")
 

@@ -20,6 +20,7 @@ from PySide6.QtWidgets import QApplication, QComboBox, QPushButton, QWidget
 
 from app.engine.target import Target
 from app.guided.results import GuidedKind
+from app.preflight.verdict import Standing
 from app.simulator import bench as benches
 from app.text.i18n import set_language
 from protocol.catalogue import LOCK, Request
@@ -30,7 +31,6 @@ from tests.support.window.hand import KINDS, NO_BUTTON, NO_KEY, Hand, hand_at
 from tests.support.window.rig import TURN_S
 from tests.support.window.steps import given
 from ui.acts.confirm import Confirm
-from ui.session.check import Standing
 from ui.widgets.step_button import bring_into_sight, gestures
 
 SIZES: Final = ((900, 520), (1024, 600), (1180, 720), (1366, 768))
@@ -87,7 +87,7 @@ class Hands(Hand):
 
     def _look(self) -> None:
         if self._is_begun:
-            self.ledger.is_checking = self.preflight.work.standing is Standing.CHECKING
+            self.ledger.is_checking = self.preflight.state.standing is Standing.CHECKING
             self.ledger.owes_lock |= self.guided.work.owes_lock
             self.ledger.look()
 

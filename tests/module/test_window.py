@@ -18,6 +18,7 @@ from pytestqt.qtbot import QtBot
 from app.diagnosis.link_state import Phase
 from app.engine.target import Target
 from app.engine.transport import PortError, PortTrouble
+from app.preflight.verdict import Standing
 from app.safety.journal import Act
 from tests.module.line import Line, now
 from tests.module.module import ACTIVATION, ACTIVE, ATTITUDE_OFF, BY_PWM, FREEFALL_OFF, STATUS, Module
@@ -33,7 +34,6 @@ from ui.pages.live.page import LivePage
 from ui.pages.preflight.page import PreflightPage
 from ui.pages.settings.page import SettingsPage
 from ui.services.page import Page
-from ui.session.check import Standing
 from ui.widgets.notice_bar import Notice
 from ui.widgets.readout import Freshness
 
@@ -122,7 +122,7 @@ class Desk(Rig):
         self.go_to("preflight")
         page.form.who.setText("Li")
         page.check(is_enabling=True)
-        self.until(lambda: given(page.work.last).assessment is not None)
+        self.until(lambda: given(page.module.check).state.assessment is not None)
 
     def wrong(self, known: tuple[str, ...] = ()) -> list[str]:
         said, truth = self.said(), self.truth()
@@ -148,7 +148,7 @@ class Desk(Rig):
             "freefall_trigger": "Disabled" if is_fall_off else "Enabled",
             "cell": f"{module.readings.cell * 0.02:.2f} V",
             "name": port.module.name,
-            "verdict": Standing.NOT_CHECKED.value if port.module.check is None else port.module.check.standing.value,
+            "verdict": port.module.check_state.standing.value,
         }
         if port.module.may_have_fired and not module.triggered:
             truth["triggered"] = "may have fired"
@@ -238,7 +238,7 @@ def _fleet(page: FleetPage) -> Iterator[tuple[str, str | None]]:
     yield "flags", None if flags == "not known" else flags
     yield "cell", None if cell == "unknown" else cell
     word = cells[VERDICT][0]
-    yield "verdict", {"Checking…": "checking"}.get(word, word)
+    yield "verdict", word
 
 
 @pytest.fixture
@@ -319,17 +319,17 @@ def test_a_verdict_goes_with_the_report_of_the_activation(desk: Desk) -> None:
     """A module that is there and no longer says whether it is ACTIVE is no GO."""
     ports = desk.assembly.ports
     desk.check()
-    assert given(ports.module.check).standing is Standing.READY
+    assert given(ports.module.check).state.standing is Standing.READY
     desk.go_to("fleet")
     desk.module.settings[ACTIVATION] = 1
-    desk.until(lambda: given(ports.module.check).standing is Standing.GO)
+    desk.until(lambda: given(ports.module.check).state.standing is Standing.GO)
     desk.until_true("active", "flags")
     wait_for_disk(desk.assembly)
     desk.until_true("active")
     assert not desk.notices("left ACTIVE"), "its conversation goes on"
     desk.module.options.lost_queries = {STATUS: -1, ACTIVE: -1}
     desk.module.options.stream_hz = 0
-    desk.until(lambda: given(ports.module.check).standing is Standing.VOID, 7.0)
+    desk.until(lambda: given(ports.module.check).state.standing is Standing.VOID, 7.0)
     desk.until_true("flags")
 
 

@@ -166,14 +166,10 @@ class ActRow(QFrame):
 
 def _verdict_text(module: ShownModule) -> str:
     """The last verdict of a module with its age, or why it holds no more."""
-    held = None if module.check is None else module.check.held
-    if module.is_checking:
-        text = tr("checking…")
-    elif held is None or held.at is None:
-        text = tr("not checked")
-    elif held.verdict is None:
-        return tr(Need.VOID.value, why="" if held.void is None else held.void.message.translated())
-    else:
-        age = tr("{time} ago", time=duration(module.now_s - held.at))
-        text = join_names((tr(held.verdict.value), age))
+    check = module.check_state
+    if check.void is not None:
+        return tr(Need.VOID.value, why=check.void.message.translated())
+    text = tr(check.standing.value)
+    if check.ended_at is not None:
+        text = join_names((text, tr("{time} ago", time=duration(module.now_s - check.ended_at))))
     return labelled(tr("Verdict"), text)

@@ -4,7 +4,6 @@ It belongs to one conversation. When that ends, the verdict is void.
 """
 
 from dataclasses import replace
-from enum import Enum
 from functools import partial
 from typing import Any
 
@@ -13,12 +12,11 @@ from PySide6.QtCore import QObject, QTimer, Signal
 from app.engine.conversation import How
 from app.engine.procedure import Job, Report
 from app.engine.worker import Batch
-from app.fleet.card import HeldVerdict
 from app.limits.past import Past
 from app.preflight.checks import CheckResult, Person
 from app.preflight.evidence import OVER, UNREAD, Evidence, StateReading, Void, changed, read_state, void_of_end
 from app.preflight.run import STEPS, run_preflight
-from app.preflight.verdict import REREAD_EVERY_S, Assessment, Verdict, void_of_news, void_reason
+from app.preflight.verdict import REREAD_EVERY_S, CheckState, Verdict, check_state, void_of_news, void_reason
 from app.records.filing import Filed, file_check
 from app.records.record import SignedRecord
 from app.settings.profiles import Profile
@@ -30,25 +28,11 @@ from ui.session.shown_module import ShownModule
 from ui.style.icons import Icon, StateStyle
 from ui.style.theme import Meaning
 
-
-class Standing(Enum):
-    """The verdict as it stands now; a verdict that holds has the value of its `Verdict`."""
-
-    NOT_CHECKED = "not checked"
-    CHECKING = "checking"
-    GO = "GO"
-    READY = "READY"
-    NO_GO = "NO-GO"
-    VOID = "void"
-
-
 VERDICT_STYLES = {
     Verdict.GO: StateStyle(Icon.CHECK, Meaning.GOOD),
     Verdict.READY: StateStyle(Icon.LOCK, Meaning.INFORMATION),
     Verdict.NO_GO: StateStyle(Icon.DANGER, Meaning.DANGER),
 }
-LOUD = {Standing(verdict.value): style.meaning for verdict, style in VERDICT_STYLES.items()}
-PASSED = (Standing.GO, Standing.READY)
 ENTRIES = changed(message(marked("entries")))
 NEWER = Void("changed", message(marked("It was checked again.")))
 
@@ -98,32 +82,15 @@ class ModuleCheck(QObject):
         return self._job is not None or self._filing.is_running
 
     @property
-    def standing(self) -> Standing:
-        if self.is_running or (self.filed is None and self.void is None):
-            return Standing.CHECKING
-        if self.filed is None or self.void is not None:
-            return Standing.VOID
-        return Standing(self.filed.assessment.verdict.value)
-
-    @property
-    def assessment(self) -> Assessment | None:
-        """None while it runs, so that no old finding is shown."""
-        return None if self.filed is None or self.is_running else self.filed.assessment
+    def state(self) -> CheckState:
+        found = None if self.filed is None else self.filed.assessment
+        return check_state(found, self.void, is_running=self.is_running)
 
     @property
     def signed(self) -> SignedRecord | None:
         """What may be exported: None unless the check still holds, and while the next record of it is being kept."""
-        is_final = self.standing in LOUD and not self.is_busy
+        is_final = self.state.verdict is not None and not self.is_busy
         return self.filed.signed if self.filed is not None and is_final else None
-
-    @property
-    def held(self) -> HeldVerdict | None:
-        """For the module's card; None while it runs."""
-        assessment = self.assessment
-        if assessment is None:
-            return None
-        verdict = assessment.verdict if self.void is None else None
-        return HeldVerdict(verdict, self.evidence.ended_at, self.void, assessment.titles_against)
 
     # What is done with it
 
@@ -169,7 +136,7 @@ class ModuleCheck(QObject):
         void = void_reason(self.filed.assessment, view, now)
         if void is not None:
             self.set_void(void)
-        elif self.standing in PASSED and not self._filing.is_running:
+        elif self.state.has_passed and not self._filing.is_running:
             known, active = view.values.get("active"), view.fresh("active", now)
             # An acknowledgement is no report.
             is_reported = known is not None and known.how is not How.ACKNOWLEDGED and active is not None
@@ -180,7 +147,7 @@ class ModuleCheck(QObject):
 
     def _read_again(self) -> None:
         """Read everything that a GO or READY depends on; any difference voids it."""
-        if self.standing not in PASSED:
+        if not self.state.has_passed:
             self._timer.stop()
         elif self._rereading is None:
             self._rereading = self._module.run(read_state(), self._end_rereading, goes_on=True)
@@ -190,7 +157,7 @@ class ModuleCheck(QObject):
             return
         self._rereading = None
         self.poll()
-        if self.standing not in PASSED:
+        if not self.state.has_passed:
             return
         state = job.outcome() if job.error is None else None
         if state is None or not state.is_complete:
@@ -259,7 +226,7 @@ class ModuleCheck(QObject):
         is_kept = self.evidence.is_complete and filed.trouble is None
         if is_kept and filed.assessment.result("boot_count") is not CheckResult.FAIL:
             self._module.keep()
-        if self.standing in PASSED and not self._timer.isActive():
+        if self.state.has_passed and not self._timer.isActive():
             self._timer.start()
         if filed.assessment.verdict is Verdict.GO:
             self._module.note_go()

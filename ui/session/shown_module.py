@@ -41,6 +41,7 @@ from protocol.fields import Value
 
 if TYPE_CHECKING:
     from app.preflight.checks import Person
+    from app.preflight.verdict import CheckState
     from app.settings.profiles import Profile
     from ui.services.storage import Storage
     from ui.session.check import ModuleCheck
@@ -285,6 +286,12 @@ class ShownModule(QObject):
     @property
     def is_checking(self) -> bool:
         return self.check is not None and self.check.is_running
+
+    @property
+    def check_state(self) -> "CheckState":
+        from app.preflight.verdict import NOT_CHECKED
+
+        return NOT_CHECKED if self.check is None else self.check.state
 
     def begin_check(self, profile: "Profile", person: "Person", *, is_enabling: bool) -> "ModuleCheck":
         """In place of the last one, which is void then."""

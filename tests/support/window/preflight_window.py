@@ -12,6 +12,7 @@ from PySide6.QtWidgets import QApplication, QLineEdit, QWidget
 from pytestqt.qtbot import QtBot
 
 from app.diagnosis.link_state import Phase
+from app.preflight.verdict import Standing
 from app.records.filing import checks_in
 from app.records.verification import StationNames
 from tests.support.window.fakes_ui import page_entries, store_of
@@ -19,7 +20,7 @@ from tests.support.window.rig import Rig, on_fake_time
 from tests.support.window.steps import Found, await_child, given, notice_text, press, settle
 from ui.pages.preflight.page import PreflightPage
 from ui.pages.triggers.page import TriggersPage
-from ui.session.check import ModuleCheck, Standing
+from ui.session.check import ModuleCheck
 from ui.session.trigger_reading import TriggerReading
 
 KINDS: Final[Mapping[str, type[QWidget]]] = {"triggers": TriggersPage, "preflight": PreflightPage}
@@ -39,7 +40,7 @@ class OnBench(Rig):
     @property
     def last(self) -> ModuleCheck:
         """The last check."""
-        return given(self.preflight.work.last)
+        return given(self.assembly.ports.module.check)
 
     @property
     def triggers(self) -> TriggersPage:
@@ -58,9 +59,9 @@ class OnBench(Rig):
         """Run a check by a click; return the verdict."""
         page = self.preflight
         self.click(page.enable if is_enabling and page.enable.isVisible() else page.run)
-        assert page.work.standing is Standing.CHECKING
+        assert page.state.standing is Standing.CHECKING
         self.wait_standing(Standing.GO, Standing.READY, Standing.NO_GO, Standing.VOID)
-        return page.work.standing
+        return page.state.standing
 
     def wait_standing(self, *wanted: Standing) -> None:
         page = self.preflight

@@ -13,6 +13,7 @@ from PySide6.QtWidgets import QApplication, QMessageBox, QPushButton, QToolButto
 from pytestqt.qtbot import QtBot
 
 from app.flights.judging import FlightGroup
+from app.preflight.verdict import Standing
 from app.text.i18n import set_language
 from tests.support.flights.made_flights import write_logs
 from tests.support.window.controls import moved, places
@@ -27,7 +28,6 @@ from ui.pages.logs.page import LogsPage
 from ui.pages.preflight.page import PreflightPage
 from ui.pages.settings.page import SettingsPage
 from ui.pages.triggers.page import TriggersPage
-from ui.session.check import Standing
 from ui.shell.main_window import MainWindow
 from ui.style.theme import Choice
 from ui.widgets.step_button import bring_into_sight, is_in_sight

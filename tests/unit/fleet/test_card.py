@@ -7,20 +7,10 @@ import pytest
 
 from app.diagnosis.link_state import LinkState, Phase
 from app.engine.conversation import ConversationView, How, Known
-from app.fleet.card import (
-    Applied,
-    AppliedProfile,
-    Card,
-    HeldVerdict,
-    Need,
-    changes_of,
-    differences,
-    outcome_of,
-    result_line,
-)
+from app.fleet.card import Applied, AppliedProfile, Card, Need, changes_of, differences, outcome_of, result_line
 from app.limits.limits import OutOfLimit, Outside
 from app.preflight.evidence import void_of_end
-from app.preflight.verdict import Verdict, assess
+from app.preflight.verdict import CheckState, Standing, assess, check_state
 from app.procedures.lock import Locked
 from app.procedures.read import read_everything
 from app.procedures.write import WriteContext, write_all
@@ -37,8 +27,8 @@ from tests.support.records.preflight_rig import check
 
 NOW = 100.0
 FAILED = Locked(outcome=Outcome.UNKNOWN, sent=50)
-GO, READY, NO_GO = (HeldVerdict(one, 90.0) for one in (Verdict.GO, Verdict.READY, Verdict.NO_GO))
-VOID = HeldVerdict(None, 90.0, void_of_end(Ended(EndReason.RESTARTED, 95.0)))
+GO, READY, NO_GO = (CheckState(one) for one in (Standing.GO, Standing.READY, Standing.NO_GO))
+VOID = CheckState(Standing.VOID, void=void_of_end(Ended(EndReason.RESTARTED, 95.0)))
 LOW = Outside(OutOfLimit.CELL_LOW, "3.80 V")
 
 
@@ -67,16 +57,16 @@ TABLE = {
     "named in the conversation before": (replace(member(), expected="M-07"), Need.NAME),
     "lost": (member(Phase.LOST, Activation.WAS_LOCKED), Need.LINK),
     "being opened": (member(Phase.OPENING, Activation.UNKNOWN), Need.WAIT),
-    "NO-GO": (replace(member(), verdict=NO_GO), Need.NO_GO),
+    "NO-GO": (replace(member(), check=NO_GO), Need.NO_GO),
     "active and never checked": (member(state=Activation.ACTIVE), Need.ACTIVE),
-    "active after READY": (replace(member(state=Activation.ACTIVE), verdict=READY), Need.ACTIVE_READY),
-    "being checked": (replace(member(), is_checking=True, verdict=NO_GO), Need.WAIT),
+    "active after READY": (replace(member(state=Activation.ACTIVE), check=READY), Need.ACTIVE_READY),
+    "being checked": (replace(member(), check=CheckState(Standing.CHECKING)), Need.WAIT),
     "never checked": (member(), Need.CHECK),
-    "the check void": (replace(member(), verdict=VOID), Need.VOID),
-    "READY": (replace(member(), verdict=READY), Need.ACTIVATE),
-    "GO": (replace(member(state=Activation.ACTIVE), verdict=GO), Need.NOTHING),
+    "the check void": (replace(member(), check=VOID), Need.VOID),
+    "READY": (replace(member(), check=READY), Need.ACTIVATE),
+    "GO": (replace(member(state=Activation.ACTIVE), check=GO), Need.NOTHING),
     "GO with a low cell": (
-        replace(member(state=Activation.ACTIVE), verdict=GO, cell_outside=LOW), Need.OUTSIDE,
+        replace(member(state=Activation.ACTIVE), check=GO, cell_outside=LOW), Need.OUTSIDE,
     ),
 }  # fmt: skip
 
@@ -87,7 +77,7 @@ def test_what_it_needs_next_and_why() -> None:
         assert card.need is need, name
         assert card.next_step(NOW), name
         assert "{" not in card.next_step(NOW), name
-    assert replace(member(), verdict=VOID).next_step(NOW) == "Check again: The module restarted."
+    assert replace(member(), check=VOID).next_step(NOW) == "Check again: The module restarted."
     assert replace(member(), expected="M-07").next_step(NOW) == "M-07 again? Read its label."
     assert replace(member(), cell_outside=LOW).next_step(NOW) == "Cell voltage: low, limit 3.80 V"
 
@@ -104,7 +94,7 @@ def test_no_go_names_what_stands_against_it() -> None:
     ):
         case = check(options=options).assessment.case
         assessment = assess(replace(case, profile=case.profile._replace(manual=(line,))))
-        card = replace(member(), verdict=HeldVerdict(assessment.verdict, NOW, against=assessment.titles_against))
+        card = replace(member(), check=check_state(assessment, None, is_running=False))
         assert card.next_step(NOW) == f"Not met: {why}"
 
 

@@ -11,7 +11,7 @@ from app.limits.past import Past
 from app.preflight.checks import Case, Person
 from app.preflight.evidence import FIRED, OVER, TOO_OLD, UNFINISHED, Evidence, TriggerFlag, Void
 from app.preflight.run import activate_ready
-from app.preflight.verdict import Assessment, Verdict, assess, void_of_news, void_reason
+from app.preflight.verdict import Assessment, Standing, Verdict, assess, check_state, void_of_news, void_reason
 from app.safety.journal import REQUESTS, Act, Outcome
 from app.settings.profiles import NO_PROFILE, ManualLine, Profile
 from app.text.messages import UserMessage
@@ -109,6 +109,16 @@ def test_a_manual_item_stands_against_go() -> None:
         item = ManualLine("Bridle free", is_done=is_done, is_required=is_required)
         case = Case(evidence=evidence(), profile=Profile(manual=(item,)), past=Past())
         assert (UserMessage("Bridle free") in assess(case).titles_against) is against, (is_done, is_required)
+
+
+@pytest.mark.promise("l")
+def test_how_a_check_stands() -> None:
+    found = assess(Case(evidence=evidence(), profile=NO_PROFILE, past=Past()))
+    assert check_state(None, None, is_running=True) == check_state(None, FIRED, is_running=True)
+    assert check_state(None, FIRED, is_running=True).standing is Standing.CHECKING
+    assert check_state(found, FIRED, is_running=False) == (Standing.VOID, found, FIRED)
+    assert check_state(found, None, is_running=False) == (Standing.NO_GO, found, None)
+    assert check_state(found, None, is_running=False).ended_at == ENDED
 
 
 # With a module

@@ -7,12 +7,13 @@ from PySide6.QtCore import QSize, Qt, Signal
 from PySide6.QtGui import QFontMetrics, QIcon, QKeyEvent
 from PySide6.QtWidgets import QAbstractItemView, QHeaderView, QPushButton, QTableWidget, QTableWidgetItem, QWidget
 
-from app.fleet.card import Applied, Card, Need, word_of
+from app.fleet.card import Applied, Card, Need
+from app.preflight.verdict import Standing
 from app.safety.last_known import Activation, trigger_flags
 from app.settings.profiles import Profile
 from app.settings.values import value_text
 from app.text.i18n import tr
-from app.text.messages import capitalised, duration, in_brackets, labelled
+from app.text.messages import duration, in_brackets, labelled
 from protocol.translatable import marked
 from ui.forms.tables import list_rows
 from ui.pages.fleet.archive_panel import FleetMembers
@@ -47,6 +48,11 @@ _NEEDS: Final[Mapping[Meaning, tuple[Need, ...]]] = {
     Meaning.GOOD: (Need.NOTHING,),
 }
 NEED_MEANINGS: Final = {need: meaning for meaning, needs in _NEEDS.items() for need in needs}
+_NO_VERDICT: Final = {
+    Standing.NOT_CHECKED: Meaning.UNKNOWN,
+    Standing.CHECKING: Meaning.INFORMATION,
+    Standing.VOID: Meaning.ATTENTION,
+}
 _APPLIED: Final[Mapping[Meaning, tuple[Applied, ...]]] = {
     Meaning.DANGER: (Applied.FAILED,),
     Meaning.ATTENTION: (Applied.REFUSED, Applied.UNREACHABLE),
@@ -269,13 +275,9 @@ def _values(card: Card, now: float) -> _Cell:
 
 
 def _verdict(card: Card, now: float) -> _Cell:
-    held = card.verdict
-    if card.is_checking:
-        return _Cell(capitalised(tr("checking…")), Meaning.INFORMATION)
-    if held is None:
-        return _Cell(word_of(None), Meaning.UNKNOWN)
-    age = _ago(held.at, now)
-    if held.verdict is None:
-        return _Cell(f"{tr('void')}\n{age}".strip(), Meaning.ATTENTION)
-    picture, meaning = VERDICT_STYLES[held.verdict]
-    return _Cell(f"{word_of(held.verdict)}\n{age}".strip(), meaning, picture)
+    check = card.check
+    text = f"{tr(check.standing.value)}\n{_ago(check.ended_at, now)}".strip()
+    if check.verdict is None:
+        return _Cell(text, _NO_VERDICT[check.standing])
+    picture, meaning = VERDICT_STYLES[check.verdict]
+    return _Cell(text, meaning, picture)

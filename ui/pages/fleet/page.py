@@ -174,8 +174,7 @@ class FleetPage(Page):
     def verdicts(self) -> list[Verdict | None]:
         """Of those that have ended, as they stand now: what is void by now is not checked, None."""
         ended = [module for port, module in self._checked.items() if not port.module.is_checking]
-        held = [None if module is None or module.check is None else module.check.held for module in ended]
-        return [None if one is None else one.verdict for one in held]
+        return [None if module is None else module.check_state.verdict for module in ended]
 
     def cancel_checks(self) -> None:
         for port in self._checked:

@@ -10,15 +10,14 @@ from PySide6.QtWidgets import QFrame, QGridLayout, QLabel, QToolButton, QWidget
 
 from app.limits.limits import SETTING_BOUNDS
 from app.preflight.checks import CHECKS, RESULT_WORDS, Case, Check, CheckResult, Person, RecordsWord, records_word
-from app.preflight.verdict import MANUAL_WORDS, VALID_FOR_S, Judged
+from app.preflight.verdict import MANUAL_WORDS, VALID_FOR_S, Judged, Standing
 from app.settings.profiles import NO_PROFILE, ManualLine, Profile
 from app.settings.values import DEFAULTS
 from app.text.i18n import tr
 from app.text.messages import clean
 from protocol.translatable import marked
-from ui.pages.preflight.verdict import Work
+from ui.pages.preflight.verdict import can_check, can_enable
 from ui.services.context import Services
-from ui.session.check import Standing
 from ui.style.icons import Icon, StateStyle, icon
 from ui.style.theme import IconSize, Meaning, Size, Space, font
 from ui.widgets.controls import ChoiceButton, IconLabel, ScrollArea, in_column, in_row, named, set_role, text_label
@@ -143,7 +142,7 @@ class CheckRow(_Row):
         reason = tr(check.why)
         if judged is None:
             is_checking = standing is Standing.CHECKING
-            state = tr("checking…") if is_checking else tr("not checked")  # for the eye the verdict says it
+            state = tr(standing.value)  # for the eye the verdict says it
             self.show_style(StateStyle(Icon.CONNECTING if is_checking else Icon.UNKNOWN, None), "", is_muted=True)
             is_explained = not is_checking
         else:
@@ -272,9 +271,9 @@ class CheckList(ScrollArea):
         self._ticks = {number: tick for number, tick in self._ticks.items() if now - tick[1] <= VALID_FOR_S}
         return len(self._ticks) < before
 
-    def show_work(self, work: Work) -> None:
+    def show_check(self) -> None:
         """Show the results, unless they are shown already: signals come many times during a check."""
-        assessment, standing, has_profile = work.assessment, work.standing, self._profile is not None
+        (standing, assessment, _void), has_profile = self._ports.module.check_state, self._profile is not None
         looked_at = self._ports.module.looked_at.copy()
         shown = (assessment, standing, has_profile, looked_at)
         if shown != self._shown:
@@ -292,10 +291,10 @@ class CheckList(ScrollArea):
             state, _at = self._ticks.get(item.number, (None, 0.0))
             item.show_state(state, can_tick=standing is not Standing.CHECKING)
 
-    def enable_acts(self, work: Work) -> None:
+    def enable_acts(self) -> None:
         for row in self.rows.values():
             if row.act is not None and row.remedy is not None:
-                row.act.setEnabled(work.can_enable if row.remedy.is_enabling else work.can_check)
+                row.act.setEnabled((can_enable if row.remedy.is_enabling else can_check)(self._ports))
 
     def _place(self, judged: list[Judged]) -> None:
         """Show what did not pass at the top, what is against GO first, and the rest below the fold."""

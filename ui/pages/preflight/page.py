@@ -16,12 +16,13 @@ from PySide6.QtWidgets import QLineEdit, QMenu, QPushButton, QSizePolicy, QTabBa
 
 from app.modules.labels import Printer
 from app.preflight.checks import Person
+from app.preflight.verdict import CheckState, Standing
 from app.records.filing import aircraft_of, document_of
 from app.records.record import SignedRecord, stored_record
 from app.records.report import suggested_name, write_report
 from app.records.verification import RecordState, Verification, verify_file
 from app.safety.journal import Act
-from app.settings.profiles import Profile, save_profile
+from app.settings.profiles import ActivatedBy, Profile, save_profile
 from app.store.fact_store import StoreTrouble
 from app.system.files import CANNOT_READ, CANNOT_WRITE
 from app.text.i18n import tr
@@ -34,10 +35,10 @@ from ui.pages.preflight.checks import CheckList
 from ui.pages.preflight.guided import GuidedPanel
 from ui.pages.preflight.past_checks import PastChecks
 from ui.pages.preflight.profile_editor import ProfileEditor
-from ui.pages.preflight.verdict import SPOKEN, VerdictBanner, Work, announcement, work_on
+from ui.pages.preflight.verdict import SPOKEN, VerdictBanner, announcement, can_check, can_enable, has_to_enable
 from ui.services.context import Services
 from ui.services.page import Page, WaysBack
-from ui.session.check import ENTRIES, PASSED, Standing
+from ui.session.check import ENTRIES
 from ui.session.module_field import ModuleField
 from ui.session.page_job import PageJob
 from ui.session.shown_module import ShownModule
@@ -203,8 +204,13 @@ class PreflightPage(Page):
         self._wire()
 
     @property
-    def work(self) -> Work:
-        return work_on(self._ports)
+    def state(self) -> CheckState:
+        return self._ports.module.check_state
+
+    @property
+    def signed(self) -> SignedRecord | None:
+        check = self._ports.module.check
+        return None if check is None else check.signed
 
     @property
     def view(self) -> str:
@@ -227,44 +233,45 @@ class PreflightPage(Page):
     # Display
 
     def refresh(self) -> None:
-        self.list.show_work(self.work)
+        self.list.show_check()
         self.tick()
 
     def tick(self) -> None:
         """Update what changes by itself: ages, progress, and whether the verdict still holds."""
         self._poll()
-        work = self.work
-        if work.standing in (Standing.NOT_CHECKED, Standing.VOID) and self.list.clear_old_ticks():
-            self.list.show_work(work)
-        self.banner.show_announcement(announcement(work, self._ports))
-        self._show_buttons(work)
-        self.list.enable_acts(work)
-        self.form.setEnabled(work.standing is not Standing.CHECKING and not self.guided.work.is_running)
+        standing = self.state.standing
+        if standing in (Standing.NOT_CHECKED, Standing.VOID) and self.list.clear_old_ticks():
+            self.list.show_check()
+        self.banner.show_announcement(announcement(self._ports))
+        self._show_buttons()
+        self.list.enable_acts()
+        self.form.setEnabled(standing is not Standing.CHECKING and not self.guided.work.is_running)
 
-    def _show_buttons(self, work: Work) -> None:
+    def _show_buttons(self) -> None:
         """The main button is the next step: start, enable and check, activate, or export."""
-        is_checking, has_passed = work.standing is Standing.CHECKING, work.standing in PASSED
-        # In a new connection a check without enabling the triggers can only end with NO-GO.
-        is_enabling = work.can_enable and not work.are_triggers_known
-        if work.leads_to_activation:
+        check, state, is_enabling = self._ports.module.check, self.state, has_to_enable(self._ports)
+        is_checking, has_passed = state.standing is Standing.CHECKING, state.has_passed
+        is_persons = check is not None and check.profile.activated_by is ActivatedBy.PERSON
+        leads_to_activation = state.standing is Standing.READY and is_persons
+        if leads_to_activation:
             self._main = self.activation.confirm.ask
         else:
             self._main = self.export if has_passed else self.enable if is_enabling else self.run
         for button in (self.run, self.enable, self.export, self.activation.confirm.ask):
             set_role(button, "primary" if button is self._main else "")
-        self.run.setEnabled(work.can_check)
+        self.run.setEnabled(can_check(self._ports))
         # Large text leaves no room for more than the activation; the menu has them, too.
-        has_room = not (work.leads_to_activation and is_text_large())
+        has_room = not (leads_to_activation and is_text_large())
         self.run.setVisible(not is_checking and has_room)
-        self.run.setText(tr("Check again" if work.last is not None else "Check only" if is_enabling else "Start"))
-        self.enable.setEnabled(work.can_enable)
+        self.run.setText(tr("Check again" if check is not None else "Check only" if is_enabling else "Start"))
+        self.enable.setEnabled(can_enable(self._ports))
         self.enable.setVisible(is_enabling and not has_passed)
         for control in (self.export, *self._of_report):
-            control.setEnabled(work.signed is not None)
+            control.setEnabled(self.signed is not None)
         self.export.setVisible(has_passed and has_room)
         self.cancel.setVisible(is_checking)
-        self.activation.setVisible(work.leads_to_activation)
-        if work.leads_to_activation:
+        self.activation.setVisible(leads_to_activation)
+        if leads_to_activation:
             self.activation.refresh()
 
     def press_main(self) -> None:
@@ -281,7 +288,7 @@ class PreflightPage(Page):
     def check(self, stated: Person | None = None, *, is_enabling: bool = False) -> None:
         self.form.commit_edits()
         self.list.clear_old_ticks()
-        if self.work.can_check:
+        if can_check(self._ports):
             self.result.dismiss()
             self.form.read_again()
             who, aircraft = self.form.committed
@@ -313,7 +320,7 @@ class PreflightPage(Page):
 
     def approve(self) -> None:
         """Keep the code of the checked settings as the approved one in the profile, and check again."""
-        assessment, is_read = self.work.assessment, self.form.read_again()
+        assessment, is_read = self.state.assessment, self.form.read_again()
         profile, path = self.form.profile, self.form.path
         if not is_read or profile is None or path is None or assessment is None:
             return
@@ -332,7 +339,7 @@ class PreflightPage(Page):
         """Export the check that is shown, while it holds; with what was entered just now."""
         self.form.commit_edits()
         self._poll()
-        signed, last = self.work.signed, self.work.last
+        signed, last = self.signed, self._ports.module.check
         self._is_export_wanted = signed is None and last is not None and last.is_busy and last.void is None
         if signed is not None:
             self._export(signed)
@@ -361,7 +368,7 @@ class PreflightPage(Page):
     def _print(self) -> None:
         """Open the report in the system's own viewer, which knows the printers."""
         self._poll()
-        signed = self.work.signed
+        signed = self.signed
         if signed is not None:
             path = Path(mkdtemp(prefix="dps-s-")) / f"{suggested_name(signed.record)}.pdf"
             self._write_report(signed, path, lambda: self.result.open_file(path))
@@ -408,7 +415,7 @@ class PreflightPage(Page):
     def _enter(self) -> None:
         """An entry changed. Where it decides (the profile, a manual item), the check is void, also a running one; what
         is only written on the record is written on it."""
-        last, (who, aircraft) = self.work.last, self.form.committed
+        last, (who, aircraft) = self._ports.module.check, self.form.committed
         if last is not None:
             if self.list.answered() != last.profile:
                 last.set_void(ENTRIES)
@@ -447,21 +454,21 @@ class PreflightPage(Page):
         self.form.enter_aircraft()
 
     def _on_work(self) -> None:
-        work = self.work
-        if work.standing is not self._announced and work.standing in SPOKEN:
-            shown = announcement(work, self._ports)
+        check, (standing, assessment, _void) = self._ports.module.check, self.state
+        if standing is not self._announced and standing in SPOKEN:
+            shown = announcement(self._ports)
             announce(f"{shown.word}. {shown.head}")
-        self._announced = work.standing
-        if self._is_export_wanted and work.signed is not None:
+        self._announced = standing
+        if self._is_export_wanted and self.signed is not None:
             self.export_check()
-        if work.standing in (*PASSED, Standing.NO_GO):
-            trouble = None if work.last is None or work.last.filed is None else work.last.filed.trouble
+        if self.state.verdict is not None and check is not None and check.filed is not None:
+            trouble = check.filed.trouble
             if trouble is not None:
                 self.result.notify(Meaning.ATTENTION, join_sentences((trouble.sentence, tr("Not kept."))))
-        if work.standing is not Standing.VOID:
+        if standing is not Standing.VOID:
             self.list.verticalScrollBar().setValue(0)  # what failed is at the top
-        if work.standing is Standing.NO_GO and work.assessment is not None:
-            offer = rest_offer(self._ports.current.target, work.assessment.open_checks, self.check)
+        if standing is Standing.NO_GO and assessment is not None:
+            offer = rest_offer(self._ports.current.target, assessment.open_checks, self.check)
             if offer is not None and self.strip.notice is None:
                 self.result.set_notice(offer._replace(dismiss=self.result.dismiss))
 
@@ -469,7 +476,7 @@ class PreflightPage(Page):
         return (
             (self.guided.work.is_running, self.guided.work.cancel),
             (self.editor is not None or self.view != "checks", lambda: self.show_view("checks")),
-            (self.work.standing is Standing.CHECKING, self._cancel),
+            (self.state.standing is Standing.CHECKING, self._cancel),
             (self.strip.notice, self.result.dismiss),
         )
 

@@ -14,13 +14,11 @@ from PySide6.QtWidgets import QFrame, QLabel, QProgressBar, QWidget
 from app.diagnosis.link_state import Phase, link_text
 from app.preflight.checks import CheckResult
 from app.preflight.run import TRIGGERS
-from app.preflight.verdict import VALID_FOR_S, Assessment, Verdict, meaning_of
-from app.records.record import SignedRecord
+from app.preflight.verdict import VALID_FOR_S, Standing, Verdict, meaning_of
 from app.safety.last_known import LAST_HEARD_ACTIVE, keep_away
-from app.settings.profiles import ActivatedBy
 from app.text.i18n import tr
 from app.text.messages import capitalised, duration, join_names, join_sentences
-from ui.session.check import LOUD, PASSED, ModuleCheck, Standing
+from ui.session.check import VERDICT_STYLES, ModuleCheck
 from ui.session.ports import Ports
 from ui.style.icons import themed_svg
 from ui.style.theme import Space, current, font
@@ -28,50 +26,29 @@ from ui.widgets.controls import in_column, in_row, named, set_role, text_label
 
 # Capitals 12 mm high on a usual laptop are read at three metres, and leave room for the rows below.
 WORD_PX, QUIET_PX = 68, 32
+_LOUD: Final = {Standing(verdict.value): style.meaning for verdict, style in VERDICT_STYLES.items()}
 # Announced as soon as they come.
-SPOKEN: Final = (*LOUD, Standing.VOID)
+SPOKEN: Final = (*_LOUD, Standing.VOID)
 # Checks named beside the verdict; the rows name all.
 MAX_NAMED: Final = 5
 _SHAPES: Final = Path(__file__).parent / "verdict.svg"
 
 
-class Work(NamedTuple):
-    """What can be done now with the check of the module that the pages show."""
-
-    last: ModuleCheck | None  # whoever began it
-    standing: Standing
-    assessment: Assessment | None
-    signed: SignedRecord | None  # what may be exported
-    can_check: bool
-    can_enable: bool  # nothing is written to an active module, which a person locks first
-    are_triggers_known: bool  # the module acknowledged the state of both in this conversation
-    may_fire: bool  # it reports ACTIVE, or did so last
-    reported_active: bool | None  # what it reports now; None while unknown
-    leads_to_activation: bool  # READY, and it is a person who activates the module
+def can_check(ports: Ports) -> bool:
+    port, check = ports.current, ports.module.check
+    is_free = ports.module.is_going and (check is None or not check.is_busy)
+    return port.is_open and port.state.phase not in (Phase.OPENING, Phase.FINDING) and is_free
 
 
-def work_on(ports: Ports) -> Work:
-    port, module, now = ports.current, ports.module, ports.clock()
-    last, may_fire = module.check, port.is_active
-    active = module.view.fresh("active", now)
-    is_free = module.is_going and (last is None or not last.is_busy)
-    can_check = port.is_open and port.state.phase not in (Phase.OPENING, Phase.FINDING) and is_free
-    known = [module.view.known(command.key, now) for command in TRIGGERS]
-    are_known = all(trigger is not None and not trigger.is_stale for trigger in known)
-    standing = Standing.NOT_CHECKED if last is None else last.standing
-    is_persons = last is not None and last.profile.activated_by is ActivatedBy.PERSON
-    return Work(
-        last=last,
-        standing=standing,
-        assessment=None if last is None else last.assessment,
-        signed=None if last is None else last.signed,
-        can_check=can_check,
-        can_enable=can_check and not may_fire,
-        are_triggers_known=are_known,
-        may_fire=may_fire,
-        reported_active=None if active is None else active is True,
-        leads_to_activation=standing is Standing.READY and is_persons,
-    )
+def can_enable(ports: Ports) -> bool:
+    """Nothing is written to an active module, which a person locks first."""
+    return can_check(ports) and not ports.current.is_active
+
+
+def has_to_enable(ports: Ports) -> bool:
+    """In a new connection a check without enabling the triggers can only end with NO-GO."""
+    known = [ports.module.view.known(command.key, ports.clock()) for command in TRIGGERS]
+    return can_enable(ports) and any(trigger is None or trigger.is_stale for trigger in known)
 
 
 class Announcement(NamedTuple):
@@ -84,17 +61,18 @@ class Announcement(NamedTuple):
     progress: float | None = None
 
 
-def announcement(work: Work, ports: Ports) -> Announcement:
-    last, assessment = work.last, work.assessment
-    if last is None:
-        return _not_checked(work, ports)
+def announcement(ports: Ports) -> Announcement:
+    module, now = ports.module, ports.clock()
+    check, (standing, assessment, void) = module.check, module.check_state
+    if check is None:
+        return _not_checked(ports)
     if assessment is None:
-        report = last.progress
+        report = check.progress
         doing, share = (tr("Link"), 0.0) if report is None else (tr(report.doing), report.done / report.total)
-        return Announcement(work.standing, tr("CHECKING"), doing, (tr("Do not touch the aircraft."),), progress=share)
-    if last.void is not None:
-        lines = (tr("The results below are void. Check again."), _whose(last, ports.clock()))
-        return Announcement(work.standing, tr("VOID"), capitalised(last.void.message.translated()), lines)
+        return Announcement(standing, tr("CHECKING"), doing, (tr("Do not touch the aircraft."),), progress=share)
+    if void is not None:
+        lines = (tr("The results below are void. Check again."), _whose(check, now))
+        return Announcement(standing, tr("VOID"), capitalised(void.message.translated()), lines)
     verdict = assessment.verdict
     head = capitalised(meaning_of(verdict, assessment.case.profile.activated_by).translated())
     if verdict is Verdict.NO_GO:
@@ -105,7 +83,7 @@ def announcement(work: Work, ports: Ports) -> Announcement:
         # Checks are named by what must hold: "Parachute bay closed" alone would be read as the opposite of the fault.
         what = tr("Not met: {names}", names=listed)
     else:
-        if verdict is Verdict.READY and work.reported_active is not False:
+        if verdict is Verdict.READY and module.view.fresh("active", now) is not False:
             head = tr("Reading again…")  # it may be active by now
         results = [judged.finding.result for judged in assessment.checks]
         passed, warnings = results.count(CheckResult.PASS), results.count(CheckResult.WARN)
@@ -113,24 +91,24 @@ def announcement(work: Work, ports: Ports) -> Announcement:
         skipped = sum(item.is_done is None for item in assessment.manual)
         if skipped:
             what = join_sentences((what, tr("Skipped: {count}.", count=skipped)))
-    caveats = () if last.filed is None else last.filed.record.caveats
+    caveats = () if check.filed is None else check.filed.record.caveats
     beside = join_sentences(caveat.translated() for caveat in caveats)
-    return Announcement(work.standing, tr(verdict.value), head, (beside, what, _whose(last, ports.clock())))
+    return Announcement(standing, tr(verdict.value), head, (beside, what, _whose(check, now)))
 
 
-def _not_checked(work: Work, ports: Ports) -> Announcement:
+def _not_checked(ports: Ports) -> Announcement:
     """What to do first. A module that was just powered up always needs its triggers enabled."""
     head = tr("Connect or choose a module.")
-    if work.can_check:
+    if can_check(ports):
         head = tr("Start the check.")
     elif ports.current.is_open:
         head = link_text(ports.current.state, ports.clock()).what
     lines = [tr("Set the aircraft level and do not touch it.")]
-    if work.can_check and work.reported_active:
+    if can_check(ports) and ports.module.view.fresh("active", ports.clock()):
         lines = [tr("The module is ACTIVE: lock it first."), tr("Do not touch the aircraft.")]
-    elif work.may_fire:
+    elif ports.current.is_active:
         lines = [tr(LAST_HEARD_ACTIVE), keep_away()]
-    elif work.can_enable and not work.are_triggers_known:
+    elif has_to_enable(ports):
         head = tr("Enable triggers and check")
         lines.insert(0, tr("Trigger state is unknown after power-up. Enable the triggers to set it."))
     return Announcement(Standing.NOT_CHECKED, tr("NOT CHECKED"), head, tuple(lines))
@@ -140,10 +118,10 @@ def _whose(check: ModuleCheck, now: float) -> str:
     """Whose record it is, when it was made, and how long a GO or READY holds."""
     if check.filed is None:
         return ""
-    record, ended_at = check.filed.record, check.evidence.ended_at
+    record, ended_at = check.filed.record, check.state.ended_at
     parts = [part for part in (record.module, record.aircraft, record.who) if part]
     parts.append(f"{record.at:%H:%M:%S}")
-    if check.standing in PASSED and ended_at is not None:
+    if check.state.has_passed and ended_at is not None:
         left_s = max(0.0, VALID_FOR_S - (now - ended_at))
         unit_s = 1 if left_s < 120 else 60
         parts.append(tr("holds for {time}", time=duration(left_s // unit_s * unit_s)))  # never longer than it does
@@ -160,11 +138,11 @@ class _Shape(QWidget):
         self.standing = Standing.NOT_CHECKED
 
     def paintEvent(self, _event: QPaintEvent) -> None:
-        theme, meaning = current(), LOUD.get(self.standing)
+        theme, meaning = current(), _LOUD.get(self.standing)
         ink, ground = (theme.text, theme.surface) if meaning is None else theme.tint(meaning)[2:0:-1]
         painter = QPainter(self)
         shapes = themed_svg(_SHAPES, ink=ink, ground=ground)
-        shapes.render(painter, self.standing.value.replace(" ", "_"), QRectF(self.rect()))
+        shapes.render(painter, self.standing.name, QRectF(self.rect()))
         painter.end()
 
 
@@ -207,6 +185,6 @@ class VerdictBanner(QFrame):
         self._bar.setValue(round(100 * (shown.progress or 0.0)))
         self._shape.standing = shown.standing
         self._shape.update()
-        meaning = LOUD.get(shown.standing)
+        meaning = _LOUD.get(shown.standing)
         for part in (self, self._word, self._head, self._lines):
             set_role(part, f"verdict-{'quiet' if meaning is None else meaning.value}")

@@ -200,7 +200,7 @@ def test_a_check_that_is_void_on_its_page_is_void_here(desk: Desk) -> None:
     connection, _ = desk.modules[0]
     check = connection.module.begin_check(NO_PROFILE, Person(), is_enabling=False)
     desk.settle()
-    assert desk.cell(0, VERDICT) == "Checking…"
+    assert desk.cell(0, VERDICT) == "checking…"
     stand(check, desk.filed())
     desk.settle()
     assert desk.cell(0, VERDICT).startswith("NO-GO")

@@ -12,7 +12,7 @@ from pytestqt.qtbot import QtBot
 from app.limits.past import Past
 from app.preflight.checks import CHECKS, Case, CheckResult, Finding
 from app.preflight.evidence import Evidence
-from app.preflight.verdict import Judged, Verdict
+from app.preflight.verdict import Judged, Standing, Verdict
 from app.records.verification import RecordState, verify_file
 from app.settings.profiles import Profile
 from app.store.rows import PreflightCheck
@@ -34,7 +34,6 @@ from tests.support.window.preflight_window import (
 from tests.support.window.steps import choosing, drop, find, given, notice_text
 from ui.pages.preflight.checks import remedy
 from ui.pages.triggers.page import TriggersPage
-from ui.session.check import Standing
 from ui.style.theme import Meaning
 from ui.widgets.controls import Shortcut
 
@@ -68,13 +67,13 @@ def test_run_fail_repair_run_again_print(tmp_path: Path, rig: OnBench) -> None:
     rig.bench.set_world(cell_v=4.0)
     press_row(rig, "attitude_trigger")
     share = 0.0
-    while page.work.standing is Standing.CHECKING:
+    while page.state.standing is Standing.CHECKING:
         shown = page.banner.announcement
         assert (shown.progress or 0.0) >= share, "the check's own steps, which go one way"
         assert "{" not in shown.head
         share = shown.progress or 0.0
         rig.turn()
-    assert page.work.standing is Standing.READY, page.banner.accessibleName()
+    assert page.state.standing is Standing.READY, page.banner.accessibleName()
     assert [request.command for request in rig.acts] == [
         BY_NAME["freefall_trigger"], BY_NAME["attitude_trigger"],
     ]  # fmt: skip
@@ -124,7 +123,7 @@ def test_manual_items_are_ticked_by_a_person(tmp_path: Path, rig: OnBench) -> No
     rig.click(needed.done)
     assert page.banner.announcement.standing is Standing.VOID  # the record no longer says what is ticked
     assert rig.check() is Standing.READY
-    manual = given(page.work.signed).record.manual
+    manual = given(page.signed).record.manual
     assert [(one.text, one.is_done, one.is_required) for one in manual] == [
         ("Bridle free", True, True),
         ("<b>Pack date</b>", None, False),
@@ -161,20 +160,20 @@ def test_records_and_boot_count_need_a_word_of_a_person(rig: OnBench) -> None:
     press_row(rig, "trigger_records")  # nobody has seen them: one click never calls them reviewed
     triggers = find(window, TriggersPage)
     rig.until(lambda: triggers.isVisible() and len(triggers.table.chosen()) == 2)
-    assert page.work.standing is Standing.NO_GO
+    assert page.state.standing is Standing.NO_GO
     assert [one.seen.judgement for one in triggers.table.chosen()] == [None, None]
     window.go_to("preflight")
     rig.until(lambda: given(page.list.rows["trigger_records"].act).text() == "Mark as reviewed")
     press_row(rig, "trigger_records")
     rig.wait_standing(Standing.READY, Standing.NO_GO)
-    assert (page.work.assessment and page.work.assessment.result("trigger_records")) is CheckResult.PASS
+    assert (page.state.assessment and page.state.assessment.result("trigger_records")) is CheckResult.PASS
     rig.bench.module.memory.boot_count = 11
     rig.restart()
     rig.wait_standing(Standing.NOT_CHECKED)
     assert rig.assembly.ports.module.name == ""
     confirm_name(rig)  # beside what speaks against it
     assert rig.check() is Standing.READY
-    assert given(page.work.assessment).result("boot_count") is CheckResult.PASS
+    assert given(page.state.assessment).result("boot_count") is CheckResult.PASS
 
 
 def test_changed_settings_are_approved_by_a_person_once_for_the_module(rig: OnBench) -> None:
@@ -187,7 +186,7 @@ def test_changed_settings_are_approved_by_a_person_once_for_the_module(rig: OnBe
     assert given(page.list.rows["fingerprint"].act).text() == "Approve these settings"
     press_row(rig, "fingerprint")
     rig.wait_standing(Standing.READY, Standing.NO_GO)
-    assert page.work.standing is Standing.READY
+    assert page.state.standing is Standing.READY
     row = page.list.rows["fingerprint"]
     code = row.limit.text()  # the report said "none approved" of what was just approved
     assert row.measured.text() == f"{code}, confirmed by a person"
@@ -212,9 +211,9 @@ def test_what_a_profile_approves_is_changed_in_the_profile(tmp_path: Path, rig: 
     press_row(rig, "fingerprint")
     rig.wait_standing(Standing.CHECKING)
     rig.wait_standing(Standing.READY, Standing.NO_GO)
-    assert (page.work.assessment and page.work.assessment.result("fingerprint")) is CheckResult.PASS
+    assert (page.state.assessment and page.state.assessment.result("fingerprint")) is CheckResult.PASS
     assert [item.state for item in page.list.manual] == [True] * len(page.list.manual)  # what was ticked before it
-    assert page.work.standing is Standing.READY
+    assert page.state.standing is Standing.READY
     assert f'approved_fingerprint = "{code}"' in profile.read_text(encoding="utf-8")
     assert "# in May" in profile.read_text(encoding="utf-8")
     profile.write_text(f"{text}[limits]\ntilt_max_deg = 4\n", encoding="utf-8")  # in a text editor
@@ -343,7 +342,7 @@ def test_what_was_typed_last_is_on_the_report(tmp_path: Path, rig: OnBench) -> N
     rig.until(lambda: "Saved to" in said(rig))
     record = given(verify_file(target, NOBODY).record)
     assert (record.aircraft, record.verdict) == ("H6-12", Verdict.READY)
-    assert page.work.standing is Standing.READY
+    assert page.state.standing is Standing.READY
 
 
 @pytest.mark.module(cell=3.6)

@@ -11,7 +11,7 @@ from PySide6.QtWidgets import QAbstractButton, QLabel, QLineEdit
 
 from app.engine.worker import Batch
 from app.preflight.checks import CheckResult, Person
-from app.preflight.verdict import Verdict
+from app.preflight.verdict import Standing, Verdict
 from app.records.record import read_document
 from app.records.verification import RecordState, verify
 from app.safety.journal import REQUESTS, Act
@@ -22,7 +22,6 @@ from tests.support.window.fakes_ui import store_of
 from tests.support.window.preflight_window import NOBODY, OnBench, kept, name_module
 from tests.support.window.screen_reader import announced
 from tests.support.window.steps import choosing, given, notice_text, settle
-from ui.session.check import Standing
 from ui.widgets.step_button import StepButton
 
 
@@ -59,7 +58,7 @@ def test_three_presses_lead_from_ready_to_the_activation_and_to_go(rig: OnBench)
     assert not page.activation.isVisible()
     shown = page.banner.announcement
     assert (shown.word, shown.head) == ("GO", "Fit to fly")
-    signed = given(page.work.signed)
+    signed = given(page.signed)
     assert (signed.record.verdict, signed.record.read["status"]["active"]) == (Verdict.GO, True)
     assert kept(rig, "M-07") == ["GO", "READY"]
     assert verify(read_document(signed.text.encode()), NOBODY).state is RecordState.INTACT
@@ -69,7 +68,7 @@ def test_three_presses_lead_from_ready_to_the_activation_and_to_go(rig: OnBench)
     assert not [text for text in texts if re.search(r"does not fire|is locked|LOCKED", text)]
     rig.assembly.ports.lock.press()
     rig.wait_standing(Standing.READY)
-    assert given(page.work.signed).record.read["status"]["active"] is False
+    assert given(page.signed).record.read["status"]["active"] is False
     activate(rig)
     rig.wait_standing(Standing.GO)
 
@@ -79,17 +78,17 @@ def test_a_module_has_one_check_whoever_begins_it_and_each_leads_from_ready_to_g
     assert rig.check() is Standing.READY
     first = rig.last
     check = port.module.begin_check(NO_PROFILE, Person(), is_enabling=True)  # as on Fleet
-    assert (first.standing, page.work.standing) == (Standing.VOID, Standing.CHECKING)
+    assert (first.state.standing, page.state.standing) == (Standing.VOID, Standing.CHECKING)
     assert port.module.is_busy  # no page reads by itself beside it
     rig.until(lambda: not page.run.isEnabled())  # one at a time
-    rig.until(lambda: check.standing is Standing.READY)
+    rig.until(lambda: check.state.standing is Standing.READY)
     assert rig.last is check
-    assert given(check.held).verdict is Verdict.READY
+    assert check.state.verdict is Verdict.READY
     rig.bench.module.activate(is_active=True)
-    rig.until(lambda: check.standing is Standing.GO)
+    rig.until(lambda: check.state.standing is Standing.GO)
     assert kept(rig) == ["GO", "READY", "READY"]
     rig.bench.module.memory.attitude_threshold = 70
-    rig.until(lambda: page.work.standing is Standing.NOT_CHECKED)  # with the conversation
+    rig.until(lambda: page.state.standing is Standing.NOT_CHECKED)  # with the conversation
 
 
 @pytest.mark.promise("f")
@@ -175,7 +174,7 @@ def test_what_voids_a_verdict(rereads: None, act: Callable[[OnBench], None], why
     assert (one.word, one.head) == ("VOID", why)
     assert one.lines[-1].endswith(f"{given(rig.last.filed).record.at:%H:%M:%S}")  # whose results these are
     assert "GO" not in page.banner.accessibleName()
-    assert (page.export.isEnabled(), page.work.signed) == (False, None)
+    assert (page.export.isEnabled(), page.signed) == (False, None)
     assert "void" in page.list.rows["tilt"].accessibleName()
 
 
@@ -190,10 +189,10 @@ def test_what_is_only_written_on_the_record_voids_nothing(rig: OnBench) -> None:
     rig.qtbot.keyClicks(edit, "Li Wei")
     rig.qtbot.keyClick(edit, Qt.Key.Key_Return)
     name_module(rig, "M-08")
-    rig.until(lambda: rig.preflight.work.signed is not None)
-    record = given(rig.preflight.work.signed).record
+    rig.until(lambda: rig.preflight.signed is not None)
+    record = given(rig.preflight.signed).record
     assert (record.who, record.module) == ("Li Wei", "M-08")
-    assert rig.preflight.work.standing is Standing.READY
+    assert rig.preflight.state.standing is Standing.READY
     assert kept(rig, "M-08") == ["READY"]
     assert rig.last.person.are_records_reviewed
     name_module(rig, "M-09")  # now another one is meant
@@ -205,7 +204,7 @@ def test_a_name_under_which_something_is_against_it_ends_ready(rig: OnBench) -> 
     assert rig.check() is Standing.READY
     name_module(rig, "M-08")
     rig.wait_standing(Standing.NO_GO)
-    assert given(rig.preflight.work.assessment).result("service") is CheckResult.FAIL
+    assert given(rig.preflight.state.assessment).result("service") is CheckResult.FAIL
 
 
 @pytest.mark.promise("l")
@@ -217,7 +216,7 @@ def test_a_check_that_becomes_void_while_the_page_is_hidden_is_announced_and_sta
     page, spoken = rig.preflight, announced(monkeypatch)
     assert rig.triggers.isVisible()
     rig.bench.set_world(bay_is_open=True)
-    rig.until(lambda: page.work.standing is Standing.VOID)
+    rig.until(lambda: page.state.standing is Standing.VOID)
     assert spoken == ["VOID. Changed: Light."]
     rig.bench.set_world(bay_is_open=False)
     rig.until(lambda: rig.assembly.ports.module.view.values["light_v"].value < 1.0)

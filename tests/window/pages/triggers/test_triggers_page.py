@@ -9,11 +9,11 @@ from PySide6.QtCore import Qt
 from PySide6.QtWidgets import QApplication, QLineEdit
 from pytestqt.qtbot import QtBot
 
+from app.preflight.verdict import Standing
 from app.trigger_records.history import Judgement
 from tests.support.window.preflight_window import OnBench, confirm_name, name_module, on_bench
 from tests.support.window.steps import choosing, given, notice_text
 from ui.pages.triggers.page import COLUMNS
-from ui.session.check import Standing
 from ui.style.theme import Meaning
 
 CELL, JUDGED = 6, 7
