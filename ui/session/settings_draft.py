@@ -8,6 +8,8 @@ from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from functools import partial
 
+from PySide6.QtCore import QObject
+
 from app.engine.procedure import Cancelled, Job
 from app.procedures.act import Armed
 from app.procedures.read import READABLE, Readings, read_everything
@@ -25,8 +27,10 @@ from ui.style.theme import Meaning
 from ui.widgets.notice_bar import Choice, Notice
 
 
-class SettingsDraft:
+class SettingsDraft(QObject):
+    # A QObject, so that Qt itself ends the connection when it goes with its module.
     def __init__(self, module: ShownModule) -> None:
+        super().__init__(module)
         self._module = module
         # By the setting's key, in the order of the rows.
         self.drafts = {command.key: SettingDraft(command) for command in FORM_COMMANDS}

@@ -140,13 +140,8 @@ class SettingsPage(Page):
 
     def show_module(self, module: ShownModule) -> None:
         self.baud.forget_choice()
-        if self._module is not None:
-            self.close_panels()
+        self.close_panels()  # the light of two modules is no threshold
         super().show_module(module)
-
-    def on_ended(self) -> None:
-        # Another module may take its place between two measurements.
-        self.close_panels()
 
     def refresh(self) -> None:
         work, now = self.work, self.module.now_s
