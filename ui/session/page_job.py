@@ -25,8 +25,6 @@ if TYPE_CHECKING:
 Result = TypeVar("Result")
 # What a file or a driver does; anything else is a fault of our own, which is raised: it is no word about a file.
 EXPECTED: Final = (UserError, OSError, RuntimeError, ValueError)
-# How grave the end of a file's writing is, the worst last.
-_WRITTEN: Final = (Meaning.GOOD, Meaning.INFORMATION, Meaning.ATTENTION, Meaning.DANGER)
 
 
 class PageJob(QObject):
@@ -151,8 +149,7 @@ class PageJob(QObject):
                 then(job)
                 self.changed.emit()
 
-        def remember(report: Report) -> None:
-            """In the worker's thread."""
+        def remember(report: Report) -> None:  # in the worker's thread
             self.progress = report
 
         self.progress = self._find = None
@@ -230,7 +227,8 @@ class PageJob(QObject):
             outcomes = self._outcomes
             outcomes.append((meaning, text))
             if not self._files:
-                worst = max((meaning for meaning, _ in outcomes), key=_WRITTEN.index)
+                grave = (Meaning.GOOD, Meaning.INFORMATION, Meaning.ATTENTION, Meaning.DANGER)
+                worst = max((meaning for meaning, _ in outcomes), key=grave.index)
                 told = join_sentences(text for _, text in outcomes)
                 self.notify_saved(path, told) if worst is Meaning.GOOD else self.notify(worst, told)
 

@@ -28,11 +28,7 @@ from ui.style.appearance import announce
 _LINKED: Final = (Phase.ONLINE, Phase.LATE)
 _LOST: Final = (Phase.OFFLINE, Phase.LOST, Phase.FAILED)
 _PLAYERS: Final = (("afplay",), ("pw-play",), ("paplay",), ("aplay", "-q"))
-# A sound server that does not answer keeps its player waiting.
-LIMIT_S: Final = 5.0
 _RATE: Final = 16_000
-_TONE_S: Final = 0.15
-_LOUDNESS: Final = 24_000
 
 
 class Sound(Enum):
@@ -131,9 +127,9 @@ def is_played(sound: Sound) -> bool:
                 continue
             command = [program, *options, str(path)]
             try:
-                # A program of the system with constant arguments.
+                # A program of the system with constant arguments; a sound server that does not answer keeps it waiting.
                 done = subprocess.run(  # noqa: S603
-                    command, stdin=nothing, stdout=nothing, stderr=nothing, timeout=LIMIT_S, check=False
+                    command, stdin=nothing, stdout=nothing, stderr=nothing, timeout=5.0, check=False
                 )
             except (OSError, subprocess.TimeoutExpired):
                 continue
@@ -144,12 +140,12 @@ def is_played(sound: Sound) -> bool:
 
 def write_tones(path: Path, tones: tuple[int, ...]) -> None:
     """Raises OSError."""
-    count = int(_RATE * _TONE_S)
+    count = int(_RATE * 0.15)  # s for each tone
     data = bytearray()
     for tone in tones:
         for place in range(count):
             swell = math.sin(math.pi * place / count)  # without a click at either end
-            value = round(_LOUDNESS * swell * math.sin(2 * math.pi * tone * place / _RATE))
+            value = round(24_000 * swell * math.sin(2 * math.pi * tone * place / _RATE))
             data += value.to_bytes(2, "little", signed=True)
     with wave.open(str(path), "wb") as file:
         file.setnchannels(1)

@@ -43,10 +43,9 @@ from ui.widgets.notice_bar import NoticeBar
 SMALLEST: Final = QSize(900, 520)
 # A window's title bar and edges: the system reports them only once it is shown.
 FRAME: Final = QMargins(2, 34, 2, 2)
-# A port may take `CLOSING_LIMIT_S`; the rest is for its thread to end, and for the store, which closes after it:
+# A port may take `CLOSING_LIMIT_S`; the rest is for its thread to end, and 60 ms for the store, which closes after it:
 # procedures still write their outcomes.
 CLOSE_LIMIT_S: Final = CLOSING_LIMIT_S + 0.15
-STORE_SHARE_S: Final = 0.06
 _log = logging.getLogger(__name__)
 
 
@@ -417,7 +416,7 @@ class MainWindow(QMainWindow):
 
         saving = begin("preferences", self._remembered.save)
         self._ports.watcher.stop(0.0)
-        if not self._ports.stop(CLOSE_LIMIT_S - STORE_SHARE_S):
+        if not self._ports.stop(CLOSE_LIMIT_S - 0.06):
             _log.warning("The port did not close in time; it is left to the system")
         for thread in (begin("store", self._services.storage.close), saving):
             thread.join(max(0.0, ends_at - time.monotonic()))

@@ -254,6 +254,8 @@ def test_a_dial_keeps_its_value_while_what_is_typed_cannot_be_used(qtbot: QtBot)
     assert dial.box.text() == "650"
     assert (dial.is_wrong, dial.value, dial.slider.value()) == (True, 65, 65)
     assert (dial.range.isVisible(), dial.range.text()) == (True, "0° to 180°, in steps of 1°")
+    dial.set_value(65)  # shown again by its page
+    assert (dial.box.text(), dial.is_wrong) == ("650", True)
     qtbot.keyClick(dial.box, Qt.Key.Key_Backspace)
     assert (dial.is_wrong, dial.range.isVisible(), turned[-1]) == (False, False, 65)
 
