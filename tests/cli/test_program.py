@@ -32,7 +32,7 @@ from app.text.i18n import read_translations
 from app.text.messages import visible, visible_json
 from protocol.messages import Noise
 from protocol.stream import StreamParser
-from tests.support.cli_line import Program, faults, is_one_sentence
+from tests.support.cli_line import Program, faults
 from tests.support.processes import PROGRAM, ROOT, ran
 from tests.support.setup_files import tool
 from ui.files.file_dialogs import default_name
@@ -44,6 +44,10 @@ HUGE = ("1" + "0" * 4000, "0x" + "F" * 6000)
 
 
 # Words
+
+
+def is_one_sentence(text: str) -> bool:
+    return text.count("\n") == 1 and "Traceback" not in text and text.strip().endswith(".")
 
 
 def test_the_help_lists_every_command(dps_s: Program) -> None:

@@ -42,10 +42,6 @@ Program = Callable[..., Printed]
 """`run_here`, as a fixture gives it: called with the words and the exit code."""
 
 
-def is_one_sentence(text: str) -> bool:
-    return text.count("\n") == 1 and "Traceback" not in text and text.strip().endswith(".")
-
-
 @contextmanager
 def falls_after(bench: benches.SimulatedBench, number: int, act: Callable[[], object]) -> Iterator[None]:
     """Call `act` in place of delivering the `number`-th frame that the host sends."""

@@ -26,8 +26,8 @@ from protocol.catalogue import BY_NAME, COMMANDS, SET, STATUS, Command, Request
 from protocol.events import Event, Received, Rejected, Role, Sent
 from protocol.messages import Direction, Frame, Noise, Reason, Status, encode_long, encode_reply
 from protocol.stream import StreamParser
-from tests.support.line.nasty_bytes import hostile_bytes
 from tests.support.records.recordings_made import directions, explained
+from tests.unit.protocol.nasty_bytes import hostile_bytes
 from tests.vendor.frames import BY_ID, VALID, Vector
 
 STATUS_FRAME = Status(7, 1.0, triggered=False, active=True).encode()

@@ -5,10 +5,9 @@ from collections.abc import Iterator
 import pytest
 
 from app.engine.worker import Worker
-from tests.support.line.batches import Batches
 from tests.support.patience import PATIENCE_S
 from tests.support.processes import RunningModule, run_module
-from tests.support.terminals import Terminal
+from tests.unit.engine.terminals import Batches, Terminal
 
 
 @pytest.fixture

@@ -10,9 +10,9 @@ from app.engine.procedure import Ask, Inspect, Pause, Procedure, UseRate
 from app.procedures.lock import lock
 from protocol.catalogue import ACTIVATION, BY_NAME, HEARTBEAT, STATUS, Request
 from protocol.events import Answered, Began, Ended, EndReason, Unanswered
-from tests.support.line.link_bench import BOOTS
 from tests.support.line.odd_module import restart_silently
 from tests.support.line.sim_line import Rig, settled_rig
+from tests.unit.protocol.link_bench import BOOTS
 
 LIGHT = BY_NAME["light"].query()
 SET = BY_NAME["freefall_time"].set(1.2)

@@ -11,8 +11,8 @@ from app.procedures.read import read_everything
 from protocol.catalogue import ACTIVATION, BY_NAME, HEARTBEAT, HEARTBEAT_REPLY, LOCK, STATUS, Request
 from protocol.events import Answered, OutcomeUnknown, Unanswered
 from protocol.link import LinkMisused
-from tests.support.line.link_bench import BOOTS
 from tests.support.line.sim_line import Rig, settled_rig
+from tests.unit.protocol.link_bench import BOOTS
 
 LIGHT = BY_NAME["light"]
 STATUS_QUERY = STATUS.query()

@@ -31,10 +31,9 @@ from app.procedures.stream import StreamSwitch, watch
 from protocol.catalogue import STATUS
 from protocol.events import EndReason
 from tests.module.line import Line
-from tests.support.line.batches import Batches
 from tests.support.patience import PATIENCE_S
 from tests.support.processes import RunningModule, ran_code
-from tests.support.terminals import STATUS_FRAME, Terminal
+from tests.unit.engine.terminals import STATUS_FRAME, Batches, Terminal
 
 pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="pseudo-terminals are POSIX")
 HOLDER = PortHolder("other", 42)

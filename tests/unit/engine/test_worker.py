@@ -19,11 +19,11 @@ from app.simulator import bench
 from protocol.catalogue import ACTIVATION, LOCK, SERIAL_OUTPUT
 from protocol.events import Answered, Began, Ended, Received, Role
 from protocol.messages import Status
-from tests.support.line.batches import Batches
 from tests.support.line.odd_module import odd_bench
 from tests.support.line.sim_line import FakeClock, SimulatedLine
 from tests.support.patience import PATIENCE_S
 from tests.support.processes import run_module
+from tests.unit.engine.terminals import Batches
 
 
 @pytest.fixture

@@ -21,9 +21,9 @@ from protocol.catalogue import BAUD_RATE, BY_NAME
 from protocol.events import Ended, EndReason
 from protocol.fields import Value
 from tests.support.journals import FakeJournal
-from tests.support.line.exchange import ExchangedRig
 from tests.support.line.sim_line import Rig, settled_rig
 from tests.support.records.preflight_rig import check
+from tests.unit.fleet.exchange import ExchangedRig
 
 NOW = 100.0
 FAILED = Locked(outcome=Outcome.UNKNOWN, sent=50)

@@ -16,10 +16,10 @@ from app.store.fact_store import Store
 from app.text.messages import UserError
 from protocol.events import EndReason
 from tests.support.journals import FakeJournal
-from tests.support.line.exchange import ExchangedRig
 from tests.support.line.sim_line import Rig, settled_rig
 from tests.support.records.stored import open_store
 from tests.support.thorough import some
+from tests.unit.fleet.exchange import ExchangedRig
 
 PROFILE = 'name = "Survey"\n[settings]\nfreefall_time_s = 1.2\nlight_threshold_v = 2.0\n'
 

@@ -31,9 +31,9 @@ from app.text.messages import UserError
 from protocol.catalogue import Hazard
 from protocol.events import EndReason
 from protocol.messages import Source
-from tests.support.hands import Hands, drive, guided
 from tests.support.line.odd_module import end_faults
 from tests.support.line.sim_line import Rig, settled_rig
+from tests.unit.guided.hands import Hands, drive, guided
 
 KINDS = [test.kind for test in GUIDED_TESTS]
 

@@ -34,7 +34,7 @@ from protocol.catalogue import BY_NAME
 from protocol.events import EndReason, Unanswered
 from protocol.fields import Value
 from protocol.messages import TriggerRecord, decode
-from tests.support.line.link_bench import RECORD
+from tests.unit.protocol.link_bench import RECORD
 
 PASS, FAIL, WARN, UNKNOWN = CheckResult.PASS, CheckResult.FAIL, CheckResult.WARN, CheckResult.UNKNOWN
 SILENT = void_of_end(Interrupted(EndReason.SILENT))

@@ -15,10 +15,10 @@ from protocol.link import LinkMisused
 from protocol.messages import Heartbeat, Message, Reading, TriggerRecord, answers, decode, encode_reply
 from protocol.stale_replies import FENCES
 from protocol.timing import TRIES
-from tests.support.line.link_bench import AGAIN, BOOTED, BOOTS, PULSE, RECORD, STREAMED, TRAP, Bench, named
-from tests.support.line.nasty_bytes import hostile_bytes
-from tests.support.line.reference_decoder import sum_is_right
 from tests.support.thorough import IS_THOROUGH
+from tests.unit.protocol.link_bench import AGAIN, BOOTED, BOOTS, PULSE, RECORD, STREAMED, TRAP, Bench, named
+from tests.unit.protocol.nasty_bytes import hostile_bytes
+from tests.unit.protocol.reference_decoder import sum_is_right
 from tests.vendor.frames import FROM_MODULE
 
 LIGHT = named("light").query()

@@ -61,10 +61,10 @@ from protocol.messages import (
     encode_reply,
 )
 from protocol.stream import Piece, StreamParser
-from tests.support.line import reference_decoder
-from tests.support.line.nasty_bytes import hostile_bytes, summed
-from tests.support.line.reference_decoder import REPLIES, REQUESTS
 from tests.support.thorough import IS_THOROUGH
+from tests.unit.protocol import reference_decoder
+from tests.unit.protocol.nasty_bytes import hostile_bytes, summed
+from tests.unit.protocol.reference_decoder import REPLIES, REQUESTS
 from tests.vendor.frames import BY_ID, FROM_MODULE, VALID, Vector
 
 

@@ -10,7 +10,7 @@ from protocol.events import Answered, Ended, EndReason, Received, Role, Sent, Un
 from protocol.messages import Reading, encode_reply
 from protocol.stale_replies import FENCES
 from protocol.timing import LOST_IN_A_ROW, ONCE_S, QUESTION_S, Gap
-from tests.support.line.link_bench import BOOTS, RECORD, TRAP, Bench, named
+from tests.unit.protocol.link_bench import BOOTS, RECORD, TRAP, Bench, named
 
 TIME, THRESHOLD, VOLTAGE = named("freefall_time"), named("attitude_threshold"), named("cell_voltage")
 FENCE = BOOTS.encode()

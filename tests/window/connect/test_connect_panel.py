@@ -2,6 +2,7 @@
 
 import os
 import sys
+import time
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
@@ -14,7 +15,7 @@ from pytestqt.qtbot import QtBot
 
 from app.captures.traffic import Way, entries_of
 from app.diagnosis.causes import NextStep
-from app.diagnosis.link_state import LinkState, LinkText, Phase, link_state, link_text
+from app.diagnosis.link_state import Phase, link_state, link_text
 from app.engine.conversation import ConversationView
 from app.engine.ports import NOT_LISTED, PortInfo
 from app.engine.reconnect import Absence
@@ -27,7 +28,7 @@ from app.text.messages import UserError
 from protocol.catalogue import SERIAL_OUTPUT, Request
 from protocol.events import Received, Sent
 from tests.support.module_apart import ModuleApart, module_apart
-from tests.support.terminals import taken
+from tests.support.patience import PATIENCE_S
 from tests.support.window.fake_ports import VALUES, fake_window
 from tests.support.window.fakes_ui import (
     ADAPTER,
@@ -40,12 +41,12 @@ from tests.support.window.fakes_ui import (
     window,
 )
 from tests.support.window.rig import Rig, on_fake_time
-from tests.support.window.steps import given, press
+from tests.support.window.steps import given, notice_text, press
 from ui.connect.connect_panel import SIMULATED_PORT
 from ui.core.preferences import LastPort, Preferences
 from ui.main import Assembly
 
-OPEN, EMPTY = Connection(PortState.OPEN, "/dev/ttyUSB0", 115200), ConversationView()
+OPEN = Connection(PortState.OPEN, "/dev/ttyUSB0", 115200)
 
 
 def rows(assembly: Assembly) -> dict[str, str]:
@@ -61,21 +62,17 @@ def phase(assembly: Assembly) -> Phase:
 # What is said
 
 
-def said_of(
-    connection: Connection = OPEN, conversation: ConversationView = EMPTY, silence: Silence | None = None
-) -> tuple[LinkState, LinkText]:
-    state = link_state(connection, conversation, silence, is_finding=False)
-    return state, link_text(state, 22.0)
-
-
 def test_each_trouble_has_its_sentence_and_its_next_step() -> None:
     for trouble in PortTrouble:
-        state, said = said_of(OPEN._replace(state=PortState.CLOSED, trouble=PortError(trouble, OPEN.port, "driver's")))
+        refused = OPEN._replace(state=PortState.CLOSED, trouble=PortError(trouble, OPEN.port, "driver's"))
+        state = link_state(refused, ConversationView(), None, is_finding=False)
+        said = link_text(state, 22.0)
         assert (state.phase, said.step) == (Phase.FAILED, NextStep.CONNECT_AGAIN)
         assert said.what
         assert said.next_step
         assert "driver's" not in said.what
-    silent = {silence: said_of(silence=silence) for silence in Silence}
+    states = {silence: link_state(OPEN, ConversationView(), silence, is_finding=False) for silence in Silence}
+    silent = {silence: (state, link_text(state, 22.0)) for silence, state in states.items()}
     assert {state.phase for state, _said in silent.values()} == {Phase.SILENT}
     assert len({said.what for _state, said in silent.values()}) == len(Silence)
     assert silent[Silence.GARBAGE][1].step is NextStep.FIND_RATE
@@ -198,22 +195,40 @@ def test_the_panel_names_the_port_and_the_rate_that_are_in_use(
 KEYS = {command.key for command in READABLE[3:]}
 
 
-class Desk:
+@contextmanager
+def taken(name: str) -> Iterator[None]:
+    """Keep a pseudo-terminal of this name open, so that no new one gets the name."""
+    files: list[int] = []
+    try:
+        end_s = time.monotonic() + PATIENCE_S
+        while not files or os.ttyname(files[-1]) != name:
+            if Path(name).exists():  # another test has it for the time being
+                assert time.monotonic() < end_s, f"{name} is not free"
+                time.sleep(0.05)
+            else:
+                files.extend(os.openpty())
+        yield
+    finally:
+        for file in files:
+            os.close(file)
+
+
+class Desk(ListedPorts):
     """A module on a pseudo-terminal that is listed as an adapter, wherever it is plugged in; and what was sent."""
 
     def __init__(self, link: Path, module: ModuleApart) -> None:
+        super().__init__()
         self.link, self.module = link, module
         self.adapter = ADAPTER
         self.others: list[PortInfo] = []
         self.is_listable = True
-        self.looks = 0
         self.sent: list[Request] = []
 
     @property
     def name(self) -> str:
         return os.path.realpath(self.link)
 
-    def poll(self, _deadline_s: float) -> list[PortInfo]:
+    def poll(self, deadline_s: float) -> list[PortInfo]:
         self.looks += 1
         if not self.is_listable:
             raise UserError(NOT_LISTED)
@@ -222,17 +237,6 @@ class Desk:
 
     def on_batch(self, batch: Batch) -> None:
         self.sent += [event.request for event in batch.events if isinstance(event, Sent)]
-
-
-class DeskPorts(ListedPorts):
-    """What the fixture of the window wants."""
-
-    def __init__(self, desk: Desk) -> None:
-        super().__init__()
-        self._desk = desk
-
-    def poll(self, deadline_s: float) -> list[PortInfo]:
-        return self._desk.poll(deadline_s)
 
 
 @pytest.fixture
@@ -247,7 +251,7 @@ def desk(tmp_path: Path) -> Iterator[Desk]:
 @contextmanager
 def connected(qtbot: QtBot, qapp: QApplication, folder: Path, desk: Desk, identity: str) -> Iterator[Assembly]:
     """The window, online at the desk's module."""
-    with window(qapp, folder, listed=DeskPorts(desk)) as assembly:
+    with window(qapp, folder, listed=desk) as assembly:
         assembly.ports.current.batch.connect(desk.on_batch)
         assembly.ports.connect_to(Target(desk.name, 115200, identity))
         wait_online(qtbot, assembly)
@@ -261,18 +265,6 @@ def fresh(assembly: Assembly) -> set[str]:
     return {key for key in KEYS if connector.current.module.view.fresh(key, connector.clock()) is not None}
 
 
-def wait_back(qtbot: QtBot, assembly: Assembly) -> None:
-    qtbot.waitUntil(lambda: phase(assembly) is Phase.ONLINE)
-
-
-def wait_said(qtbot: QtBot, assembly: Assembly, text: str) -> None:
-    def is_said() -> bool:
-        notice = assembly.window.notice_bar.notice
-        return notice is not None and text in notice.text
-
-    qtbot.waitUntil(is_said)
-
-
 @pytest.mark.parametrize("identity", [ADAPTER.identity, ""], ids=["chosen from the list", "typed"])
 def test_it_comes_back_under_another_name(
     qtbot: QtBot, qapp: QApplication, tmp_path: Path, desk: Desk, identity: str
@@ -283,7 +275,7 @@ def test_it_comes_back_under_another_name(
         desk.module.tell("unplug")
         qtbot.waitUntil(lambda: phase(assembly) is Phase.LOST)
         assert not connector.module.is_going
-        wait_said(qtbot, assembly, Absence.AWAY.value)
+        qtbot.waitUntil(lambda: Absence.AWAY.value in notice_text(assembly.window.notice_bar))
         desk.sent.clear()
         with taken(first_name):
             desk.module.tell("plug")
@@ -305,7 +297,7 @@ def test_a_failed_list_of_ports_opens_nothing(qtbot: QtBot, qapp: QApplication, 
         qtbot.waitUntil(lambda: desk.looks >= looks + 3)
         assert phase(assembly) is Phase.LOST
         desk.is_listable = True
-        wait_back(qtbot, assembly)
+        qtbot.waitUntil(lambda: phase(assembly) is Phase.ONLINE)
 
 
 def test_it_comes_back_at_the_rate_at_which_it_answered(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
@@ -317,7 +309,7 @@ def test_it_comes_back_at_the_rate_at_which_it_answered(qtbot: QtBot, qapp: QApp
         bench.unplug()
         qtbot.waitUntil(lambda: phase(assembly) is Phase.LOST)
         bench.plug()
-        wait_back(qtbot, assembly)
+        qtbot.waitUntil(lambda: phase(assembly) is Phase.ONLINE)
         assert assembly.ports.current.connection.baud_rate == 57600
 
 

@@ -34,7 +34,7 @@ from tests.support.processes import ran_code
 from tests.support.window import walk
 from tests.support.window.fakes_ui import page_entries, window
 from tests.support.window.live_bench import Bench, live_bench
-from tests.support.window.steps import await_child, choosing, drop, find, notice_text
+from tests.support.window.steps import await_child, choosing, drop, find, given, notice_text
 from ui.core.preferences import Preferences
 from ui.files import file_dialogs
 from ui.files.file_dialogs import FileOpener, FilePage, ThenPath
@@ -169,27 +169,6 @@ def live(qtbot: QtBot, qapp: QApplication) -> Iterator[Bench]:
         yield bench
 
 
-def save(live: Bench, name: str, path: Path | None) -> list[Path]:
-    """Click a button with a person who chooses `path`; what was suggested."""
-    suggested: list[Path] = []
-
-    def choose(_parent: QWidget, _title: str, one: Path, _filter: str, then: ThenPath) -> None:
-        suggested.append(one)
-        if path is not None:
-            then(path)
-
-    live.page.ask_path = choose
-    live.click(name)
-    live.qtbot.waitUntil(lambda: not live.page.job.is_writing)
-    live.page.refresh()
-    return suggested
-
-
-def _meaning(live: Bench) -> Meaning | None:
-    notice = live.page.job.result_notice()
-    return None if notice is None else notice.meaning
-
-
 def test_the_values_in_sight_are_saved(live: Bench, tmp_path: Path) -> None:
     live.say()
     live.now_s += 100  # the first one is out of sight
@@ -197,14 +176,18 @@ def test_the_values_in_sight_are_saved(live: Bench, tmp_path: Path) -> None:
     live.now_s += 1
     live.say(tilt_deg=61, active=True)
     path = tmp_path / "values.csv"
-    suggested = save(live, "live_save_csv", path)
-    assert suggested[0].name.startswith("dps-s ttyUSB0 20")
-    assert suggested[0].suffix == ".csv"
+    asked: list[tuple[str, Path, str]] = []
+    live.page.ask_path = choosing(path, asked)
+    live.click("live_save_csv")
+    live.until(lambda: not live.page.job.is_writing)
+    live.page.refresh()
+    assert asked[0][1].match("dps-s ttyUSB0 20*.csv")
     rows = list(csv.DictReader(io.StringIO(path.read_text("utf-8-sig"), newline="")))
     assert [(row["tilt_deg"], row["active"]) for row in rows if row["tilt_deg"]] == [("20", "false"), ("61", "true")]
     assert [row["event"] for row in rows if row["event"]] == ["activated"]
     assert {row["cell_voltage_v"] for row in rows} == {"", "3.94"}
-    assert (notice_text(live.page.strip), _meaning(live)) == (f"Saved to {path}. Rows: {len(rows)}.", Meaning.GOOD)
+    said = given(live.page.job.result_notice())
+    assert (said.text, said.meaning) == (f"Saved to {path}. Rows: {len(rows)}.", Meaning.GOOD)
     opened: list[str] = []
     live.page.job.open_in_system = lambda url: opened.append(url.toLocalFile())
     live.click("notice_open")

@@ -41,13 +41,6 @@ def bold(text: str) -> set[str]:
     return set(re.findall(r"\*\*(.+?)\*\*", text.replace("\n", " ")))
 
 
-def rendered(language: str) -> str:
-    """What a reader sees of it."""
-    document = QTextDocument()
-    document.setMarkdown(text_of(language))
-    return document.toPlainText()
-
-
 def screen_words() -> dict[str, str]:
     """English to Chinese of what is on the screen, without the marks for a menu's key."""
 
@@ -129,14 +122,13 @@ def test_the_viewer_shows_it(language: str, qtbot: QtBot, qapp: QApplication) ->
     viewer.open_at("")
     document = viewer.text.document()
     assert viewer.text.horizontalScrollBar().maximum() == 0
-    assert document.toPlainText() == rendered(language)
+    plain = QTextDocument()
+    plain.setMarkdown(text_of(language))
+    assert document.toPlainText() == plain.toPlainText()
     for name in pictures(text_of(language)):
         image = document.resource(QTextDocument.ResourceType.ImageResource.value, document.baseUrl().resolved(name))
         assert isinstance(image, QImage), name
         assert 0 < image.width() / image.devicePixelRatio() <= viewer.text.viewport().width(), name
-
-
-"""A busy machine answers late, which is a fault that the check rightly finds."""
 
 
 def test_each_page_leads_to_the_list_of_ports(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
@@ -149,12 +141,8 @@ def test_each_page_leads_to_the_list_of_ports(qtbot: QtBot, qapp: QApplication, 
         for entry in PAGES[1:]:
             main.go_to(entry.key)
             assert main.panel.isHidden(), entry.key  # it would lie over the page
-            own = {"diagnosis": "why_act"}  # pages that say so themselves
-            button = (
-                main.findChild(QPushButton, own[entry.key])
-                if entry.key in own
-                else main.notice_bar.button("choose_port")
-            )
+            own = main.findChild(QPushButton, "why_act")  # the page says it itself
+            button = own if entry.key == "diagnosis" else main.notice_bar.button("choose_port")
             assert button is not None, entry.key
             assert button.isVisible(), entry.key
         press(qtbot, button)

@@ -32,7 +32,6 @@ from app.safety.journal import Act
 from app.system.uncaught import catch_uncaught_errors
 from tests.support.patience import MACHINE_S, PATIENCE_S, in_time
 from tests.support.processes import ran_code
-from tests.support.terminals import CLOSING_S
 from tests.support.window.fake_ports import VALUES, FakePorts, FakeWorker, fake_window
 from tests.support.window.fakes_ui import ADAPTER, ListedPorts, connect, simulated, window
 from tests.support.window.steps import find, notice_text
@@ -41,6 +40,7 @@ from ui.main import PAGES, Assembly
 from ui.pages.live.page import LivePage
 from ui.services.storage import Storage
 
+CLOSING_S = 0.5
 CALLS = ("open", "reset_input_buffer", "read", "write", "close")
 POSIX_ONLY = pytest.mark.skipif(sys.platform == "win32", reason="pseudo-terminals are POSIX")
 _READ_S = 0.01

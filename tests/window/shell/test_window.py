@@ -17,12 +17,15 @@ from pytestqt.qtbot import QtBot
 from app.diagnosis.link_state import Phase
 from app.engine.target import Target
 from app.engine.worker import Batch
+from app.safety.journal import Act
+from protocol.events import EndReason
 from tests.support.processes import ran_code
 from tests.support.records.stored import register
 from tests.support.window.fake_ports import fake_window
 from tests.support.window.fakes_ui import EMPTY_PAGE, connect, page_entries, simulated, store_of, wait_online, window
 from tests.support.window.rig import Rig, on_fake_time
 from tests.support.window.steps import await_child, find, given, notice_text, press
+from ui.acts.confirm import Confirm
 from ui.core.preferences import Preferences
 from ui.files.file_dialogs import ask_path
 from ui.main import Assembly, WindowOptions
@@ -160,6 +163,20 @@ def test_an_unattended_run_saves_a_picture(tmp_path: Path) -> None:
     )
     assert ran_code(code, tmp_path / "e").returncode == 0
     assert (tmp_path / "e" / "live.png").read_bytes().startswith(b"\x89PNG")
+
+
+def test_the_end_of_the_conversation_withdraws_confirmations(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
+    with fake_window(qapp, tmp_path) as (ports, assembly):
+        _port, worker = ports.plug_in("/dev/one")
+        qtbot.waitUntil(lambda: assembly.ports.module.is_going)
+        question = Confirm("night", ask="Zero", go="Zero now")
+        question.setParent(assembly.window)
+        question.ask.click()
+        assembly.window._services.armed.act = Act.DEPLOY
+        worker.end(EndReason.SLEPT)
+        qtbot.waitUntil(lambda: assembly.window._services.armed.act is None)
+        assert not question.is_asking
+        assert "The computer slept." in given(assembly.ports.current.interruptions.last).translated()
 
 
 @pytest.mark.promise("h")

@@ -243,10 +243,8 @@ def test_logs_of_one_side_propose_nothing(desk: Desk) -> None:
     assert desk.said() == "The vendor's defaults fire in 1 of 2"
     assert "crash: did it crash? Then it must fire." in proposal.lines.text()
     assert not proposal.take.isEnabled()
-    work.move(["calm"], UNSORTED)
     work.move(["crash"], MUST)
     desk.wait_read()
-    assert desk.said() == "The vendor's defaults fire in all 1"
     desk.add(tilted("rolls", 120))
     assert desk.said() == "No thresholds separate the sides"
     assert proposal.lines.text().startswith("False trigger: rolls")

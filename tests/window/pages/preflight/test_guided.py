@@ -14,10 +14,10 @@ from app.guided.guided_tests import GUIDED_TESTS, PersonSteps, StatusWatch
 from app.guided.results import TITLES, GuidedKind, GuidedResult, GuidedVerdict
 from app.safety.journal import REQUESTS, Act
 from app.text.messages import UserError
-from tests.support.hands import Hands
 from tests.support.line.frames import at_frame
 from tests.support.window.hand import Hand
 from tests.support.window.steps import given, notice_text
+from tests.unit.guided.hands import Hands
 from ui.acts.act_row import ActRow
 from ui.session.guided import Stage
 from ui.style.theme import Meaning

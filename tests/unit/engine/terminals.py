@@ -1,11 +1,37 @@
-"""Collects a worker's batches, and lets a test wait for one."""
+"""A pseudo-terminal; a worker's batches, of which a test waits for one."""
 
+import os
 import threading
 import time
 from collections.abc import Callable
 
 from app.engine.worker import Batch
+from protocol.messages import Status
 from tests.support.patience import PATIENCE_S
+
+STATUS_FRAME = Status(5, 1.0, triggered=False, active=False).encode()
+
+
+class Terminal:
+    """A pseudo-terminal; `name` is the port to open, `master` the other end."""
+
+    def __init__(self) -> None:
+        import tty  # POSIX
+
+        self.master, self._slave = os.openpty()
+        tty.setraw(self._slave)
+        self.name = os.ttyname(self._slave)
+        os.set_blocking(self.master, False)
+        self._is_open = True
+
+    def send(self, data: bytes) -> None:
+        os.write(self.master, data)
+
+    def hang_up(self) -> None:
+        if self._is_open:
+            self._is_open = False
+            os.close(self.master)
+            os.close(self._slave)
 
 
 class Batches:
