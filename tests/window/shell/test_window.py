@@ -58,6 +58,19 @@ def test_closing_an_active_module_asks_and_locks(qtbot: QtBot, qapp: QApplicatio
         assert not bench.module.state.is_active
 
 
+def test_a_module_that_is_locked_after_leaving_was_cancelled_closes_nothing(
+    qtbot: QtBot, qapp: QApplication, tmp_path: Path
+) -> None:
+    with simulated("stay", active=True), window(qapp, tmp_path) as assembly:
+        connect(qtbot, assembly, "sim://stay")
+        assert not assembly.window.close()
+        given(assembly.window.notice_bar.notice).choices[0].act()  # LOCK first; no event is processed in between
+        assembly.window.attention.stay()
+        qtbot.waitUntil(lambda: assembly.window.top_bar.activation.word == "LOCKED")
+        qtbot.waitUntil(lambda: not assembly.ports.current.lock.is_unproven)
+        assert assembly.window.isVisible()
+
+
 @pytest.mark.promise("l")
 def test_escape_cancels_leaving_and_a_second_closing_leaves_the_module_as_it_is(
     qtbot: QtBot, qapp: QApplication, tmp_path: Path
