@@ -116,9 +116,6 @@ def _check_window(prefix: Path, program: Path) -> None:
     assert done.returncode == 0, done.stdout
     evidence = prefix / "drive_c" / "evidence"
     assert (evidence / "live.png").read_bytes().startswith(PNG)
-    seen = json.loads((evidence / "values.json").read_text(encoding="utf-8"))
-    assert seen["answers"] is True
-    assert seen["port"] == PORT
 
 
 def _check_open_command(prefix: Path, local: Path) -> None:
