@@ -1,18 +1,18 @@
 """Runs one function in a background thread and delivers its result to the GUI thread."""
 
-import logging
 import threading
 from collections.abc import Callable
 from concurrent.futures import Future
-from typing import Generic, TypeVar
+from functools import cache
+from typing import Any, Generic, TypeVar
 
 from PySide6.QtCore import QObject, Qt, Signal
+from shiboken6 import isValid
 
 from app.store.fact_store import Facts, Store, StoreTrouble
 from app.text.messages import UserError
 from protocol.translatable import marked
 
-_log = logging.getLogger(__name__)
 Result = TypeVar("Result")
 
 
@@ -40,6 +40,25 @@ class Running:
         return not self.is_requested
 
 
+class _Post(QObject):
+    """Takes results to the window's thread, in which it is made; never deleted. A signal of the task itself would be
+    emitted while that thread may be deleting the task with its page: that crashes the program."""
+
+    # A task, its `Running` and the `Future` of its result.
+    ended = Signal(object, object, object)
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.ended.connect(self._deliver, Qt.ConnectionType.QueuedConnection)
+
+    def _deliver(self, task: "BackgroundTask[Any]", running: Running, future: "Future[Any]") -> None:
+        if isValid(task):
+            task.take(running, future)
+
+
+_post = cache(_Post)
+
+
 class BackgroundTask(QObject, Generic[Result]):
     """Runs one function at a time and passes its result to `then` or `failed`, in the window's thread.
 
@@ -47,9 +66,6 @@ class BackgroundTask(QObject, Generic[Result]):
     for it at exit, unless the task is `finished_at_close`: then it writes its file to the end. One `for_once` is freed
     as soon as its result is there, else it is with its parent.
     """
-
-    # A `Running` and the `Future` of its result.
-    _ended = Signal(object, object)
 
     def __init__(
         self, name: str, parent: QObject | None = None, *, finished_at_close: bool = False, for_once: bool = False
@@ -61,7 +77,7 @@ class BackgroundTask(QObject, Generic[Result]):
         self._running: Running | None = None
         self._then: Callable[[Result], object] | None = None
         self._failed: Callable[[Exception], object] | None = None
-        self._ended.connect(self._on_ended, Qt.ConnectionType.QueuedConnection)
+        self._post = _post()
 
     @property
     def is_running(self) -> bool:
@@ -87,7 +103,7 @@ class BackgroundTask(QObject, Generic[Result]):
                 future.set_result(act(running))
             except Exception as error:  # noqa: BLE001  delivered to the window's thread
                 future.set_exception(error)
-            self._deliver(running, future)
+            self._post.ended.emit(self, running, future)
 
         self._thread = threading.Thread(target=work, name=self._name, daemon=not self._finished_at_close)
         self._thread.start()
@@ -109,7 +125,7 @@ class BackgroundTask(QObject, Generic[Result]):
 
         running = self._begin(then, fail)
         store.write(act).add_done_callback(
-            lambda written: None if written.cancelled() else self._deliver(running, written)
+            lambda written: None if written.cancelled() else self._post.ended.emit(self, running, written)
         )
 
     def stop(self) -> None:
@@ -139,13 +155,8 @@ class BackgroundTask(QObject, Generic[Result]):
         self._running, self._then, self._failed = Running(), then, failed
         return self._running
 
-    def _deliver(self, running: Running, future: "Future[Result]") -> None:
-        try:
-            self._ended.emit(running, future)
-        except RuntimeError:  # the window was closed meanwhile, and this object deleted
-            _log.debug("%s ended after the window had closed", self._name)
-
-    def _on_ended(self, running: Running, future: "Future[Result]") -> None:
+    def take(self, running: Running, future: "Future[Result]") -> None:
+        """What has ended, in the window's thread."""
         if self._for_once:
             self.deleteLater()
         if running is not self._running:

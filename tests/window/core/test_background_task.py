@@ -11,6 +11,7 @@ from typing import Any
 import pytest
 from PySide6.QtWidgets import QApplication
 from pytestqt.qtbot import QtBot
+from shiboken6 import delete
 
 from app.engine.conversation import ConversationView
 from app.engine.procedure import Job, Pause, Procedure, Report
@@ -70,6 +71,17 @@ def test_the_result_is_told_in_the_window_s_thread(qtbot: QtBot) -> None:
     qtbot.waitUntil(lambda: not task.is_running)
     assert (told.results, told.errors, told.threads) == ([3], [], [threading.current_thread()])
     assert task.share is None
+
+
+def test_what_ends_after_its_page_was_deleted_is_told_nobody(qtbot: QtBot, qapp: QApplication) -> None:
+    task, told = BackgroundTask[str]("dps-s test"), Told()
+    go_on = threading.Event()
+    task.run(lambda _running: str(go_on.wait()), told.then, told.failed)
+    delete(task)
+    go_on.set()
+    assert task.wait(PATIENCE_S)
+    qapp.processEvents()
+    assert told.threads == []
 
 
 def test_a_second_run_replaces_the_first(qtbot: QtBot) -> None:

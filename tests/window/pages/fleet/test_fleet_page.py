@@ -34,7 +34,6 @@ from tests.support.thorough import some
 from tests.support.window.fake_ports import SETTINGS, VALUES, FakePorts, FakeWorker, fake_services, show_alone, stand
 from tests.support.window.fakes_ui import ADAPTER, SECOND_ADAPTER, page_entries, store_of, window
 from tests.support.window.steps import given, let_lay_out, notice_text
-from ui.core.port_watcher import PortWatcher
 from ui.main import Assembly
 from ui.pages.fleet.archive_panel import ArchivePanel, target_of
 from ui.pages.fleet.board import LOCK, MODULE, NEXT, STATE, TRIGGERS_CELL, VERDICT, Board
@@ -273,7 +272,9 @@ def test_the_adapters_that_are_plugged_in_are_added_one_by_one_or_all(
     desk: Desk, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     connector = desk.ports.ports
-    monkeypatch.setattr(PortWatcher, "ports", (ADAPTER, SECOND_ADAPTER, THIRD_ADAPTER))
+    monkeypatch.setattr(connector.watcher, "_scan", lambda _deadline_s: (ADAPTER, SECOND_ADAPTER, THIRD_ADAPTER))
+    connector.watcher.refresh()
+    desk.qtbot.waitUntil(lambda: len(connector.watcher.ports) == 3)
     monkeypatch.setattr(connector, "add", partial(connector.add, desk.ports.make))
     menu = desk.page.add.menu()
     all_ports = ["ttyUSB0 CP2102 USB to UART", "ttyACM0 USB Single Serial", "ttyUSB7 CH340"]
