@@ -156,7 +156,9 @@ class SettingsPage(Page):
             self.note.clear()
         count = changes or sum(row.state is RowState.WRITING for row in rows)
         text = tr("Write 1 change") if count == 1 else tr("Write {count} changes", count=count)
-        self.write.setText(text if count else tr("No changes"))
+        # What cannot be sent is an edit, too: why it is not written stands in the notice.
+        nothing = tr("Write") if work.impossible else tr("No changes")
+        self.write.setText(text if count else nothing)
         self.write.setEnabled(work.job.looks_free and changes > 0 and not work.impossible)
         self.read.setEnabled(work.job.looks_free)
         self.revert.setEnabled(work.can_edit and bool(work.wanted))
