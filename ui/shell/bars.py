@@ -269,7 +269,7 @@ class PageArea(QScrollArea):
 
 
 class Sidebar(QListWidget):
-    """One row for each page: its icon above its name; in large text its name alone."""
+    """One row for each page: its icon above its name."""
 
     page_wanted = Signal(str)
 
@@ -280,16 +280,15 @@ class Sidebar(QListWidget):
         self.setMouseTracking(True)
         self.setAccessibleName(tr("Pages"))
         scale = min(scale_in_use(), _LARGEST_SCALE)
-        self.setSpacing(Space.XS // 2)
-        self.setIconSize(QSize(1, 1) * round(scale * IconSize.NOTICE))
+        # In large text the room that the names take comes from the icons: all rows are in sight at 1024x600.
+        icon_px = round(scale * IconSize.NOTICE) if scale_in_use() <= _LARGEST_SCALE else IconSize.TEXT
+        self.setIconSize(QSize(1, 1) * icon_px)
         letters = font()
         letters.setPixelSize(round(scale * Size.SMALL))
         self.setFont(letters)
         for number, entry in enumerate(entries, start=1):
             title = tr(entry.title)
-            item = QListWidgetItem(title)
-            if scale_in_use() <= _LARGEST_SCALE:
-                item.setIcon(icon(entry.icon))
+            item = QListWidgetItem(icon(entry.icon), title)
             item.setData(Qt.ItemDataRole.UserRole, entry.key)
             item.setToolTip(title + in_brackets(f"Ctrl+{number % 10}"))
             self.addItem(item)
