@@ -21,13 +21,11 @@ import queue
 import shutil
 import sqlite3
 import threading
-import time
 from collections.abc import Callable, Iterator
 from concurrent.futures import Future
 from contextlib import closing, suppress
 from datetime import UTC, datetime, timedelta
 from enum import Enum
-from functools import partial
 from pathlib import Path
 from typing import Any, Generic, NamedTuple, TypeVar
 
@@ -106,10 +104,14 @@ class StoreFault(Enum):
 
 
 _FAULTS = {
-    "SQLITE_FULL": StoreFault.FULL,
-    **dict.fromkeys(("SQLITE_READONLY", "SQLITE_CANTOPEN", "SQLITE_PERM"), StoreFault.READ_ONLY),
-    **dict.fromkeys(("SQLITE_BUSY", "SQLITE_LOCKED"), StoreFault.BUSY),
-    **dict.fromkeys(("SQLITE_CORRUPT", "SQLITE_NOTADB"), StoreFault.DAMAGED),
+    sqlite3.SQLITE_FULL: StoreFault.FULL,
+    sqlite3.SQLITE_READONLY: StoreFault.READ_ONLY,
+    sqlite3.SQLITE_CANTOPEN: StoreFault.READ_ONLY,
+    sqlite3.SQLITE_PERM: StoreFault.READ_ONLY,
+    sqlite3.SQLITE_BUSY: StoreFault.BUSY,
+    sqlite3.SQLITE_LOCKED: StoreFault.BUSY,
+    sqlite3.SQLITE_CORRUPT: StoreFault.DAMAGED,
+    sqlite3.SQLITE_NOTADB: StoreFault.DAMAGED,
 }
 
 
@@ -130,9 +132,8 @@ class StoreTrouble(UserError):
 def trouble_of(error: sqlite3.Error | OSError, path: Path) -> StoreTrouble:
     if isinstance(error, OSError):
         return StoreTrouble(StoreFault.FULL if error.errno == errno.ENOSPC else StoreFault.READ_ONLY, path, str(error))
-    # "SQLITE_IOERR_WRITE" is told by its first two words.
-    name = "_".join((getattr(error, "sqlite_errorname", None) or "").split("_")[:2])
-    fault = _FAULTS.get(name, StoreFault.FAILED)
+    # The lowest byte says what failed, and the others where. Python's own errors have no code.
+    fault = _FAULTS.get(getattr(error, "sqlite_errorcode", 0) & 0xFF, StoreFault.FAILED)
     if fault in (StoreFault.READ_ONLY, StoreFault.FAILED):
         # Of a full disk SQLite only says that a file beside it cannot be opened.
         with suppress(OSError):
@@ -238,13 +239,14 @@ def _left_active(former: Path) -> dict[str, object]:
     leaves_active = ("activate", "confirmed"), ("activate", "unknown"), ("lock", "refused"), ("lock", "unknown")
     left: dict[str, object] = {}
     # Nothing in it is trusted.
-    with suppress(sqlite3.Error, ValueError, LookupError, TypeError, AttributeError):
-        with closing(connect_to_read(former)) as connection:
-            rows = connection.execute(query).fetchall()
-        for at, payload, ended in rows:
+    with (
+        suppress(sqlite3.Error, ValueError, LookupError, TypeError, AttributeError),
+        closing(connect_to_read(former)) as connection,
+    ):
+        for at, payload, ended in connection.execute(query):
             content: Any = json.loads(payload)
-            outcome = "unknown" if ended is None else json.loads(ended)["outcome"]
             act, port, detail = content["act"], str(content["port"]), content["detail"]
+            outcome = "unknown" if ended is None else json.loads(ended)["outcome"]
             module, adapter = str(detail.get("module", "")), str(detail.get("adapter", ""))
             # A module without a name is known by its connection.
             key = f"{LEFT}former {module or (detail.get('run'), adapter, port)}"
@@ -337,7 +339,7 @@ class Facts:
 
     def state(self, key: str) -> Any:
         """None where it is not set, or cannot be read."""
-        return next((value for rest, value in self.states(key).items() if not rest), None)
+        return self.states(key).get("")
 
     def states(self, prefix: str) -> dict[str, Any]:
         """By the rest of their keys, without those that cannot be read: a damaged one costs no other and no verdict."""
@@ -366,8 +368,8 @@ class Facts:
 
 
 class Store:
-    """Made at once. Any thread may call. Its thread is a daemon, so a disk that never answers does not keep the program
-    from ending."""
+    """Made at once. Any thread may call. Its threads are daemons, so a disk that never answers does not keep the
+    program from ending."""
 
     def __init__(self, folder: Path | None = None, *, clock: Clock = utc_now, starts_late: bool = False) -> None:
         """`starts_late`: it opens only when it is first used, so that nothing competes with LOCK's first frame."""
@@ -380,18 +382,19 @@ class Store:
         self._clock = clock
         self._last_time = datetime.min.replace(tzinfo=UTC)
         self._lock = threading.Lock()
+        self._is_closed = threading.Event()
+        # None ends the thread.
         self._work: queue.SimpleQueue[tuple[Callable[[Facts], Any], Future[Any]] | None] = queue.SimpleQueue()
-        self._is_closed = False
-        self._copying: threading.Thread | None = None
-        self._thread: threading.Thread | None = None
+        self._thread = threading.Thread(target=self._run, name="dps-s store", daemon=True)
+        # In a thread of its own, as an act's intent would wait for a copy.
+        self._copying = threading.Thread(target=self._copy_daily, name="dps-s copies", daemon=True)
         if not starts_late:
             self.start()
 
     def start(self) -> None:
         """Begin to open it, where that has not begun. Returns at once."""
         with self._lock:
-            if self._thread is None:
-                self._thread = threading.Thread(target=self._run, name="dps-s store", daemon=True)
+            if self._thread.ident is None:
                 self._thread.start()
 
     def add(self, content: Content, module: str | None = None) -> "Future[Row]":
@@ -408,7 +411,7 @@ class Store:
         future: Future[Result] = Future()
         self.start()
         with self._lock:
-            if self._is_closed:
+            if self._is_closed.is_set():
                 future.cancel()
             else:
                 self._work.put((work, future))
@@ -431,14 +434,12 @@ class Store:
     def close(self, limit_s: float = CLOSE_LIMIT_S) -> bool:
         """Write what is left; returns whether all of it was written within the limit. Idempotent, never raises."""
         with self._lock:
-            if not self._is_closed:
-                self._is_closed = True
+            if not self._is_closed.is_set():
+                self._is_closed.set()
                 self._work.put(None)
-        if self._thread is None:
-            return True
-        self._thread.join(limit_s)
-        if self._copying is not None:
-            self._copying.join(COPY_LIMIT_S)
+        for thread, seconds in ((self._thread, limit_s), (self._copying, COPY_LIMIT_S)):
+            if thread.ident is not None:
+                thread.join(seconds)
         if self._thread.is_alive():
             _log.warning("The store was closed before everything was written")
         return not self._thread.is_alive()
@@ -448,60 +449,52 @@ class Store:
             self._last_time = max(self._clock(), self._last_time + timedelta(microseconds=1))
             return self._last_time
 
+    def _copy_daily(self) -> None:
+        while True:
+            copy_if_due(self.path, self._clock())
+            if self._is_closed.wait(COPY_EVERY_S):
+                return
+
     # The store's thread
 
     def _run(self) -> None:
-        facts: Facts | None = None
-        trouble: BaseException | None = None
         try:
             facts, notice = self._open()
         except BaseException as error:  # noqa: BLE001  also a fault of the program: nobody may wait for ever
             _log.warning("There is no store: %s", error)
             trouble = trouble_of(error, self.path) if isinstance(error, sqlite3.Error | OSError) else error
             self.opened.set_exception(trouble)
-        else:
-            self.opened.set_result(notice)
-        copied_at = -COPY_EVERY_S
-        while True:
-            if facts is not None and time.monotonic() - copied_at >= COPY_EVERY_S:
-                # In a thread of its own, as an act's intent would wait for it.
-                copied_at = time.monotonic()
-                copy = partial(copy_if_due, self.path, self._clock())
-                self._copying = threading.Thread(target=copy, name="dps-s copies", daemon=True)
-                self._copying.start()
-            try:
-                item = self._work.get(timeout=COPY_EVERY_S)
-            except queue.Empty:
-                continue
-            if item is None:
-                break
-            work, future = item
-            if not future.set_running_or_notify_cancel():
-                continue
-            if facts is None:
-                future.set_exception(trouble)
-                continue
-            try:
+            for _work, future in iter(self._work.get, None):
+                if future.set_running_or_notify_cancel():
+                    future.set_exception(trouble)
+            return
+        self.opened.set_result(notice)
+        self._copying.start()
+        with closing(facts.connection):
+            for work, future in iter(self._work.get, None):
+                if future.set_running_or_notify_cancel():
+                    self._do(facts, work, future)
+
+    def _do(self, facts: Facts, work: Callable[[Facts], Any], future: "Future[Any]") -> None:
+        try:
+            with facts.connection:  # which commits, or rolls back where it fails
                 # IMMEDIATE waits for other programs here, and not in the middle of the work.
                 facts.connection.execute("BEGIN IMMEDIATE")
                 result = work(facts)
-                facts.connection.execute("COMMIT")
-            except BaseException as error:  # noqa: BLE001  passed on by the future as what it is
-                with suppress(sqlite3.Error):  # a full disk has already rolled it back
-                    facts.connection.execute("ROLLBACK")
-                if not isinstance(error, sqlite3.Error | UserError):
-                    _log.error("A fault of the program, and none of the store", exc_info=error)
-                future.set_exception(trouble_of(error, self.path) if isinstance(error, sqlite3.Error) else error)
-            else:
-                future.set_result(result)
-        if facts is not None:
-            facts.connection.close()
+        except sqlite3.Error as error:
+            future.set_exception(trouble_of(error, self.path))
+        except BaseException as error:  # noqa: BLE001  passed on by the future as what it is
+            if not isinstance(error, UserError):
+                _log.error("A fault of the program, and none of the store", exc_info=error)
+            future.set_exception(error)
+        else:
+            future.set_result(result)
 
     def _open(self) -> tuple[Facts, UserMessage | None]:
         """With this station introduced by its key and the name of its computer. Raises as `open_file`."""
         connection, notice = open_file(self.path)
+        facts = Facts(connection, "", self._now)
         try:
-            facts = Facts(connection, "", self._now)
             known = facts.state("station")
             try:
                 key = own_station(self.folder).key
