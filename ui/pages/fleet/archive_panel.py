@@ -63,6 +63,8 @@ from ui.widgets.number_line import WheelGuard, label_for
 SIMULATED: Final = "sim://module-{number}?lifelike"
 EXCHANGE_EVERY_MS: Final = 300_000
 MAX_LENGTH: Final = 200
+# Of a table with its header.
+LEAST_ROWS: Final = 4
 # Proposed; a person decides.
 REPACKED_FOR_MONTHS: Final = 6
 
@@ -140,6 +142,9 @@ class ArchivePanel(QWidget):
             "archive_life", tr("Records"), _HISTORY_COLUMNS, lambda event: event.row.id, row_px=RowHeight.LIST
         )
         for table in (self.modules, self.life):
+            # They scroll by themselves: the page need not be as high as they would like to be.
+            table.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Ignored)
+            table.setMinimumHeight(LEAST_ROWS * table.verticalHeader().defaultSectionSize())
             table.setWordWrap(True)
             table.verticalHeader().setSectionResizeMode(QHeaderView.ResizeMode.ResizeToContents)
         self.settings = text_label("archive_settings", "small", is_selectable=True)
@@ -150,8 +155,6 @@ class ArchivePanel(QWidget):
         tables = named(QWidget(), "archive_tables")
         in_column((self.modules, 1), in_row((self.settings, 1), self.use), (self.life, 1), of=tables, margins=0)
         self.views = named(QStackedWidget(), "archive_views")
-        # The tables scroll by themselves: the page need not be as high as they would like to be.
-        self.views.setSizePolicy(QSizePolicy.Policy.Preferred, QSizePolicy.Policy.Ignored)
         stacked(self.views, tables, scroll_area(self.service, "service_scroll", tr("Service…"), is_vertical=True))
         place = in_row(label_for(self.server, tr("Server")), self.server, self.sync)
         state = in_row((self.state, 1), self.carry, self.enter_service)

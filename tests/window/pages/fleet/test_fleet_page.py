@@ -526,9 +526,11 @@ def test_a_file_brings_what_another_station_knows(qtbot: QtBot, assembly: Assemb
         store.add(TriggerRecordSeen(place=0, raw="41 75 35 01 01 00 6C 02 3C 05 A0 00 01 0C EB 7E"), "M-07").result()
         sync(store, str(stick))
     store_of(assembly.storage).add(SaidNew(is_new=True), "M-01").result(PATIENCE_S)
+    assembly.window.resize(1024, 600)
     panel = shown(qtbot, assembly)
     panel.ask_file = lambda *given, **_options: given[-1](stick)
     qtbot.waitUntil(panel.carry.isEnabled, timeout=WAIT_MS)
+    before = [table.geometry() for table in (panel.modules, panel.life)]
     panel.carry.click()
     model = panel.modules.model()
     qtbot.waitUntil(lambda: model.rowCount() == 2, timeout=WAIT_MS)
@@ -537,6 +539,8 @@ def test_a_file_brings_what_another_station_knows(qtbot: QtBot, assembly: Assemb
     assert "READY" in rows[1][1]
     assert "Unjudged trigger records: 1." in rows[1][3]
     assert "Received: " in panel.state.text()
+    let_lay_out(assembly.window)
+    assert [table.geometry() for table in (panel.modules, panel.life)] == before, "a table moved under the hand"
     panel.modules.selectRow(1)
     qtbot.waitUntil(lambda: panel.life.model().rowCount() > 2, timeout=WAIT_MS)
 
