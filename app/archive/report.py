@@ -4,10 +4,10 @@ one as sentences.
 For people: it warns and shows. No verdict and no condition of an act rests on it, as others may have written anything.
 """
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from contextlib import suppress
 from datetime import datetime, timedelta
-from itertools import pairwise
+from itertools import pairwise, takewhile
 from typing import Any, NamedTuple
 
 from msgspec import Struct, to_builtins
@@ -25,6 +25,7 @@ from app.store.rows import (
     KIND_OF,
     ActEnded,
     ActIntended,
+    Content,
     GuidedTestDone,
     MayHaveFired,
     ModuleNamed,
@@ -113,7 +114,8 @@ def _today(facts: Facts, name: str, last_at: str, now: datetime) -> ModuleToday:
     tests = sorted(last_tests(facts, name, counts_simulated=False).values(), key=lambda test: test.kind.value)
     due += [_guided_test(test) for test in tests if test.verdict is not guided.GuidedVerdict.PASSED]
     due += [service.text for service in service_due(facts, name, now.astimezone())]
-    due += two_modules(facts, name, now)[-1:]
+    doubt = two_modules(facts, name, now)
+    due += [] if doubt is None else [doubt]
     return ModuleToday(
         name=name,
         last_at=last_at,
@@ -132,27 +134,23 @@ def _guided_test(test: guided.StoredTest) -> UserMessage:
     return message(marked("Guided test {test}: {verdict}."), test=message(guided.TITLES[test.kind]), verdict=word)
 
 
-def two_modules(facts: Facts, name: str, now: datetime) -> list[UserMessage]:
-    """Contradictions, as if two modules had this name: where the boot count went back within half a year."""
+def two_modules(facts: Facts, name: str, now: datetime) -> UserMessage | None:
+    """The last contradiction, as if two modules had this name: the boot count went back within half a year."""
     # An exchange of parts that a person entered later has explained it.
     parts = [kept.content.on for kept in facts.of_module(Serviced, name) if kept.content.service in COUNTS_ANEW]
     explained = max(parts).isoformat() if parts else ""
     since = time_text(now - timedelta(days=DOUBT_DAYS))
-    visits: list[tuple[str, str, int]] = []
-    for visit in facts.back_from_newest(ModuleVisited, name):
-        if visit.at < since:
-            break
-        if visit.content.boot_count is not None:
-            visits.append((visit.at, visit.row.station, visit.content.boot_count))
-    found = []
-    for (at, station, count), (at_before, station_before, before) in pairwise(visits):
+    recent = takewhile(lambda visit: visit.at >= since, facts.back_from_newest(ModuleVisited, name))
+    visits = ((one.at, one.row.station, one.content.boot_count) for one in recent)
+    counted = ((at, station, count) for at, station, count in visits if count is not None)
+    for (at, station, count), (at_before, station_before, before) in pairwise(counted):
         has_gone_back = (count - before) % BOOTS >= BOOTS // 2
         # The time of two stations may differ by minutes: what they read so close together contradicts nothing.
         apart = datetime.fromisoformat(at) - datetime.fromisoformat(at_before)
         if has_gone_back and at[:10] > explained and (station == station_before or apart > CLOCKS):
             text = marked("Two modules? Boot count {before} on {then}, {now} on {day}.")
-            found.append(message(text, before=before, then=at_before[:10], now=count, day=at[:10]))
-    return found[::-1]
+            return message(text, before=before, then=at_before[:10], now=count, day=at[:10])
+    return None
 
 
 # The history of one module
@@ -171,13 +169,31 @@ class HistoryEvent(NamedTuple):
 def module_history(store: Store, name: str) -> list[HistoryEvent]:
     """The oldest first; empty where no station knows a module of this name. Raises `UserError`."""
     with all_facts(store) as facts:
-        kept: list[Kept[Any]] = [one for type_ in KIND_OF for one in facts.of_module(type_, name)]
-        fired = all_fired(facts, name)
+        return list(_events(facts, name, KIND_OF))
+
+
+def last_writes(facts: Facts, module: str) -> dict[str, UserMessage]:
+    """When each setting was last written here under this name, from what to what, and the note of who did it."""
+    told: dict[str, UserMessage] = {}
+    for event in _events(facts, module, (SettingsSeen, ActIntended, ActEnded)):
+        content = event.content
+        # What was refused or never left changed nothing.
+        may_have_changed = content.get("outcome") in (Outcome.CONFIRMED.value, Outcome.UNKNOWN.value)
+        if may_have_changed and content["act"] == Act.WRITE.value:
+            when = local_time(event.row.made_at)
+            text = message(marked("Written {when}: {what}"), when=when, what=event.text)
+            told |= dict.fromkeys(content["detail"], text)
+    return told
+
+
+def _events(facts: Facts, name: str, types: Iterable[type[Content]]) -> Iterator[HistoryEvent]:
+    """What the facts of these types tell of a module, the oldest first."""
+    kept: list[Kept[Any]] = [one for type_ in types for one in facts.of_module(type_, name)]
     outcomes = {one.content.of: one.content.outcome for one in kept if isinstance(one.content, ActEnded)}
+    fired = all_fired(facts, name)
     # As far as the facts tell it, from the oldest on.
     settings: dict[str, Value] = {}
     boot_count: int | None = None
-    events = []
     for one in sorted(kept, key=lambda one: one.at):
         content, plain = one.content, to_builtins(one.content)
         text: UserMessage | None = None
@@ -223,8 +239,7 @@ def module_history(store: Store, name: str) -> list[HistoryEvent]:
                 text = message(marked("Made in the batch {batch}."), batch=clean(content.batch))
         if text is not None:
             tells = isinstance(content, SettingsSeen | ActIntended | PreflightCheck)
-            events.append(HistoryEvent(one.row, text, plain, dict(settings) if tells else {}))
-    return events
+            yield HistoryEvent(one.row, text, plain, dict(settings) if tells else {})
 
 
 def _with_note(text: UserMessage, note: str) -> UserMessage:
@@ -263,25 +278,6 @@ def _act(intent: ActIntended, outcome: str, settings: dict[str, Value]) -> UserM
         elif outcome != Outcome.UNKNOWN.value:
             settings |= before
     return joined(told)
-
-
-def last_writes(facts: Facts, module: str) -> dict[str, UserMessage]:
-    """When each setting was last written here under this name, from what to what, and the note of who did it."""
-    outcomes = {one.content.of: one.content.outcome for one in facts.of_module(ActEnded, module)}
-    kept: list[Kept[Any]] = [one for type_ in (SettingsSeen, ActIntended) for one in facts.of_module(type_, module)]
-    settings: dict[str, Value] = {}
-    told: dict[str, UserMessage] = {}
-    for one in sorted(kept, key=lambda one: one.at):
-        if isinstance(one.content, SettingsSeen):
-            settings |= one.content.settings
-            continue
-        outcome = outcomes.get(one.row.id, Outcome.UNKNOWN.value)
-        what = message(_OUTCOMES[outcome], what=_act(one.content, outcome, settings))
-        # What was refused or never left changed nothing.
-        if one.content.act == Act.WRITE.value and outcome in (Outcome.CONFIRMED.value, Outcome.UNKNOWN.value):
-            text = message(marked("Written {when}: {what}"), when=local_time(one.at), what=what)
-            told |= dict.fromkeys(one.content.detail, _with_note(text, one.content.note))
-    return told
 
 
 def settings_changed(before: Mapping[str, Any], after: Mapping[str, Any]) -> list[UserMessage]:
