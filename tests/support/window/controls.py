@@ -52,55 +52,6 @@ def takes_tab(widget: QWidget) -> bool:
     return bool(widget.focusPolicy() & Qt.FocusPolicy.TabFocus)
 
 
-def tab_chain(window: QWidget) -> list[QWidget]:
-    """Return the controls in tab order.
-
-    PySide makes the widget whose `nextInFocusChain` is called the parent of the result. A closed ring of such parents
-    would be garbage, and the collector would free visible widgets. So the loop ends before it returns to the window,
-    and `findChildren` then restores the parents.
-    """
-    to_come = {widget for widget in window.findChildren(QWidget) if widget.window() is window}
-    chain = [window]
-    while to_come:
-        following = chain[-1].nextInFocusChain()
-        assert following is not None
-        to_come.remove(following)
-        chain.append(following)
-    window.findChildren(QWidget)
-    return [
-        one
-        for one in chain[1:]
-        if one.isVisible() and one.isEnabled() and takes_tab(one)
-        and one.focusProxy() is None and not one.objectName().startswith("qt_")
-    ]  # fmt: skip
-
-
-def place_of(widget: QWidget, root: QWidget) -> QRect:
-    """Return its place in `root`; a widget that is scrolled out of sight is placed at the edge of its scroll area."""
-    place = QRect(widget.mapTo(root, QPoint(0, 0)), widget.size())
-    parent = widget.parentWidget()
-    while parent is not None and parent is not root:
-        if isinstance(parent, QAbstractScrollArea):
-            area = QRect(parent.mapTo(root, QPoint(0, 0)), parent.size())
-            place.moveTop(min(max(place.top(), area.top()), area.bottom() - 1))
-            place.setBottom(min(place.bottom(), area.bottom()))
-        parent = parent.parentWidget()
-    return place
-
-
-def goes_back(one: QWidget, other: QWidget, root: QWidget) -> bool:
-    """Return whether Tab goes against the reading order: up without going right, or left within a row."""
-    if one.isAncestorOf(other) or other.isAncestorOf(one):
-        return False
-    around = one.parentWidget()
-    while around is not None and around is not root and not around.isAncestorOf(other):
-        around = around.parentWidget()
-    here, there = place_of(one, around or root), place_of(other, around or root)
-    is_above = there.bottom() <= here.top() and there.left() < here.right()
-    is_left = there.right() <= here.left() and there.top() < here.bottom() and here.top() < there.bottom()
-    return is_above or is_left
-
-
 def place(widget: QWidget) -> QRect:
     """Return the place of a widget in its window."""
     return QRect(widget.mapTo(widget.window(), QPoint(0, 0)), widget.size())

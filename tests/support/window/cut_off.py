@@ -54,6 +54,12 @@ def cut_off(root: QWidget, texts: list[str] | None = None) -> list[str]:
     return found
 
 
+def texts_of(widget: QWidget) -> Iterator[str]:
+    """All that it says, to the eye, in its tooltip and to a screen reader."""
+    yield from (widget.toolTip(), widget.accessibleName(), widget.accessibleDescription(), widget.whatsThis())
+    yield from (text for one in measured(widget) for text in (one[0], one[3]))
+
+
 def measured(widget: QWidget) -> Iterator[Measured]:
     metrics = widget.fontMetrics()
     match widget:

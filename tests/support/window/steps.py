@@ -14,6 +14,8 @@ from pytestqt.qtbot import QtBot
 from tests.support.window.controls import visible_in
 from tests.support.window.fakes_ui import WAIT_MS
 from ui.shell.main_window import MainWindow
+from ui.style import appearance
+from ui.style.theme import Theme
 from ui.widgets.notice_bar import NoticeBar
 from ui.widgets.step_button import DEAD_FOR_S, StepButton, gestures
 
@@ -33,6 +35,12 @@ def choosing(answer: object, asked: list[Any] | None = None) -> Callable[..., ob
         dialog[-1](answer)
 
     return choose
+
+
+def style_all(app: QApplication, theme: Theme) -> None:
+    """Style all widgets, for those in no window; the sheet is taken away after the test."""
+    appearance.apply(app, theme)
+    app.setStyleSheet(appearance.style_sheet(theme))
 
 
 def drop(target: QWidget, *paths: Path) -> bool:

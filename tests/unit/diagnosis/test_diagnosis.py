@@ -21,11 +21,11 @@ from app.engine.transport import PortError, PortHolder, PortTrouble, _trouble_at
 from app.engine.worker import Batch, Connection, PortState
 from app.procedures.find import Silence
 from app.safety.last_known import keep_away
+from app.text.i18n import set_language
 from protocol.catalogue import BY_NAME
 from protocol.events import Counters, Ended, EndReason, Role
 from protocol.messages import Reason
 from tests.support.line.sim_line import Rig
-from tests.support.pseudo_language import in_language
 
 PORT = "/dev/ttyUSB0"
 AT_THE_MODULE = (
@@ -177,16 +177,16 @@ def test_nothing_is_wrong(evidence: PortEvidence) -> None:
 @pytest.mark.promise("l")
 def test_nobody_is_sent_to_a_silent_module_that_was_active(language: str) -> None:
     """Whatever is wrong: keep away, LOCK, restore the link; its switch and its wires come after that, or not at all."""
-    with in_language(language):
-        for name, evidence, _ in TABLE:
-            usual, armed = (diagnose(evidence._replace(was_active=one)) for one in (False, True))
-            assert usual is not None
-            assert armed is not None
-            if evidence.is_answering:
-                assert armed == usual
-            else:
-                assert armed.next_step.startswith(keep_away()), name
-                assert not any(word in armed.next_step for word in AT_THE_MODULE), name
+    set_language(language)
+    for name, evidence, _ in TABLE:
+        usual, armed = (diagnose(evidence._replace(was_active=one)) for one in (False, True))
+        assert usual is not None
+        assert armed is not None
+        if evidence.is_answering:
+            assert armed == usual
+        else:
+            assert armed.next_step.startswith(keep_away()), name
+            assert not any(word in armed.next_step for word in AT_THE_MODULE), name
 
 
 @pytest.mark.parametrize("language", ["en", "zh_CN"])
@@ -203,10 +203,10 @@ def test_what_the_window_advises_about_a_silent_module_that_was_active(phase: Ph
         absence=Absence.AWAY,
         was_active=True,
     )
-    with in_language(language):
-        said = link_text(state, 9.0)
-        assert said.next_step.startswith(keep_away()) is not (state.is_fine or phase is Phase.CLOSED)
-        assert not any(word in said.next_step for word in AT_THE_MODULE)
+    set_language(language)
+    said = link_text(state, 9.0)
+    assert said.next_step.startswith(keep_away()) is not (state.is_fine or phase is Phase.CLOSED)
+    assert not any(word in said.next_step for word in AT_THE_MODULE)
 
 
 def test_every_cause_is_in_this_test() -> None:

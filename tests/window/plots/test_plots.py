@@ -11,8 +11,7 @@ from pytestqt.qtbot import QtBot
 
 from app.samples.samples import Series, StepFunction
 from app.system.clock import clock_text
-from tests.support.window.contrast import style_all
-from tests.support.window.steps import find, given
+from tests.support.window.steps import find, given, style_all
 from ui.plots.charts import LabelAxis
 from ui.plots.lane_view import Shown
 from ui.plots.lanes import Lane, Limit, Mark, Scale, Span, TimeRange

@@ -9,15 +9,14 @@ from pathlib import Path
 import pytest
 import shiboken6
 from PySide6.QtCore import Qt
-from PySide6.QtGui import QFont, QFontMetricsF, QPalette
+from PySide6.QtGui import QColor, QFont, QFontMetricsF, QPalette
 from PySide6.QtWidgets import QApplication, QComboBox, QDialog, QLabel, QPushButton, QVBoxLayout, QWidget
 from pytestqt.qtbot import QtBot
 
 from app.text.i18n import language
 from tests.support.processes import ran_code
-from tests.support.window.contrast import DISABLED, contrast, style_all, surfaces_of, wanted
 from tests.support.window.fakes_ui import window
-from tests.support.window.steps import find
+from tests.support.window.steps import find, style_all
 from ui.main import WindowOptions
 from ui.preferences.dialog import PreferencesDialog
 from ui.style import appearance, theme
@@ -27,6 +26,33 @@ from ui.style.theme import DARK, LIGHT, SUNLIGHT, THEMES, Choice, Size, Theme, c
 
 # Qt's offscreen platform says so at every window with a least size.
 each_theme = pytest.mark.parametrize("one", THEMES, ids=lambda one: one.name)
+
+
+DISABLED = 3.0
+"""Least contrast of disabled controls, for which WCAG requires none."""
+
+
+def wanted(theme: Theme) -> float:
+    """Return the least contrast of text in a theme."""
+    return 7.0 if theme is SUNLIGHT else 4.5
+
+
+def surfaces_of(theme: Theme) -> tuple[str, str, str, str]:
+    """Return the colours behind text."""
+    return (theme.window, theme.surface, theme.sunken, theme.raised)
+
+
+def contrast(one: str, other: str) -> float:
+    """Return the contrast of two colours, 1 to 21, as WCAG 2.1 defines it (success criterion 1.4.3)."""
+    darker, brighter = sorted((_luminance(one), _luminance(other)))
+    return (brighter + 0.05) / (darker + 0.05)
+
+
+def _luminance(colour: str) -> float:
+    one = QColor(colour)
+    parts = (one.redF(), one.greenF(), one.blueF())
+    linear = [part / 12.92 if part <= 0.04045 else ((part + 0.055) / 1.055) ** 2.4 for part in parts]
+    return sum(share * part for share, part in zip((0.2126, 0.7152, 0.0722), linear, strict=True))
 
 
 @each_theme

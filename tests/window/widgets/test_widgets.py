@@ -24,8 +24,7 @@ from app.text.i18n import tr
 from protocol.catalogue import BY_NAME, SETTINGS, Command
 from protocol.fields import Quantity
 from tests.support.line.sim_line import FakeClock
-from tests.support.window.contrast import style_all
-from tests.support.window.steps import let_lay_out
+from tests.support.window.steps import let_lay_out, style_all
 from tests.support.window.walk import walking
 from ui.plots.gauge import TiltGauge
 from ui.simulator.panel import SimulatorPanel
