@@ -7,7 +7,6 @@ came until then; 4 if the file could not be written or is incomplete, as after a
 """
 
 import argparse
-from pathlib import Path
 
 from app.cli.monitor import watched
 from app.cli.recordings import EXPORT, STANDARD_OUTPUT, ExportJson, export, refuse_unwritable
@@ -26,37 +25,33 @@ ARGUMENTS = (*console.PORT, console.SECONDS, *EXPORT, console.JSON)
 
 def run(args: argparse.Namespace) -> int:
     refuse_unwritable(args)
-    recorder = Recorder(RecordingLibrary())
-    paths: dict[Path, None] = {}  # in order; more than one after a day
+    recorder: Recorder | None = None
     lost: Exception | None = None
     try:
         for batch in watched(args, reads_all=True):
-            if not paths and not recorder.is_recording and recorder.trouble is None:
-                recorder.begin(batch.connection.port, batch.connection.baud_rate)
+            if recorder is None:
+                recorder = Recorder(RecordingLibrary(), batch.connection.port, batch.connection.baud_rate)
             recorder.on_batch(batch)
-            if recorder.path is not None:
-                paths[recorder.path] = None
             if recorder.trouble is not None:
                 break  # nothing more is recorded: said now, not after the flight
     except LOST as error:
         lost = error
     finally:
-        recorder.settle(SETTLE_LIMIT_S)
-        if recorder.path is not None:
-            paths[recorder.path] = None
-        recorder.stop(SETTLE_LIMIT_S)
-    if lost is not None and not paths:
+        if recorder is not None:
+            recorder.stop(SETTLE_LIMIT_S)
+    # The first one is written into the file; the others, after a day each, are named.
+    entries = [] if recorder is None else [entry_of(path) for path in recorder.paths]
+    if lost is not None and not entries:
         raise lost
-    if recorder.trouble is not None:
+    is_whole = len(entries) == 1
+    if recorder is not None and recorder.trouble is not None:
+        is_whole = False
         console.notify(recorder.trouble.translated())
-    if recorder.dropped:
+    if recorder is not None and recorder.dropped:
+        is_whole = False
         console.notify(tr("The disk was too slow. Not recorded: {count}.", count=recorder.dropped))
-    if not paths:
+    if not entries:
         console.notify(tr("Nothing was recorded."))
-
-    # The first one is written into the file; the others are named.
-    entries = [entry_of(path) for path in paths]
-    is_whole = len(entries) == 1 and not recorder.dropped and recorder.trouble is None
     files: list[str] = []
     for entry in entries:
         kept = tr("It is kept as recording {name}.", name=entry.name)

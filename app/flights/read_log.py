@@ -2,7 +2,6 @@
 worker processes."""
 
 import gzip
-import math
 import multiprocessing
 import os
 import re
@@ -141,9 +140,8 @@ def _recorded(recording: "Recording", name: str) -> RawLog:
         raw.problems.append(recording.damage)
     if recording.entry.was_cut_off:
         raw.note(marked("cut off"))
-    # What is damaged at the begin or at the end was a part of it.
-    bounds_s = [*time_s[[0, -1]].tolist(), *(at_s for gap in recording.damaged for at_s in gap if math.isfinite(at_s))]
-    raw.span_s = min(bounds_s), max(bounds_s)
+    # What is damaged at the end was a part of it.
+    raw.span_s = float(time_s[0]), recording.end_s if recording.is_damaged else float(time_s[-1])
     return raw
 
 

@@ -1,4 +1,4 @@
-"""Records what goes over one port, in a background thread: from `begin` to `end` one file.
+"""Records what goes over one port, in a background thread: from the first byte to `end` one file.
 
 A conversation that ends is a mark in it, not its end. `on_batch` only adds a batch to a bounded list, so a slow, full
 or missing disk never delays the link. What does not fit is counted and noted in the recording.
@@ -44,150 +44,33 @@ _DISK_FULL = frozenset({errno.ENOSPC, getattr(errno, "EDQUOT", errno.ENOSPC)})
 
 
 class Recorder:
-    """Public methods may be called from any thread and return at once, except `stop` and `settle`.
-
-    The thread starts with the first `begin`; a file is made with the first byte on the line.
-    """
+    """One recording. Public methods may be called from any thread and return at once, except `stop`."""
 
     def __init__(
         self,
         library: RecordingLibrary,
+        port: str,
+        baud_rate: int,
         *,
+        after: "Recorder | None" = None,
         clock: Clock = steady_time,
         wall_clock: Clock = time.time,
         find_free_bytes: Callable[[Path], int] = lambda folder: shutil.disk_usage(folder).free,
         max_waiting: int = MAX_WAITING,
     ) -> None:
-        self.library = library
-        self.clock, self.wall_clock, self.find_free_bytes = clock, wall_clock, find_free_bytes
+        """`after`: the recording before it, whose file comes first."""
+        self._library, self._port, self._baud_rate, self._after = library, port, baud_rate, after
+        self._clock, self._wall_clock, self._find_free_bytes = clock, wall_clock, find_free_bytes
         self._max_waiting = max_waiting
-        self._acts: deque[Callable[[], None]] = deque()
-        self._is_urgent = threading.Event()
-        # One that may be taken again: what begins or stops also ends.
-        self._lock = threading.RLock()
-        # Under the lock:
-        self._thread: threading.Thread | None = None
-        self._is_stopped = False
-        # The present recording, or the last one.
-        self._session: _Session | None = None
-
-    def begin(self, port: str, baud_rate: int) -> None:
-        """Starts recording; ends the current recording."""
-        with self._lock:
-            if self._is_stopped:
-                return
-            self.end()
-            self._session = _Session(self, port, baud_rate)
-            self._is_urgent.set()
-            if self._thread is None:
-                self._thread = threading.Thread(target=self._work, name="dps-s recorder", daemon=True)
-                self._thread.start()
-
-    def on_batch(self, batch: Batch) -> None:
-        """Records this batch, if a recording was begun."""
-        with self._lock:
-            session = self._session
-            if session is None or not session.is_open:
-                return
-            if len(self._acts) < self._max_waiting:
-                self._acts.append(partial(session.do, session.record, batch))
-            else:
-                session.dropped += len(batch.samples) + len(batch.events)
-
-    def name_module(self, module: str, conversation: ConversationView) -> None:
-        """A person said which module it is in this conversation."""
-        with self._lock:
-            if self._session is not None and self._session.is_open:
-                self._put(partial(self._session.do, self._session.name, module, conversation))
-
-    def end(self) -> None:
-        """Closes the recording. Idempotent."""
-        with self._lock:
-            if self._session is not None and self._session.is_open:
-                self._session.is_open = False
-                self._put(partial(self._session.do, self._session.close))
-
-    def settle(self, deadline_s: float) -> bool:
-        """Waits until everything before is on disk or given up; False on timeout."""
-        done = threading.Event()
-        with self._lock:
-            if self._session is None or self._is_stopped:
-                return True
-            self._put(partial(self._session.do, self._session.maintain))
-            self._put(done.set)
-        return done.wait(deadline_s)
-
-    def stop(self, deadline_s: float = 0.4) -> bool:
-        """Closes the recording and ends the thread; False on timeout. Idempotent."""
-        with self._lock:
-            self.end()
-            self._is_stopped = True
-            self._is_urgent.set()
-        if self._thread is None:
-            return True
-        self._thread.join(deadline_s)
-        return not self._thread.is_alive()
-
-    @property
-    def is_recording(self) -> bool:
-        """A recording was begun, although there may be no byte yet."""
-        return self._session is not None and self._session.is_open
-
-    @property
-    def dropped(self) -> int:
-        """Status reports and events of this recording that were lost because the disk was too slow."""
-        return 0 if self._session is None else self._session.dropped
-
-    @property
-    def path(self) -> Path | None:
-        """Of the current recording; None before the first byte."""
-        writer = None if self._session is None else self._session.writer
-        return None if writer is None else writer.path
-
-    @property
-    def started_at(self) -> datetime | None:
-        """Of the current recording; None before the first byte."""
-        writer = None if self._session is None else self._session.writer
-        return None if writer is None else writer.opening.started_at
-
-    @property
-    def trouble(self) -> UserMessage | None:
-        """Why recording failed; the next `begin` tries again."""
-        error = None if self._session is None else self._session.error
-        if error is None:
-            return None
-        if isinstance(error, OSError) and error.errno in _DISK_FULL:
-            return message(marked("Not recording: the disk is full. Free some space, then connect again."))
-        return message(marked("Not recording to {folder}: {why}."), folder=self.library.folder, why=error_text(error))
-
-    def _put(self, act: Callable[[], None]) -> None:
-        """To be done at once. Always fits."""
-        self._acts.append(act)
-        self._is_urgent.set()
-
-    def _work(self) -> None:
-        while self._acts or not self._is_stopped:
-            self._is_urgent.wait(FLUSH_EVERY_S if self.is_recording else None)
-            self._is_urgent.clear()
-            while self._acts:
-                self._acts.popleft()()
-            session = self._session
-            if session is not None:
-                session.do(session.maintain)
-
-
-class _Session:
-    """One recording. Its methods belong to the recorder's thread."""
-
-    def __init__(self, recorder: Recorder, port: str, baud_rate: int) -> None:
-        self._recorder, self._port, self._baud_rate = recorder, port, baud_rate
-        self._begun_at = recorder.clock()
-        # Of any thread, under the recorder's lock.
-        self.is_open = True
+        self._begun_at = clock()
+        self.is_recording = True
+        # Its files, in order: none before the first byte, more than one after a day.
+        self.paths: list[Path] = []
+        # Status reports and events that were lost because the disk was too slow.
         self.dropped = 0
-        self.error: Exception | None = None
-        # None before the first byte.
-        self.writer: SessionWriter | None = None
+        # Why recording failed.
+        self.trouble: UserMessage | None = None
+        self._writer: SessionWriter | None = None
         self._tracker = MarkerTracker()
         # What the file does not tell of yet, and what it does.
         self._markers: list[Marker] = []
@@ -197,31 +80,85 @@ class _Session:
         self._limits = NO_LIMITS
         self._line_ns = 0
         self._synced_at = 0.0
+        # What its thread is to do, and whether at once.
+        self._acts: deque[Callable[[], None]] = deque()
+        self._is_urgent = threading.Event()
+        self._thread = threading.Thread(target=self._work, name="dps-s recorder", daemon=True)
+        self._thread.start()
 
-    def do(self, act: Callable[..., None], *args: object) -> None:
-        if self.error is not None:
-            return
+    def on_batch(self, batch: Batch) -> None:
+        if self.is_recording and len(self._acts) < self._max_waiting:
+            self._acts.append(partial(self._record, batch))
+        elif self.is_recording:
+            self.dropped += len(batch.samples) + len(batch.events)
+
+    def name_module(self, module: str, conversation: ConversationView) -> None:
+        """A person said which module it is in this conversation."""
+        if self.is_recording:
+            self._acts.append(partial(self._name, module, conversation))
+
+    def end(self) -> None:
+        """Closes the file once everything is in it. Idempotent."""
+        self.is_recording = False
+        self._is_urgent.set()
+
+    def stop(self, deadline_s: float = 0.4) -> bool:
+        """Ends, and waits for it; False on timeout. Idempotent."""
+        self.end()
+        self._thread.join(deadline_s)
+        return not self._thread.is_alive()
+
+    @property
+    def started_at(self) -> datetime | None:
+        """Of the file that is being written."""
+        writer = self._writer
+        return None if writer is None else writer.opening.started_at
+
+    # In its thread
+
+    def _work(self) -> None:
+        if self._after is not None:
+            self._after._thread.join()
+            self._after = None
+        while self.is_recording or self._acts:
+            self._is_urgent.wait(FLUSH_EVERY_S)
+            self._is_urgent.clear()
+            while self._acts:
+                self._do(self._acts.popleft())
+            self._do(self._maintain)
+        self._do(self._close)
+
+    def _do(self, act: Callable[[], None]) -> None:
+        """An error ends this recording, and nothing else."""
         try:
-            act(*args)
-        except Exception as error:  # noqa: BLE001  it ends the recording, and nothing else
+            act()
+        except Exception as error:  # noqa: BLE001
             if not isinstance(error, OSError):
                 _log.exception("The recorder met an error it did not expect")
             _log.warning("Not recorded any more: %s", error)
-            if self.writer is not None:
-                self.writer.close()
-            self.writer = None
-            self.is_open, self.error = False, error
+            if isinstance(error, OSError) and error.errno in _DISK_FULL:
+                text = marked("Not recording: the disk is full. Free some space, then connect again.")
+                self.trouble = message(text)
+            else:
+                text = marked("Not recording to {folder}: {why}.")
+                self.trouble = message(text, folder=self._library.folder, why=error_text(error))
+            self.is_recording = False
+            if self._writer is not None:
+                self._writer.close()
+                self._writer = None
 
-    def record(self, batch: Batch) -> None:
+    def _record(self, batch: Batch) -> None:
+        if self.trouble is not None:
+            return
         self._markers += self._tracker.on_batch(batch)
-        writer = self.writer
+        writer = self._writer
         if writer is None:
             firsts = [first.at for first in (*batch.samples[:1], *batch.events[:1])]
             if not firsts:
                 return
-            writer = self.writer = self._open(min(self._begun_at, *firsts))
+            writer = self._writer = self._open(min(self._begun_at, *firsts))
             if self._named is not None and self._named[1].number == batch.conversation.number:
-                self.name(*self._named)
+                self._name(*self._named)
         for entry in entries_of(batch.events, 0.0):
             # Strictly ascending times tell the order of both directions.
             self._line_ns = max(self._line_ns + 1, writer.wall_ns(entry.at_s))
@@ -229,8 +166,8 @@ class _Session:
         for sample in batch.samples:
             report = RecordedReport(sample.tilt_deg, sample.acceleration_g, sample.triggered, sample.active)
             writer.add(STATUS, writer.wall_ns(sample.at), msgspec.json.encode(report))
-        was_triggered = writer.state.was_triggered or any(sample.triggered for sample in batch.samples)
-        writer.advance(reports=writer.state.reports + len(batch.samples), was_triggered=was_triggered)
+            writer.state.reports += 1
+            writer.state.was_triggered |= sample.triggered
         for marker in self._markers:
             writer.note(marker.time_s, marker.kind.value, port=marker.text)
         self._markers = []
@@ -244,62 +181,56 @@ class _Session:
             self._limits = limits
             writer.note(batch.at, "limits", **limits._asdict())
 
-    def name(self, module: str, conversation: ConversationView) -> None:
-        self._named = (module, conversation)
-        writer = self.writer
+    def _name(self, module: str, conversation: ConversationView) -> None:
+        self._named, writer = (module, conversation), self._writer
         if writer is not None:
             # A name holds from the beginning of its conversation on.
             writer.note(max(conversation.began_at, writer.opening.start_s), MarkerKind.NAMED.value, module=module)
-            writer.advance(modules=tuple(dict.fromkeys((*writer.state.modules, module))))
+            writer.state.modules = tuple(dict.fromkeys((*writer.state.modules, module)))
 
     def _open(self, start_s: float) -> SessionWriter:
-        library, clock = self._recorder.library, self._recorder.clock
-        library.folder.mkdir(parents=True, exist_ok=True, mode=0o700)
-        library.prune()
+        self._library.folder.mkdir(parents=True, exist_ok=True, mode=0o700)
+        self._library.prune()
         self._check_disk()
-        self._synced_at = clock()
         # Values polled before the beginning are in the previous recording.
         self._polled_s = dict.fromkeys(POLLED, math.nextafter(start_s, -math.inf))
         self._line_ns, self._limits = 0, NO_LIMITS
         opening = Opening(
-            started_at=datetime.fromtimestamp(start_s + self._recorder.wall_clock() - clock(), UTC),
+            started_at=datetime.fromtimestamp(start_s + self._wall_clock() - self._clock(), UTC),
             start_s=start_s,
             port=self._port,
             baud_rate=self._baud_rate,
             program=f"DPS-S Configurator {version()}",
         )
         _log.debug("Recording %s", self._port)
-        return SessionWriter(library.new_path(opening.started_at), opening)
-
-    def maintain(self) -> None:
-        """Flushes, syncs, checks the disk, and goes on in the next file where this one is long enough."""
-        writer, now = self.writer, self._recorder.clock()
-        if writer is None:
-            return
-        self._flush(writer)
-        if now - self._synced_at >= SYNC_EVERY_S:
-            self._synced_at = now
-            writer.sync()
-            self._check_disk()
-        is_large = writer.is_full or writer.size_bytes > self._recorder.library.max_bytes / 5
-        if is_large or now - writer.opening.start_s > MAX_SESSION_S:
-            self.close()
-            self._begun_at = now
+        writer = SessionWriter(self._library.new_path(opening.started_at), opening)
+        self.paths.append(writer.path)
+        return writer
 
     def _check_disk(self) -> None:
-        if self._recorder.find_free_bytes(self._recorder.library.folder) < RESERVE_BYTES:
+        self._synced_at = self._clock()
+        if self._find_free_bytes(self._library.folder) < RESERVE_BYTES:
             raise OSError(errno.ENOSPC, "the disk is nearly full")
 
-    def _flush(self, writer: SessionWriter, *, is_last: bool = False) -> None:
+    def _maintain(self) -> None:
+        """Flushes, syncs, checks the disk, and goes on in the next file where this one is long enough."""
+        writer, now = self._writer, self._clock()
+        if writer is None:
+            return
         dropped = self.dropped
         if dropped > self._noted:
-            writer.note(self._recorder.clock(), MarkerKind.MISSING.value, count=dropped - self._noted)
+            writer.note(now, MarkerKind.MISSING.value, count=dropped - self._noted)
             self._noted = dropped
-        writer.flush(self._recorder.clock(), is_last=is_last)
+        writer.flush(now)
+        if now - self._synced_at >= SYNC_EVERY_S:
+            writer.sync()
+            self._check_disk()
+        is_large = writer.is_full or writer.size_bytes > self._library.max_bytes / 5
+        if is_large or now - writer.opening.start_s > MAX_SESSION_S:
+            self._close()
+            self._begun_at = now
 
-    def close(self) -> None:
-        if self.writer is not None:
-            self._flush(self.writer, is_last=True)
-            self.writer.sync()
-            self.writer.close()
-            self.writer = None
+    def _close(self) -> None:
+        if self._writer is not None:
+            self._writer.finish(self._clock())
+            self._writer = None

@@ -78,10 +78,9 @@ class Recording(Measured):
         self.missing_count, self.damage = file.missing_count, file.damage
         last_s = opening.clock_s(file.last_ns)
         self.end_s = max(last_s, file.state.end_s)
-        # From when to when data is missing: up to the end, as far as that is known.
-        self.damaged: tuple[tuple[float, float], ...] = ()
+        # Data is missing up to the end, as far as that is known.
+        self.is_damaged = file.is_damaged
         if file.is_damaged:
-            self.damaged = ((last_s, self.end_s),)
             markers.append(Marker(last_s, MarkerKind.DAMAGED))
         self.markers = tuple(sorted(markers, key=itemgetter(0)))
         self.start_s = min((opening.start_s, *(marker.time_s for marker in self.markers[:1])))

@@ -15,6 +15,7 @@ import os
 import struct
 import zlib
 from collections.abc import Iterator, Mapping
+from contextlib import suppress
 from datetime import datetime
 from io import BytesIO
 from pathlib import Path
@@ -92,7 +93,7 @@ class Opening(msgspec.Struct, frozen=True, kw_only=True):
         return (wall_ns - self.wall_offset_ns) / NANOSECONDS
 
 
-class State(msgspec.Struct, frozen=True, kw_only=True):
+class State(msgspec.Struct, kw_only=True):
     """How far the recording is."""
 
     end_s: ClockTime
@@ -126,15 +127,18 @@ Head = TypeVar("Head", Opening, State)
 
 def metadata_record(name: str, head: Opening | State) -> bytes:
     """The MCAP record of an opening or a state."""
-
     # ASCII, so that the length in bytes does not depend on the names, which may have bytes that are no text.
     text = json.dumps(msgspec.to_builtins(head))
     if isinstance(head, State):
         if len(text) > STATE_LENGTH:
             return metadata_record(name, msgspec.structs.replace(head, modules=head.modules[:-1]))
         text = text.ljust(STATE_LENGTH)
-    # MCAP has no checksum for metadata.
-    return _records(Metadata(name, {"json": text, "crc32": f"{zlib.crc32(text.encode()):08x}"}))
+    return _records(Metadata(name, {"json": text, "crc32": _checksum(text)}))
+
+
+def _checksum(text: str) -> str:
+    # MCAP has none for metadata.
+    return f"{zlib.crc32(text.encode()):08x}"
 
 
 def _records(*records: McapRecord) -> bytes:
@@ -148,7 +152,7 @@ def _records(*records: McapRecord) -> bytes:
 def _head_of(record: Metadata, kind: type[Head]) -> Head:
     text = record.metadata.get("json", "")
     try:
-        if record.metadata.get("crc32") != f"{zlib.crc32(text.encode()):08x}":
+        if record.metadata.get("crc32") != _checksum(text):
             raise ValueError("the checksum is wrong")
         plain = json.loads(text)
         if kind is Opening and plain["version"] != VERSION:
@@ -164,20 +168,18 @@ def read_head(path: Path) -> tuple[Opening, State]:
         head = file.read(HEAD_BYTES)
     if not head.startswith(MCAP0_MAGIC):
         raise UserError(marked("unknown kind of file"))
-    opening: Opening | None = None
-    try:
+    found: dict[str, Metadata] = {}
+    with suppress(*_DAMAGES):
         for record in StreamReader(BytesIO(head), emit_chunks=True, record_size_limit=HEAD_BYTES).records:
-            if isinstance(record, Metadata) and record.name == OPENING:
-                opening = _head_of(record, Opening)
-            elif isinstance(record, Metadata) and record.name == STATE and opening is not None:
-                return opening, _head_of(record, State)
-    except _DAMAGES:
-        pass  # as is the state where a power failure came while it was written
-    except UserError:
-        if opening is None:
-            raise
-    if opening is None:
+            if isinstance(record, Metadata):
+                found[record.name] = record
+                if record.name == STATE:
+                    break
+    if OPENING not in found:
         raise UserError(marked("not a recording by this program"))
+    opening = _head_of(found[OPENING], Opening)
+    with suppress(KeyError, UserError):  # the power may have failed while the state was written
+        return opening, _head_of(found[STATE], State)
     return opening, State(end_s=opening.start_s)
 
 
@@ -208,8 +210,8 @@ class SessionWriter:
     def __init__(self, path: Path, opening: Opening) -> None:
         self.path = path
         self.opening = opening
+        # Written by `flush`; its end is that of what was added.
         self.state = State(end_s=opening.start_s)
-        self._end_s = opening.start_s
         self._offset_ns = opening.wall_offset_ns
         # The records of the next chunk, and their times. mcap's own writer takes four times as long for a message.
         self._waiting = [_CHANNEL_RECORDS]
@@ -227,6 +229,11 @@ class SessionWriter:
             self.close()
             raise
 
+    def wall_ns(self, at_s: float) -> int:
+        """Of a time of the program's clock, up to which the recording is now."""
+        self.state.end_s = max(self.state.end_s, at_s)
+        return round(at_s * NANOSECONDS) + self._offset_ns
+
     def add(self, topic: str, at_ns: int, data: bytes) -> None:
         """`at_ns`: from `wall_ns`."""
         size = _MESSAGE.size - _RECORD_HEAD + len(data)
@@ -235,11 +242,6 @@ class SessionWriter:
         self._waiting_bytes += _MESSAGE.size + len(data)
         if self._waiting_bytes > FULL_CHUNK_BYTES:
             self._write_chunk()
-
-    def wall_ns(self, at_s: float) -> int:
-        """Of a time of the program's clock, up to which the recording is now."""
-        self._end_s = max(self._end_s, at_s)
-        return round(at_s * NANOSECONDS) + self._offset_ns
 
     def note(self, at_s: float, event: str, **values: object) -> None:
         text = json.dumps({"event": event, **values}, ensure_ascii=False)
@@ -250,7 +252,7 @@ class SessionWriter:
         self._write_chunk()
         if is_last:
             self._file.write(_records(DataEnd(0), Footer(0, 0, 0)) + MCAP0_MAGIC)
-        self.advance(end_s=max(self._end_s, now_s), is_ended=is_last)
+        self.state.end_s, self.state.is_ended = max(self.state.end_s, now_s), is_last
         # The state is written behind what it tells of: it never promises what is not in the file.
         self._file.seek(self._state_at)
         self._file.write(metadata_record(STATE, self.state))
@@ -266,24 +268,24 @@ class SessionWriter:
             self._file.write(_records(Chunk("zstd", packed, last_ns, first_ns, zlib.crc32(records), len(records))))
             self._waiting, self._times_ns, self._waiting_bytes = [], [], 0
 
-    def advance(self, **changes: object) -> None:
-        """Of the state; it is written by `flush`."""
-        self.state = msgspec.structs.replace(self.state, **changes)
-
     def sync(self) -> None:
         """Waits until the data is safe from a power failure."""
         os.fsync(self._file.fileno())
 
+    def finish(self, now_s: float) -> None:
+        """Closes it properly."""
+        self.flush(now_s, is_last=True)
+        self.sync()
+        self.close()
+
     def close(self) -> None:
-        """Closes the file; never raises. Idempotent."""
-        try:
+        """Never raises. Idempotent."""
+        with suppress(OSError):  # what did not fit is lost
             self._file.close()
-        except OSError:
-            return  # what did not fit is lost
 
     @property
     def size_bytes(self) -> int:
-        return 0 if self._file.closed else self._file.tell()
+        return self._file.tell()
 
     @property
     def is_full(self) -> bool:
@@ -368,5 +370,4 @@ class SessionFile:
 def number_in(event: Mapping[str, object], key: str) -> float | None:
     """A number that a reading or a limit can be, else None."""
     value = event.get(key)
-    is_number = isinstance(value, int | float) and not isinstance(value, bool) and abs(value) <= 1e9
-    return float(value) if is_number else None  # type: ignore[arg-type]
+    return float(value) if isinstance(value, int | float) and abs(value) <= 1e9 else None

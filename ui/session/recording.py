@@ -36,9 +36,10 @@ class SessionRecording:
         """`stream`: a recording needs every report, whatever page is shown."""
         self._stream, self._find_library = stream, find_library
         self._lock = threading.Lock()
-        # From the first opening on, and the number of the opening that is recorded.
+        # Of the present opening, or the last one, and its number.
         self._recorder: Recorder | None = None
         self._opening: int | None = None
+        self._is_stopped = False
 
     def recorded(self, deliver: Callable[[Batch], None]) -> Callable[[Batch], None]:
         def both(batch: Batch) -> None:
@@ -65,22 +66,29 @@ class SessionRecording:
     def stop(self, deadline_s: float) -> bool:
         """Ends the recording and its thread; whether that was done in time. What was written before is safe in any
         case."""
-        return self._recorder is None or self._recorder.stop(deadline_s)
+        with self._lock:
+            self._is_stopped = True
+            recorder = self._recorder
+        return recorder is None or recorder.stop(deadline_s)
 
     def _on_batch(self, batch: Batch) -> None:
         """In the worker's thread."""
         connection = batch.connection
         with self._lock:
-            if connection.state is PortState.OPEN and connection.opening != self._opening:
-                self._opening = connection.opening
-                if self._recorder is None:
-                    from app.recordings.recorder import Recorder
+            recorder = self._recorder
+            is_open = connection.state is PortState.OPEN
+            if is_open and connection.opening != self._opening and not self._is_stopped:
+                from app.recordings.recorder import Recorder
 
-                    self._recorder = Recorder(self._find_library())
-                self._recorder.begin(connection.port, connection.baud_rate)
-            if self._recorder is not None:
-                self._recorder.on_batch(batch)
-                if connection.state is not PortState.OPEN:
+                if recorder is not None:
+                    recorder.end()
+                self._opening = connection.opening
+                library = self._find_library()
+                recorder = Recorder(library, connection.port, connection.baud_rate, after=recorder)
+                self._recorder = recorder
+            if recorder is not None:
+                recorder.on_batch(batch)
+                if not is_open:
                     self._opening = None
-                    self._recorder.end()
-            self._stream.is_recorded = self._recorder is not None and self._recorder.is_recording
+                    recorder.end()
+            self._stream.is_recorded = recorder is not None and recorder.is_recording

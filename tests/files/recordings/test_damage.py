@@ -17,14 +17,14 @@ from app.recordings.recording import Recording
 from app.recordings.session_file import HEAD_BYTES, SessionFile
 from app.text.messages import UserError
 from tests.support.processes import running
-from tests.support.records.recordings_made import HEADING, Whole, opened, recorder_in, stream, whole_of
+from tests.support.records.recordings_made import Whole, opened, recorder_in, stream, whole_of
 
 
 @pytest.fixture(scope="module")
 def whole(tmp_path_factory: pytest.TempPathFactory) -> Whole:
     """Six seconds, with a chunk every half second, as in the field."""
     with recorder_in(tmp_path_factory.mktemp("whole")) as bench:
-        bench.recorder.begin(*HEADING)
+        bench.begin()
         for number in range(12):
             bench.feed(*stream(1000.0 + number / 2, 0.5, rate_hz=100))
         bench.finish()
@@ -101,8 +101,9 @@ def test_it_is_read_up_to_the_first_damage(whole: Whole, tmp_path: Path) -> None
     data[(start + end) // 2] ^= 0x10
     recording = changed_but_read(whole, tmp_path, bytes(data))
     assert recording.tilt.window(0.0, 1e9).time_s.tolist() == whole.times[:350]
-    ((first, last),) = recording.damaged
-    assert (first, last) == (pytest.approx(whole.times[349]), pytest.approx(1006.0, abs=0.1))
+    assert recording.is_damaged
+    assert recording.end_s == pytest.approx(1006.0, abs=0.1)
+    assert recording.markers[-1].time_s == pytest.approx(whole.times[349])
     assert recording.damage is not None
     assert recording.damage.in_english().startswith("Damaged or altered; left out from ")
     assert not recording.entry.was_cut_off
@@ -156,15 +157,14 @@ def test_a_few_bytes_that_are_packed_gigabytes_are_not_unpacked(whole: Whole, tm
 KILLED = """
 import sys, time
 from pathlib import Path
-from tests.support.records.recordings_made import HEADING, WAIT_S, stream
+from tests.support.records.recordings_made import settle, stream
 from app.recordings.recorder import Recorder
 from app.recordings.library import RecordingLibrary
 
-recorder = Recorder(RecordingLibrary(Path(sys.argv[1])))
-recorder.begin(*HEADING)
+recorder = Recorder(RecordingLibrary(Path(sys.argv[1])), "/dev/ttyUSB0", 115200)
 for one in stream(time.monotonic(), 2.0, rate_hz=100):
     recorder.on_batch(one)
-assert recorder.settle(WAIT_S)
+settle(recorder)
 print("there", flush=True)
 sys.stdin.readline()
 """

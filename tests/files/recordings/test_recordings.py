@@ -36,13 +36,11 @@ from app.text.messages import UserError
 from protocol.events import Began, Ended, EndReason, Rejected
 from protocol.messages import Noise, Reason
 from tests.support.records.recordings_made import (
-    HEADING,
     LINE_HZ,
     LOST,
     NAME,
     NOON,
     PORT,
-    WAIT_S,
     asked,
     batch,
     directions,
@@ -196,7 +194,7 @@ def test_limits_hold_until_they_change_or_the_conversation_ends(tmp_path: Path) 
 
 def test_bytes_of_equal_times_stay_in_order(tmp_path: Path) -> None:
     with recorder_in(tmp_path) as bench:
-        bench.recorder.begin(*HEADING)
+        bench.begin()
         samples = [report(1000.0 + n // 7 / 100, n) for n in range(100)]
         garbage = Rejected(Noise(b"\0\1", Reason.NO_HEADER, 0), 1000.0)
         bench.feed(batch(1000.0, events=(garbage,)), *(batch(sample.at, sample) for sample in samples))
@@ -213,7 +211,7 @@ def test_bytes_of_equal_times_stay_in_order(tmp_path: Path) -> None:
 def test_a_session_that_is_too_large_goes_on_in_the_next_recording(tmp_path: Path) -> None:
     with recorder_in(tmp_path) as bench:
         bench.library.max_bytes = 300_000
-        bench.recorder.begin(*HEADING)
+        bench.begin()
         batches = list(stream(1000.0, 60.0, rate_hz=100))
         for first in range(0, len(batches), 60):
             bench.feed(*batches[first : first + 60])
@@ -238,7 +236,7 @@ def test_no_recording_is_longer_than_what_is_read_of_one(tmp_path: Path, monkeyp
     """At full line rate that is eight hours, long before the file is as large as the library allows."""
     monkeypatch.setattr(session_file, "MAX_UNPACKED_BYTES", 1_000_000)
     with recorder_in(tmp_path) as bench:
-        bench.recorder.begin(*HEADING)
+        bench.begin()
         for second in range(20):
             bench.feed(*stream(1000.0 + second, 1.0))
         bench.finish()
@@ -261,21 +259,16 @@ def test_after_a_day_the_next_recording_begins_with_the_name_of_its_conversation
         assert found == [(True, 1, module), (False, 2, "Bench 9")]
 
 
-def test_without_a_session_nothing_is_recorded(tmp_path: Path) -> None:
+def test_what_comes_after_the_end_is_not_recorded(tmp_path: Path) -> None:
     with recorder_in(tmp_path) as bench:
-        bench.feed(batch(1000.0, report(1000.0)))
-        bench.recorder.begin(*HEADING)
+        bench.begin()
         assert bench.recorder.is_recording
         bench.feed(batch(1001.0))
-        assert bench.recorder.path is None, "nothing went over the line yet"
-        bench.recorder.end()
-        bench.feed(batch(1002.0, report(1002.0)))
+        assert bench.recorder.started_at is None, "nothing went over the line yet"
         bench.finish()
-        assert bench.library.entries() == ()
-        assert bench.recorder.stop(WAIT_S)
-        bench.recorder.begin(*HEADING)
         assert not bench.recorder.is_recording
-        assert bench.recorder.stop(WAIT_S)
+        bench.feed(batch(1002.0, report(1002.0)))
+        assert bench.library.entries() == ()
 
 
 @pytest.mark.skipif(sys.platform == "win32", reason="permissions are not bits on Windows")

@@ -20,7 +20,6 @@ from app.recordings.recording import export
 from app.recordings.session_file import SessionWriter
 from tests.support.records.recordings_made import (
     CLOSED,
-    HEADING,
     NOON,
     PORT,
     WAIT_S,
@@ -79,11 +78,11 @@ def test_a_disk_that_is_full_at_any_byte(tmp_path: Path, monkeypatch: pytest.Mon
     batches = list(stream(1000.0, 2.0, rate_hz=50))
     with recorder_in(tmp_path) as bench:
         failing_after(monkeypatch, count, OSError(errno.ENOSPC, "No space left on device"))
-        bench.recorder.begin(*HEADING)
+        bench.begin()
         for one in batches:
             bench.feed(one)
         assert not bench.recorder.is_recording
-        assert bench.recorder.path is None
+        assert bench.recorder.started_at is None
         assert bench.recorder.trouble is not None
         assert bench.recorder.trouble.text.startswith("Not recording: the disk is full.")
         (entry,) = bench.library.entries()
@@ -119,7 +118,7 @@ def test_an_unexpected_error_ends_the_recording_but_not_the_thread(
         assert bench.recorder.trouble is not None
         monkeypatch.undo()
         bench.record(batch(1001.0, report(1001.0)))
-        assert bench.recorder.path is not None
+        assert bench.recorder.started_at is not None
 
 
 def test_a_failure_of_the_previous_session_does_not_end_this_one(
@@ -136,7 +135,7 @@ def test_a_failure_of_the_previous_session_does_not_end_this_one(
             sync(self)
 
         monkeypatch.setattr(SessionWriter, "sync", fail_once)
-        bench.recorder.begin(PORT, 9600)
+        bench.begin(PORT, 9600)
         bench.feed(batch(1001.0, report(1001.0)))
         assert (failures, bench.recorder.trouble) == ([], None)
         assert bench.library.entries()[0].baud_rate == 9600
@@ -169,12 +168,11 @@ def test_a_hanging_disk_delays_nothing_and_lost_data_is_counted(
 ) -> None:
     with recorder_in(tmp_path, max_waiting=300) as bench:
         jam = Jam(monkeypatch)
-        bench.recorder.begin(*HEADING)
+        bench.begin()
         bench.recorder.on_batch(batch(1000.0, report(1000.0)))
         assert jam.hangs.wait(WAIT_S)
         fill(bench, 1000, first_s=1001.0)
         assert bench.recorder.dropped == 1400, "a report and an event each"
-        assert not bench.recorder.settle(0.0)
         assert not bench.recorder.stop(0.0), "closing the window does not wait for it"
         jam.goes_on.set()
         assert bench.recorder.stop(WAIT_S)
@@ -191,7 +189,7 @@ def test_csv_holds_every_value_and_is_appended_to(tmp_path: Path) -> None:
     """Three seconds of stream with a trigger, and a lost port."""
     path = tmp_path / "x.csv"
     with recorder_in(tmp_path / "shelf") as bench:
-        bench.recorder.begin(*HEADING)
+        bench.begin()
         bench.recorder.on_batch(batch(1000.0, events=(asked(1000.0),)))
         bench.feed(*stream(1000.0, 3.0, rate_hz=400))
         bench.feed(

@@ -12,7 +12,7 @@ from app.flights.judge import Judge, SensorSample, TriggerLimits
 from app.flights.judging import samples_of
 from app.recordings.markers import Marker, MarkerKind
 from protocol.messages import Source
-from tests.support.records.recordings_made import HEADING, asked, batch, recorder_in
+from tests.support.records.recordings_made import asked, batch, recorder_in
 
 STEP_S = 1 / REPORT_HZ
 
@@ -144,9 +144,8 @@ def recorded_reports(folder: Path, rows: Iterable[tuple[float, float, float]]) -
     """Record rows of time, tilt and acceleration; return the folder of the recording."""
     samples = [StatusSample(STARTS_S + at_s, int(tilt), force, False, True) for at_s, tilt, force in rows]
     with recorder_in(folder) as bench:
-        bench.recorder.begin(*HEADING)
+        bench.begin()
         bench.recorder.on_batch(batch(STARTS_S, events=(asked(STARTS_S),)))
         bench.feed(batch(samples[-1].at, *samples))
-        bench.recorder.end()
-        bench.settle()
+        bench.finish()
         return bench.path

@@ -1,8 +1,9 @@
 """Makes recordings for tests, from batches or from bytes; reads and explains them."""
 
+import threading
 from collections.abc import Iterable, Iterator, Sequence
 from contextlib import contextmanager
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from datetime import UTC, datetime, timedelta
 from heapq import merge
 from operator import itemgetter
@@ -18,7 +19,7 @@ from app.engine.conversation import ConversationView, How, Known, StatusSample
 from app.engine.transport import PortError, PortTrouble
 from app.engine.worker import Batch, Connection, PortState
 from app.recordings.library import RecordingLibrary, entry_of
-from app.recordings.recorder import FLUSH_EVERY_S, Recorder
+from app.recordings.recorder import FLUSH_EVERY_S, MAX_WAITING, Recorder
 from app.recordings.recording import Recording, open_recording
 from app.recordings.session_file import RX, Opening, RecordedReport, SessionFile, SessionWriter
 from app.recordings.session_file import STATUS as STATUS_TOPIC
@@ -36,7 +37,6 @@ CLOSED = OPEN._replace(state=PortState.CLOSED)
 LOST = CLOSED._replace(trouble=PortError(PortTrouble.LOST, PORT, ""))
 LINE_HZ = 1440
 WAIT_S = PATIENCE_S
-HEADING = PORT, 115200
 NAME = "Bench 7"
 TENTHS = 26
 """Count of values of acceleration that occur: 0.0 … 2.5 g."""
@@ -104,13 +104,49 @@ def stream(start_s: float, seconds: float, *, rate_hz: int = LINE_HZ) -> Iterato
         yield batch(at, *samples, view=view)
 
 
+def settle(recorder: Recorder) -> None:
+    """Waits until everything before is on disk or given up."""
+    if not recorder.is_recording:
+        assert recorder.stop(WAIT_S)
+        return
+    done = threading.Event()
+    recorder._acts += (recorder._maintain, done.set)
+    recorder._is_urgent.set()
+    while recorder._thread.is_alive() and not done.wait(0.01):
+        pass
+
+
 @dataclass
 class Bench:
-    """A recorder on a fake clock."""
+    """Recorders on a fake clock, one after the other."""
 
-    recorder: Recorder
-    clock: Clock
     library: RecordingLibrary
+    free_bytes: int
+    max_waiting: int
+    clock: Clock = field(default_factory=Clock)
+    recorders: list[Recorder] = field(default_factory=list)
+
+    @property
+    def recorder(self) -> Recorder:
+        return self.recorders[-1]
+
+    def begin(self, port: str = PORT, baud_rate: int = 115200) -> None:
+        """Ends the recording, if there is one, and begins the next."""
+        before = self.recorders[-1] if self.recorders else None
+        if before is not None:
+            before.end()
+        self.recorders.append(
+            Recorder(
+                self.library,
+                port,
+                baud_rate,
+                after=before,
+                clock=self.clock,
+                wall_clock=self.clock.wall,
+                find_free_bytes=lambda _folder: self.free_bytes,
+                max_waiting=self.max_waiting,
+            )
+        )
 
     def feed(self, *batches: Batch) -> None:
         """Records batches, moves the clock to the last one and waits until they are on disk."""
@@ -121,7 +157,7 @@ class Bench:
 
     def record(self, *batches: Batch) -> None:
         """Begins a recording with these batches."""
-        self.recorder.begin(*HEADING)
+        self.begin()
         self.feed(*batches)
 
     def name(self, module: str, *, number: int = 1) -> None:
@@ -130,11 +166,10 @@ class Bench:
 
     def finish(self) -> None:
         """Ends the recording."""
-        self.recorder.end()
-        self.settle()
+        assert self.recorder.stop(WAIT_S)
 
     def settle(self) -> None:
-        assert self.recorder.settle(WAIT_S)
+        settle(self.recorder)
 
     @property
     def path(self) -> Path:
@@ -143,27 +178,23 @@ class Bench:
 
 
 @contextmanager
-def recorder_in(folder: Path, *, free_bytes: int = 1 << 40, **options: int) -> Iterator[Bench]:
-    clock = Clock()
-    library = RecordingLibrary(folder)
-    recorder = Recorder(
-        library, clock=clock, wall_clock=clock.wall, find_free_bytes=lambda _folder: free_bytes, **options
-    )
+def recorder_in(folder: Path, *, free_bytes: int = 1 << 40, max_waiting: int = MAX_WAITING) -> Iterator[Bench]:
+    bench = Bench(RecordingLibrary(folder), free_bytes, max_waiting)
     try:
-        yield Bench(recorder, clock, library)
+        yield bench
     finally:
-        assert recorder.stop(WAIT_S)
+        for recorder in bench.recorders:
+            assert recorder.stop(WAIT_S)
 
 
 def recorded(folder: Path, seconds: float = 2.0, *, rate_hz: int = LINE_HZ) -> Path:
     """Record a session and close it; return its path."""
     with recorder_in(folder) as bench:
-        bench.recorder.begin(*HEADING)
+        bench.begin()
         bench.recorder.on_batch(batch(1000.0, events=(asked(1000.0),)))
         bench.feed(*stream(1000.0, seconds, rate_hz=rate_hz))
         bench.name(NAME)
-        bench.recorder.end()
-        bench.settle()
+        bench.finish()
         return bench.path
 
 
@@ -190,7 +221,7 @@ def write_session(path: Path, opening: Opening, entries: Iterable[CaptureEntry],
             assert isinstance(status, Status)
             values = status.tilt_deg, status.acceleration_g, status.triggered, status.active
             writer.add(STATUS_TOPIC, at_ns, msgspec.json.encode(RecordedReport(*values)))
-            writer.advance(reports=writer.state.reports + 1)
+            writer.state.reports += 1
     writer.flush(flushed_s, is_last=True)
     writer.close()
 

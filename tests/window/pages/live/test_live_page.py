@@ -19,7 +19,7 @@ from app.recordings.library import RecordingLibrary
 from app.samples.samples import Series
 from app.system.clock import steady_time
 from protocol.events import Began, Ended, EndReason
-from tests.support.records.recordings_made import CLOSED, LOST, OPEN, WAIT_S, batch, received, report, talk
+from tests.support.records.recordings_made import CLOSED, LOST, OPEN, WAIT_S, batch, received, report, settle, talk
 from tests.support.window.fakes_ui import connect, page_entries, simulated, window
 from tests.support.window.live_bench import Bench, live_bench
 from tests.support.window.rig import Rig, on_fake_time
@@ -302,7 +302,8 @@ class Session:
 
     def listed(self) -> list[tuple[str, tuple[str, ...], int]]:
         """Port, modules and number of reports of all recordings, oldest first."""
-        assert self.recording._recorder is None or self.recording._recorder.settle(WAIT_S)
+        if self.recording._recorder is not None:
+            settle(self.recording._recorder)
         return [(entry.port, entry.modules, entry.sample_count) for entry in reversed(self.library.entries())]
 
 

@@ -24,7 +24,7 @@ from app.text.messages import message
 from tests.files.recordings.test_damage import chunks_in
 from tests.support.cli_line import Printed
 from tests.support.flights.made_flights import crash, made_flight, ordinary_flight, write_csv, write_logs
-from tests.support.records.recordings_made import HEADING, NOON, batch, recorder_in, report, talk
+from tests.support.records.recordings_made import NOON, batch, recorder_in, report, talk
 from tests.support.window.controls import moved, places
 from tests.support.window.cut_off import cut_off
 from tests.support.window.fake_ports import fake_services, show_alone
@@ -395,7 +395,7 @@ SECONDS = 120
 def record(folder: Path, *, module: str = "Left wing", seconds: int = SECONDS) -> Path:
     """Record ten reports a second, tipped over for one second in the middle while active; return the folder."""
     with recorder_in(folder) as bench:
-        bench.recorder.begin(*HEADING)
+        bench.begin()
         bench.name(module)
         for second in range(seconds):
             start_s = 1000.0 + second
@@ -408,8 +408,7 @@ def record(folder: Path, *, module: str = "Left wing", seconds: int = SECONDS) -
             bench.recorder.on_batch(batch(start_s + 0.95, *samples, view=view))
         bench.settle()  # it reads the clock, which moves on next
         bench.clock.now_s += seconds
-        bench.recorder.end()
-        bench.settle()
+        bench.finish()
         return bench.path
 
 
