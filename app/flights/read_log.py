@@ -109,13 +109,12 @@ def _read(path: Path, columns: CsvColumns | None) -> RawLog:
 def _read_recording(path: Path, name: str) -> RawLog:
     """A flight that a module measured. Raises `UserError`."""
     from app.recordings.library import entry_of
-    from app.recordings.recording import open_recording
+    from app.recordings.recording import Recording
 
     try:
-        recording = open_recording(entry_of(path))
+        recording = Recording(entry_of(path))
     except UserError as error:
-        cause = error.__cause__
-        raise unreadable(str(cause) if isinstance(cause, UserError) else marked("cannot be read")) from error
+        raise UserError(marked("{why}."), why=error.message) from error
     return _recorded(recording, name)
 
 

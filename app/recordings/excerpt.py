@@ -60,11 +60,6 @@ class LimitSteps:
         for steps, value in zip(self._steps, limits, strict=True):
             steps.put(at, value)
 
-    def at(self, time_s: float = inf) -> ModuleLimits:
-        """The limits that held then; by default those of now."""
-        held = (steps.between(time_s, time_s) for steps in self._steps)
-        return ModuleLimits(*(changes[-1].value if changes else None for changes in held))
-
     def last(self) -> ModuleLimits:
         """What was last known of each."""
         known = ([step.value for step in steps.between(-inf, inf) if step.value is not None] for steps in self._steps)

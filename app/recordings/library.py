@@ -164,8 +164,7 @@ def size_text(size_bytes: float) -> str:
     if size_bytes < 1024**2:
         return f"{math.ceil(size_bytes / 1024)} kB"
     if size_bytes < 1024**3:
-        megabytes = size_bytes / 1024**2
-        return f"{megabytes:.{0 if megabytes >= 100 else 1}f} MB"
+        return f"{size_bytes / 1024**2:.1f} MB"
     return f"{size_bytes / 1024**3:.1f} GB"
 
 

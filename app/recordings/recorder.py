@@ -51,18 +51,14 @@ class Recorder:
         library: RecordingLibrary,
         port: str,
         baud_rate: int,
-        *,
-        after: "Recorder | None" = None,
         clock: Clock = steady_time,
         wall_clock: Clock = time.time,
-        find_free_bytes: Callable[[Path], int] = lambda folder: shutil.disk_usage(folder).free,
-        max_waiting: int = MAX_WAITING,
+        *,
+        after: "Recorder | None" = None,
     ) -> None:
         """`after`: the recording before it, whose file comes first."""
         self._library, self._port, self._baud_rate, self._after = library, port, baud_rate, after
-        self._clock, self._wall_clock, self._find_free_bytes = clock, wall_clock, find_free_bytes
-        self._max_waiting = max_waiting
-        self._begun_at = clock()
+        self._clock, self._wall_clock, self._begun_at = clock, wall_clock, clock()
         self.is_recording = True
         # Its files, in order: none before the first byte, more than one after a day.
         self.paths: list[Path] = []
@@ -87,7 +83,7 @@ class Recorder:
         self._thread.start()
 
     def on_batch(self, batch: Batch) -> None:
-        if self.is_recording and len(self._acts) < self._max_waiting:
+        if self.is_recording and len(self._acts) < MAX_WAITING:
             self._acts.append(partial(self._record, batch))
         elif self.is_recording:
             self.dropped += len(batch.samples) + len(batch.events)
@@ -209,7 +205,7 @@ class Recorder:
 
     def _check_disk(self) -> None:
         self._synced_at = self._clock()
-        if self._find_free_bytes(self._library.folder) < RESERVE_BYTES:
+        if shutil.disk_usage(self._library.folder).free < RESERVE_BYTES:
             raise OSError(errno.ENOSPC, "the disk is nearly full")
 
     def _maintain(self) -> None:
@@ -225,8 +221,7 @@ class Recorder:
         if now - self._synced_at >= SYNC_EVERY_S:
             writer.sync()
             self._check_disk()
-        is_large = writer.is_full or writer.size_bytes > self._library.max_bytes / 5
-        if is_large or now - writer.opening.start_s > MAX_SESSION_S:
+        if writer.is_full(self._library.max_bytes / 5) or now - writer.opening.start_s > MAX_SESSION_S:
             self._close()
             self._begun_at = now
 

@@ -75,7 +75,7 @@ class Recording(Measured):
         self.cell, self.light, self.charging = (
             Readable(np.maximum.accumulate(times), values.astype(np.float32)) for times, values in columns
         )
-        self.missing_count, self.damage = file.missing_count, file.damage
+        self.damage = file.damage
         last_s = opening.clock_s(file.last_ns)
         self.end_s = max(last_s, file.state.end_s)
         # Data is missing up to the end, as far as that is known.

@@ -283,14 +283,9 @@ class SessionWriter:
         with suppress(OSError):  # what did not fit is lost
             self._file.close()
 
-    @property
-    def size_bytes(self) -> int:
-        return self._file.tell()
-
-    @property
-    def is_full(self) -> bool:
-        """More would soon be more than is read of a file."""
-        return self._unpacked_bytes > MAX_UNPACKED_BYTES // 2
+    def is_full(self, max_bytes: float) -> bool:
+        """It is larger than that, or more would soon be more than is read of a file."""
+        return self._file.tell() > max_bytes or self._unpacked_bytes > MAX_UNPACKED_BYTES // 2
 
 
 # Reading

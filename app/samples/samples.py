@@ -102,8 +102,6 @@ class Series(Readable):
     """One measured value over time, of which the newest `capacity` samples are kept. Times are monotonic seconds."""
 
     def __init__(self, capacity: int = MAX_SAMPLES) -> None:
-        if capacity < 1:
-            raise ValueError("a series keeps one sample at least")
         self._capacity = capacity
         # The system gives memory when it is first written to.
         length = capacity + max(1, int(capacity * _SLACK))
@@ -159,8 +157,8 @@ def _edges(start_s: float, end_s: float, width_s: float) -> Seconds:
     return np.arange(first, last + 1, dtype=np.float64) * width_s
 
 
+# Changes of one setting.
 MAX_STEPS: Final = 1000
-"""Changes of one setting."""
 
 
 class StepPoint(NamedTuple):

@@ -93,7 +93,7 @@ def test_the_entry_of_a_session(tmp_path: Path) -> None:
         Marker(1000.0, MarkerKind.CONNECTED, PORT),
         Marker(1000.0, MarkerKind.NAMED, NAME),
     )
-    assert recording.missing_count == 0
+    assert recording.damage is None
 
 
 # One opening of a port is one file

@@ -19,7 +19,7 @@ from app.engine.conversation import ConversationView, How, Known, StatusSample
 from app.engine.transport import PortError, PortTrouble
 from app.engine.worker import Batch, Connection, PortState
 from app.recordings.library import RecordingLibrary, entry_of
-from app.recordings.recorder import FLUSH_EVERY_S, MAX_WAITING, Recorder
+from app.recordings.recorder import FLUSH_EVERY_S, Recorder
 from app.recordings.recording import Recording, open_recording
 from app.recordings.session_file import RX, Opening, RecordedReport, SessionFile, SessionWriter
 from app.recordings.session_file import STATUS as STATUS_TOPIC
@@ -121,8 +121,6 @@ class Bench:
     """Recorders on a fake clock, one after the other."""
 
     library: RecordingLibrary
-    free_bytes: int
-    max_waiting: int
     clock: Clock = field(default_factory=Clock)
     recorders: list[Recorder] = field(default_factory=list)
 
@@ -135,18 +133,8 @@ class Bench:
         before = self.recorders[-1] if self.recorders else None
         if before is not None:
             before.end()
-        self.recorders.append(
-            Recorder(
-                self.library,
-                port,
-                baud_rate,
-                after=before,
-                clock=self.clock,
-                wall_clock=self.clock.wall,
-                find_free_bytes=lambda _folder: self.free_bytes,
-                max_waiting=self.max_waiting,
-            )
-        )
+        clocks = self.clock, self.clock.wall
+        self.recorders.append(Recorder(self.library, port, baud_rate, *clocks, after=before))
 
     def feed(self, *batches: Batch) -> None:
         """Records batches, moves the clock to the last one and waits until they are on disk."""
@@ -178,8 +166,8 @@ class Bench:
 
 
 @contextmanager
-def recorder_in(folder: Path, *, free_bytes: int = 1 << 40, max_waiting: int = MAX_WAITING) -> Iterator[Bench]:
-    bench = Bench(RecordingLibrary(folder), free_bytes, max_waiting)
+def recorder_in(folder: Path) -> Iterator[Bench]:
+    bench = Bench(RecordingLibrary(folder))
     try:
         yield bench
     finally:
