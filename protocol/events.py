@@ -21,7 +21,7 @@ class Role(Enum):
 
 
 class Sent(NamedTuple):
-    """Bytes for the wire. `attempt` counts from 1."""
+    """Bytes that the link's owner writes to the port. `attempt` counts from 1."""
 
     raw: bytes
     request: Request
@@ -70,13 +70,10 @@ class Unanswered(NamedTuple):
     waited_s: float
     at: float
 
-
-class OutcomeUnknown(NamedTuple):
-    """A set or an act without an answer. It may have been carried out; it is never repeated."""
-
-    request: Request
-    waited_s: float
-    at: float
+    @property
+    def may_be_done(self) -> bool:
+        """Whether it is a set or an act that was sent, so that it may have been carried out. It is never repeated."""
+        return self.attempts > 0 and not self.request.is_repeatable
 
 
 class EndReason(Enum):
@@ -113,7 +110,7 @@ class Ended(NamedTuple):
     contradiction: Contradiction | None = None  # what was told differently, where that is the reason
 
 
-Outcome = Answered | Unanswered | OutcomeUnknown
+Outcome = Answered | Unanswered
 Event = Sent | Received | Rejected | Outcome | Began | Ended
 
 

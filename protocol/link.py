@@ -26,8 +26,8 @@ Rules:
 - Some modules need a pause before they listen again, so a request may wait (`request_gap`); LOCK never does.
 - 16 and 17 are set only when no answer to an earlier set can be taken for theirs (`flag_answers`).
 
-The owner writes the bytes of `take_outgoing` after each call, and calls `tick` after each `receive` and no later than
-`next_deadline`. Counters, learnt pauses, replies that may still come, and 16 and 17 outlive a conversation.
+The owner writes the bytes of each `Sent`, and calls `tick` after each `receive` and no later than `next_deadline`.
+Counters, learnt pauses, replies that may still come, and 16 and 17 outlive a conversation.
 """
 
 import logging
@@ -44,7 +44,6 @@ from protocol.events import (
     Ended,
     EndReason,
     Event,
-    OutcomeUnknown,
     Received,
     Rejected,
     Role,
@@ -100,15 +99,13 @@ class _Flight:
         self.is_once = request.command.layout is Layout.RECORD or not request.is_repeatable
 
     def unanswered(self, now: float) -> list[Event]:
-        """What its owner is told if it is not answered. A set or an act that was sent may have been carried out."""
+        """What its owner is told if it is not answered."""
         if self.is_own:
             return []
         waited_s = now - self.first_at if self.attempts else 0.0
-        if self.behind is not None or not self.attempts:
-            return [Unanswered(self.behind or self.request, 0, waited_s, now)]
-        if self.request.is_repeatable:
-            return [Unanswered(self.request, self.attempts, waited_s, now)]
-        return [OutcomeUnknown(self.request, waited_s, now)]
+        if self.behind is not None:
+            return [Unanswered(self.behind, 0, waited_s, now)]
+        return [Unanswered(self.request, self.attempts, waited_s, now)]
 
 
 _Step = Callable[[_Flight, float], None]
@@ -126,7 +123,6 @@ class Link:
         self.flags = FlagAnswers(now)
         self._stale = StaleReplies()
         self._events: list[Event] = []
-        self._outgoing = bytearray()
         self._flight: _Flight | None = None
         self.begin_anew(now)
 
@@ -134,7 +130,6 @@ class Link:
         """The port runs at another rate now: what was received at the old one is no part of a frame."""
         self.told = ToldValues()
         self._parser = StreamParser()
-        self._outgoing.clear()  # what was to leave at the old one
         self._last_byte_at = -inf
         self._turned_at = now  # when its owner called `tick` last
         self._valid_at = now  # when the last valid frame came, or the conversation began
@@ -146,7 +141,6 @@ class Link:
         self.is_begun = False
         self.round_trips = RoundTrips(self._shortest_silence_s)  # of this conversation
         self._begin_at = now  # when the link asks for the next one
-        self.counted_before = self.counters.copy()
         self._boots_are_due = False  # an unasked heartbeat came
         self._unasked_at = -inf  # when the last one came that may be a late answer
         # Since the last answer that its owner was told; see `Answered`.
@@ -187,7 +181,7 @@ class Link:
     ) -> list[Event]:
         """Send `request`, unless it sets 16 or 17 too early (`FlagAnswers.free_at`), or the module may have restarted.
 
-        One of `Answered`, `Unanswered` and `OutcomeUnknown` follows. A dangerous request needs `is_deliberate`. With
+        `Answered` or `Unanswered` follows. A dangerous request needs `is_deliberate`. With
         `is_fenced` another question is answered first, so that the answer cannot be older than this call. After
         `limit_s` it is given up. Raises `LinkMisused` while another request is in flight.
         """
@@ -219,11 +213,6 @@ class Link:
         """End the conversation for a reason that the owner knows. What is in flight is not waited for any more."""
         self._end(reason, now)
         return self._take_events()
-
-    def take_outgoing(self) -> bytes:
-        outgoing = bytes(self._outgoing)
-        self._outgoing.clear()
-        return outgoing
 
     def receive(self, data: bytes, now: float) -> list[Event]:
         if data:
@@ -382,8 +371,6 @@ class Link:
         self._put(_BOOTS, 1, now)
 
     def _put(self, request: Request, attempt: int, now: float) -> None:
-        raw = request.encode()
-        self._outgoing += raw
         self.counters.sent += 1
         if attempt > 1:
             self.counters.retries += 1
@@ -392,7 +379,7 @@ class Link:
             self._boots_are_due = False
         elif request == _HEARTBEAT:
             self._heartbeat_sent_at = now
-        self._events.append(Sent(raw, request, attempt, now))
+        self._events.append(Sent(request.encode(), request, attempt, now))
 
     # Receiving
 

@@ -21,7 +21,7 @@ from app.text.messages import join_names, labelled
 from app.trigger_records.history import JsonValue, record_values
 from app.trigger_records.history import sentence as told
 from protocol.catalogue import BY_NAME, COMMANDS, SET, STATUS, STATUS_PARTS, TRIGGER_RECORDS, Command, Request
-from protocol.events import Began, Ended, Event, OutcomeUnknown, Received, Rejected, Role, Sent, Unanswered
+from protocol.events import Began, Ended, Event, Received, Rejected, Role, Sent, Unanswered
 from protocol.fields import Done, Field
 from protocol.messages import (
     Acknowledgement,
@@ -172,11 +172,11 @@ def event_sentence(event: Event) -> str:
             return sentence(event.noise)
         case Unanswered() if event.attempts == 0:
             return tr("not sent: the module stopped answering")
+        case Unanswered() if event.may_be_done:
+            return tr("no reply within {seconds:.1f} s; may have been carried out", seconds=event.waited_s)
         case Unanswered():
             text = marked("no reply within {seconds:.1f} s, asked {attempts} times")
             return tr(text, seconds=event.waited_s, attempts=event.attempts)
-        case OutcomeUnknown():
-            return tr("no reply within {seconds:.1f} s; may have been carried out", seconds=event.waited_s)
         case Began():
             return tr("the module answers")
         case Ended():

@@ -21,7 +21,6 @@ from app.engine.conversation import Interrupted
 from app.preflight.reading_object import SETTING_KEYS
 from app.procedures.read import ANSWERED_TWICE
 from app.procedures.write import (
-    SetReply,
     SettingChange,
     WriteContext,
     WriteFault,
@@ -90,7 +89,7 @@ def run(args: argparse.Namespace) -> int:
         why = why_not_verified(written, report)
         results[written.command.key] = SetResultJson(
             wanted=written.target,
-            acknowledged=None if written.heard is SetReply.UNNEEDED else written.is_acknowledged,
+            acknowledged=None if written.fault is None and not written.is_sent else written.is_acknowledged,
             read_back=written.read_back,
             verified=written.verified,
             error=None if why is None else why.in_english(),
@@ -161,7 +160,7 @@ def _write(wishes: Sequence[SettingChange], args: argparse.Namespace) -> tuple[W
                 continue
             if wish.value == old_rate:
                 # The module just answered at this rate: a dangerous frame that changes nothing is not sent.
-                results[BAUD_RATE] = Written(*wish, SetReply.UNNEEDED, old_rate, fault=None)
+                results[BAUD_RATE] = Written(*wish, read_back=old_rate, fault=None)
             elif refusals or interrupted is not None:
                 fault = WriteFault.NOT_ALLOWED if refusals else WriteFault.NOT_SENT
                 results[BAUD_RATE] = Written(*wish, fault=fault)
@@ -174,7 +173,7 @@ def _write(wishes: Sequence[SettingChange], args: argparse.Namespace) -> tuple[W
                     results[BAUD_RATE], refusals = changed.written, changed.refusals
                 except Interrupted as error:
                     interrupted = error
-                    results[BAUD_RATE] = Written(*wish, SetReply.NOTHING, fault=WriteFault.INTERRUPTED)
+                    results[BAUD_RATE] = Written(*wish, is_sent=True, fault=WriteFault.INTERRUPTED)
     before = {**report.before, "baud_rate": old_rate}
     in_order = tuple(results[wish.command] for wish in wishes)
     report = replace(report, before=before, results=in_order, interrupted=interrupted, refusals=refusals)
@@ -189,6 +188,6 @@ def _sentence(written: Written, report: WriteReport) -> str:
         return labelled(shown, tr("NOT verified ({why})", why=why.translated() + read_back))
     if before is not None and before != written.target:
         shown = f"{typed(before)} → {shown}"
-    if written.heard is SetReply.UNNEEDED:
+    if not written.is_sent:
         return labelled(shown, tr("unchanged"))
     return labelled(shown, tr("verified") if written.verified else tr("acknowledged (cannot be read back)"))

@@ -13,7 +13,7 @@ from typing import NamedTuple
 
 from app.text.messages import ErrorCode, UserError, UserMessage, message
 from protocol.catalogue import ACTIVATION, BOOT_COUNT, BY_NAME, LOCK, SERIAL_OUTPUT, SETTINGS, Request
-from protocol.events import Answered, Contradiction, Ended, EndReason, Event, OutcomeUnknown, Received, Role
+from protocol.events import Answered, Contradiction, Ended, EndReason, Event, Received, Role, Unanswered
 from protocol.fields import Quantity, Value
 from protocol.messages import Acknowledgement, Reading, Status
 from protocol.stale_replies import TRIGGER_FLAGS, FlagAnswers
@@ -214,7 +214,7 @@ class Conversation:
                 self._on_status(StatusSample(event.at, *status), is_streamed=event.role is Role.STREAMED)
             case Answered(messages=(Acknowledgement() as acknowledgement,)):
                 self._on_acknowledged(acknowledgement, event.at)
-            case OutcomeUnknown():
+            case Unanswered() if event.may_be_done:
                 self._forget_changed(event.request)
             case Ended():
                 self.ended = event

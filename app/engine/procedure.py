@@ -4,7 +4,7 @@ They hold no port, clock or thread, so the same one runs in the window, on the c
 tests.
 
     effect       resumed with
-    Ask          Answered | Unanswered | OutcomeUnknown
+    Ask          Answered | Unanswered
     Pause        the time (seconds of the session's clock)
     Await        whether the future is done; the line serves others meanwhile
     UseRate      the time; the port runs at the new rate and its buffers are empty
@@ -30,7 +30,7 @@ from typing import TYPE_CHECKING, Any, Generic, NamedTuple, TypeVar
 
 from app.engine.conversation import ConversationView, Interrupted, StatusSample
 from protocol.catalogue import STATUS, Command, Request
-from protocol.events import Answered, Counters, EndReason
+from protocol.events import Answered, Counters, EndReason, Outcome
 from protocol.messages import Acknowledgement, Reading, Status
 from protocol.stale_replies import FlagAnswers, ToldValues
 from protocol.translatable import marked
@@ -119,17 +119,11 @@ class Report(NamedTuple):
 
 class LinkView(NamedTuple):
     """`counters`: since the port was opened. Round trips are of the last conversation; None until one is measured.
-    `noise`: the last rejected bytes. `counted_before`: until a conversation ended, or the rate was changed."""
+    `noise`: the last rejected bytes."""
 
     counters: Counters
     round_trip_median_s: float | None
     noise: bytes = b""
-    counted_before: Counters = Counters()
-
-    @property
-    def came(self) -> Counters:
-        """What was counted while no module answered."""
-        return self.counters - self.counted_before
 
 
 class EngineView(NamedTuple):
@@ -138,7 +132,8 @@ class EngineView(NamedTuple):
     now: float
     baud_rate: int
     conversation: ConversationView
-    link: LinkView
+    counted: Counters  # since the job began
+    noise: bytes  # the last rejected bytes
     proven_rate: int | None  # at which a conversation last began
     is_rate_in_doubt: bool  # the module may be at any rate: it was told to change it, or the rate is searched
     overtaken_at: float | None  # when LOCK last overtook the rest: confirmations before it no longer count
@@ -149,6 +144,7 @@ class EngineView(NamedTuple):
 
 Effect = Ask | Pause | Await | UseRate | Inspect | Report
 Result = TypeVar("Result")
+Answer = TypeVar("Answer", Acknowledgement, Reading, Status)
 Procedure = Generator[Effect, Any, Result]
 
 
@@ -183,8 +179,6 @@ class Job(Generic[Result]):
         # When an activation of this job left the computer.
         self.activated_at: float | None = None
         self.submitted_at = 0.0
-        # Answers `Inspect`; set by the session.
-        self.look: Callable[[float], EngineView]
         self.effect: Effect | None = None
         self.error: BaseException | None = None
         self._expects = expects
@@ -235,8 +229,9 @@ class Job(Generic[Result]):
 
     # How it goes on
 
-    def start(self, now: float) -> None:
-        self.is_started = True
+    def start(self, now: float, look: Callable[[float], EngineView]) -> None:
+        """`look` answers `Inspect`."""
+        self.is_started, self._look = True, look
         self.resume(None, now)
 
     def tick(self, now: float) -> None:
@@ -298,7 +293,7 @@ class Job(Generic[Result]):
                         break
                     answer = True
                 elif isinstance(effect, Inspect):
-                    answer = self.look(now)
+                    answer = self._look(now)
                 elif self._on_progress is not None:
                     self._on_progress(effect)
                 effect = self._procedure.send(answer)
@@ -321,20 +316,19 @@ class Job(Generic[Result]):
 # One question and its answer
 
 
+def answer_in(outcome: Outcome, kind: type[Answer]) -> Answer | None:
+    """The answer, if there is one of this kind."""
+    answer = outcome.messages[0] if isinstance(outcome, Answered) else None
+    return answer if isinstance(answer, kind) else None
+
+
 def ask_value(command: Command, *, is_fenced: bool = False) -> Procedure[Reading | None]:
     """Query a value; None if the module is there and does not answer it."""
-    outcome = yield Ask(command.query(), is_fenced=is_fenced)
-    answer = outcome.messages[0] if isinstance(outcome, Answered) else None
-    return answer if isinstance(answer, Reading) else None
-
-
-def acknowledgement(outcome: object) -> Acknowledgement | None:
-    answer = outcome.messages[0] if isinstance(outcome, Answered) else None
-    return answer if isinstance(answer, Acknowledgement) else None
+    return answer_in((yield Ask(command.query(), is_fenced=is_fenced)), Reading)
 
 
 def ask_report(*, is_fenced: bool = False) -> Procedure[StatusSample | None]:
     """Query the status; None if the module is there and does not answer it. It may be a streamed one."""
     outcome = yield Ask(STATUS.query(), is_fenced=is_fenced)
-    answer = outcome.messages[0] if isinstance(outcome, Answered) else None
-    return StatusSample(outcome.at, *answer) if isinstance(answer, Status) else None
+    status = answer_in(outcome, Status)
+    return None if status is None else StatusSample(outcome.at, *status)

@@ -12,6 +12,7 @@ fresh, and is made again in each conversation). The background has the line only
 
 import logging
 from collections.abc import Callable
+from functools import partial
 from typing import Any
 
 from app.engine.conversation import Conversation, ConversationView, Interrupted, NoModule, StatusSample
@@ -19,7 +20,7 @@ from app.engine.procedure import Ask, Cancelled, EngineView, Job, LinkView, Proc
 from app.engine.transport import Line
 from app.system.clock import Clock
 from protocol.catalogue import ACTIVATION, BAUD_RATE, LOCK, Hazard
-from protocol.events import Answered, Began, Ended, EndReason, Event, OutcomeUnknown, Rejected, Sent, Unanswered
+from protocol.events import Answered, Began, Counters, Ended, EndReason, Event, Rejected, Sent, Unanswered
 from protocol.link import Link, LinkMisused
 from protocol.timing import LONGEST_SILENCE_S, SHORTEST_SILENCE_S
 
@@ -92,7 +93,6 @@ class Session:
         is not sent after it. A second urgent one replaces the first.
         """
         now = job.submitted_at = self.clock()
-        job.look = self._view
         if not is_urgent:
             if self._is_going and job.conversation is None and not job.outlives:
                 job.conversation = self.conversations
@@ -106,7 +106,7 @@ class Session:
         self._overtaken_at = now
         self._free_line(now)  # LOCK waits for no answer
         self._jobs.insert(0, job)
-        job.start(now)
+        self._start(job, now)
 
     def treat_as_another(self) -> None:
         self._end_conversation(EndReason.ANOTHER, self.clock())
@@ -135,7 +135,7 @@ class Session:
 
     def link_view(self) -> LinkView:
         link = self._link
-        return LinkView(link.counters.copy(), link.lag_s, self._noise, link.counted_before)
+        return LinkView(link.counters.copy(), link.lag_s, self._noise)
 
     def take_events(self) -> list[Event]:
         """What happened since the last call, in order."""
@@ -164,7 +164,6 @@ class Session:
         self._digest(self._link.receive(data, now), now)
         self._serve(now)  # before the link asks for itself: nothing comes between a check and its frame
         self._digest(self._link.tick(now), now)
-        self._write_outgoing()
         self._serve(now)
 
     def close(self, reason: EndReason) -> None:
@@ -216,8 +215,10 @@ class Session:
             if ask is not None and ask.repeat is not None and ask.repeat.is_due(now):
                 ask.repeat.note_sent(now)
                 self._digest(self._link.lock_again(now, ask.repeat.sent), now)
-                self._write_outgoing()
             is_more = self._serve_next(now)
+
+    def _start(self, job: Job[Any], now: float) -> None:
+        job.start(now, partial(self._view, counted_before=self._link.counters.copy()))
 
     def _start_next(self, now: float) -> None:
         """Start the next job, if it may be started: in a conversation, and only in the one it was decided in."""
@@ -225,10 +226,10 @@ class Session:
         while self._jobs and not self._jobs[0].is_started:
             job = self._jobs[0]
             if job.outlives:
-                job.start(now)
+                self._start(job, now)
             elif self._is_going and job.conversation in (None, self.conversations):
                 job.conversation = self.conversations
-                job.start(now)
+                self._start(job, now)
             elif job.conversation is not None:
                 # Why the conversation is over in which it was decided.
                 ended = None if self.conversation is None else self.conversation.ended
@@ -291,7 +292,6 @@ class Session:
             self._link.ask(request, now, is_fenced=ask.is_fenced, is_deliberate=ask.is_deliberate, limit_s=ask.limit_s),
             now,
         )
-        self._write_outgoing()
         return self._asking is None
 
     def _free_line(self, now: float) -> None:
@@ -302,17 +302,13 @@ class Session:
             self._asking = None
         self._digest(self._link.abandon(now), now)
 
-    def _write_outgoing(self) -> None:
-        outgoing = self._link.take_outgoing()
-        if outgoing:
-            self.line.write(outgoing)
-
-    def _view(self, now: float) -> EngineView:
+    def _view(self, now: float, counted_before: Counters) -> EngineView:
         return EngineView(
             now,
             self.line.baud_rate,
             self.conversation_view(now),
-            self.link_view(),
+            counted=self._link.counters - counted_before,
+            noise=self._noise,
             proven_rate=self._proven_rate,
             is_rate_in_doubt=self._is_rate_in_doubt,
             overtaken_at=self._overtaken_at,
@@ -341,8 +337,7 @@ class Session:
                         self.run(first, is_urgent=True)
                     if self._make_background is not None:
                         self._background = Job(self._make_background(), conversation=self.conversations)
-                        self._background.look = self._view
-                        self._background.start(now)
+                        self._start(self._background, now)
                 case Ended():
                     self._on_ended(event, now)
                 case Sent():
@@ -358,12 +353,15 @@ class Session:
                         self._lock_sent_at = event.at
                     if request.command is BAUD_RATE:
                         self._is_rate_in_doubt = True
-                case Answered() | Unanswered() | OutcomeUnknown():
+                case Answered() | Unanswered():
                     job, self._asking = self._asking, None
                     if job is not None:
                         job.resume(event, now)
                 case Rejected():
                     self._noise = (self._noise + event.noise.raw)[-MAX_NOISE_BYTES:]
+        outgoing = b"".join(event.raw for event in events if isinstance(event, Sent))
+        if outgoing:
+            self.line.write(outgoing)
 
     def _end_conversation(self, reason: EndReason, now: float) -> None:
         # End it, if one goes on, for a reason that the link does not know.

@@ -20,7 +20,7 @@ from app.engine.transport import PortError, SerialLine, open_line
 from app.system.clock import Clock, steady_time
 from app.system.uncaught import report_uncaught_error
 from protocol.catalogue import LOCK
-from protocol.events import Answered, Began, Ended, EndReason, Event, OutcomeUnknown, Sent
+from protocol.events import Answered, Began, Ended, EndReason, Event, Sent, Unanswered
 from protocol.messages import Acknowledgement
 
 _log = logging.getLogger(__name__)
@@ -251,7 +251,9 @@ class Worker:
             for event in session.take_events():
                 self._events.append(event)
                 match event:
-                    case Began() | Ended() | OutcomeUnknown() | Answered(messages=(Acknowledgement(),)):
+                    case Began() | Ended() | Answered(messages=(Acknowledgement(),)):
+                        self._is_urgent = True
+                    case Unanswered() if event.may_be_done:
                         self._is_urgent = True
                     case Sent(request=request) if request == LOCK:
                         self._owed_lock = None

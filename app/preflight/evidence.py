@@ -176,7 +176,7 @@ class Evidence:
                     self.void = UNFINISHED
 
     def listen(self, events: Iterable[Event]) -> None:
-        """Keep the frames of the port since the check began."""
+        """Keep the frames of the port since the check began, and count the invalid bytes."""
         for event in events:
             match event:
                 case Sent():
@@ -189,6 +189,8 @@ class Evidence:
                     continue
             if self.began_at is None or event.at < self.began_at:
                 continue
+            if way == "noise" and (self.ended_at is None or event.at <= self.ended_at):
+                self.rejected_bytes += len(raw)
             if len(self.frames) < MAX_FRAMES:
                 self.frames.append(LoggedFrame(event.at, way, raw))
             else:

@@ -32,7 +32,7 @@ from app.safety.journal import Act, Journal, NoJournal, Outcome
 from app.safety.permit import Interlock, Permit, Refusal
 from app.text.messages import message
 from protocol.catalogue import BY_NAME, HEARTBEAT
-from protocol.events import Answered, Role
+from protocol.events import Answered
 from protocol.stale_replies import TRIGGER_FLAGS
 from protocol.translatable import marked
 
@@ -60,7 +60,7 @@ def run_preflight(
     evidence.began_at, evidence.baud_rate = begin.now, begin.baud_rate
     _log.debug("checking in conversation %d", evidence.conversation)
     try:
-        yield from _collect(evidence, begin, is_enabling=is_enabling, journal=journal or NoJournal())
+        yield from _collect(evidence, begin.now, is_enabling=is_enabling, journal=journal or NoJournal())
     except BaseException as error:
         evidence.note_error(error)
         _log.debug("check ended early: %s", error)
@@ -68,15 +68,8 @@ def run_preflight(
     return evidence
 
 
-def _collect(evidence: Evidence, begin: EngineView, *, is_enabling: bool, journal: Journal) -> Procedure[None]:
-    def step(done: int, doing: str) -> Procedure[EngineView]:
-        """Report progress, and count the invalid bytes so that an aborted check has them, too."""
-        view: EngineView = yield Inspect()
-        evidence.rejected_bytes = view.link.counters.rejected - begin.link.counters.rejected
-        yield Report(done, STEPS, doing)
-        return view
-
-    yield from step(0, marked("Link"))
+def _collect(evidence: Evidence, began_at: float, *, is_enabling: bool, journal: Journal) -> Procedure[None]:
+    yield Report(0, STEPS, marked("Link"))
     for _ in range(HEARTBEATS):
         evidence.heartbeats_sent += 1
         outcome = yield Ask(HEARTBEAT.query())
@@ -87,14 +80,14 @@ def _collect(evidence: Evidence, begin: EngineView, *, is_enabling: bool, journa
 
     # What decides is asked twice, here and at the end, because the 8-bit checksum lets some damaged frames pass: two
     # answers that differ end the conversation.
-    yield from step(1, marked("Settings"))
+    yield Report(1, STEPS, marked("Settings"))
     evidence.first = yield from read_state()
     evidence.note_state(evidence.first)
 
-    yield from step(2, marked("Trigger records"))
+    yield Report(2, STEPS, marked("Trigger records"))
     evidence.history = yield from read_history()
 
-    yield from step(3, marked("Triggers"))
+    yield Report(3, STEPS, marked("Triggers"))
     evidence.flags = {command.key: TriggerFlag() for command in TRIGGERS}
     if is_enabling:
         # What is interrupted from here on may have left. Each is sent once, and never to an active module.
@@ -106,7 +99,7 @@ def _collect(evidence: Evidence, begin: EngineView, *, is_enabling: bool, journa
             evidence.flags[written.command.key] = TriggerFlag(True) if why is None else TriggerFlag(why=why)
 
     # In turn, so that a charger that is plugged in meanwhile is seen in the round in which it changed the voltage.
-    yield from step(4, marked("Cell voltage"))
+    yield Report(4, STEPS, marked("Cell voltage"))
     for command in SLOW * VALUE_ROUNDS:
         reading = yield from ask_value(command)
         if reading is None:
@@ -114,29 +107,30 @@ def _collect(evidence: Evidence, begin: EngineView, *, is_enabling: bool, journa
         else:
             evidence.series.setdefault(command.key, []).append(reading.value)
 
-    yield from step(5, marked("Tilt and acceleration"))
+    yield Report(5, STEPS, marked("Tilt and acceleration"))
     has_stream = yield from _has_stream()
-    before: EngineView = yield Inspect()
-    now = before.now
-    while now < before.now + STILL_S:
+    view: EngineView = yield Inspect()
+    now = view.now
+    ends_at = now + STILL_S
+    while now < ends_at:
         status = yield from ask_report()
         if status is not None:
             evidence.status = status
             evidence.reports.append(status)
         now = yield Pause(REPORT_EVERY_S)
-    after: EngineView = yield Inspect()
+    view = yield Inspect()
     # As many reports again as were asked for come from a second module.
-    if not has_stream and _streamed(after) - _streamed(before) > len(evidence.reports) / 2:
+    if not has_stream and view.conversation.stream_hz * STILL_S > len(evidence.reports) / 2:
         evidence.is_answered_twice = True
 
     # On some lines an answer comes twice (`protocol.stale_replies`): only by now a copy would have told.
     yield from await_flags_known(Report(5, STEPS, ""))
-    yield from step(6, marked("Settings"))
+    yield Report(6, STEPS, marked("Settings"))
     evidence.last = yield from read_state()
     evidence.note_state(evidence.last)
 
-    end = yield from step(6, marked("Settings"))
-    evidence.is_answered_twice |= end.told.twice_at >= begin.now
+    end: EngineView = yield Inspect()
+    evidence.is_answered_twice |= end.told.twice_at >= began_at
     for key, flag in evidence.flags.items():
         # What the module acknowledged in this conversation, and was not asked to change since without an answer.
         known = end.conversation.known(key, end.now)
@@ -151,18 +145,14 @@ def _collect(evidence: Evidence, begin: EngineView, *, is_enabling: bool, journa
 def _has_stream() -> Procedure[bool]:
     """Whether reports come while none is asked for. A second module's come only as answers; a stream may have begun
     during this check."""
-    before: EngineView = yield Inspect()
-    if not before.conversation.is_streaming:
+    view: EngineView = yield Inspect()
+    if not view.conversation.is_streaming:
         return False
-    yield Pause(QUIET_S)  # until what was asked for before has been answered, twice
-    before = yield Inspect()
+    quiet_since = yield Pause(QUIET_S)  # by now what was asked for before has been answered, twice
     yield Pause(QUIET_S)
-    after: EngineView = yield Inspect()
-    return _streamed(after) - _streamed(before) > 1
-
-
-def _streamed(view: EngineView) -> int:
-    return view.link.counters.by_role[Role.STREAMED]
+    view = yield Inspect()
+    tilt = view.conversation.values["tilt_deg"]
+    return tilt.how is How.STREAMED and tilt.at >= quiet_since
 
 
 def activate_ready(ready: Assessment, journal: Journal, permit: Permit) -> Procedure[tuple[Performed, Evidence]]:

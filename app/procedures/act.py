@@ -23,7 +23,7 @@ from app.engine.procedure import (
     Inspect,
     Pause,
     Procedure,
-    acknowledgement,
+    answer_in,
     ask_report,
     ask_value,
 )
@@ -42,7 +42,7 @@ from app.safety.permit import (
 from app.text.i18n import tr
 from app.text.messages import UserError, join_sentences, joined, message
 from protocol.catalogue import BOOT_COUNT, BY_NAME, Request
-from protocol.events import EndReason, Unanswered
+from protocol.events import EndReason
 from protocol.messages import Acknowledgement
 from protocol.translatable import marked
 
@@ -140,8 +140,8 @@ def perform(
     status: StatusSample | None = None
     try:
         reply = yield Ask(request, is_deliberate=True)
-        answer = acknowledgement(reply)
-        if isinstance(reply, Unanswered) and not reply.attempts:
+        answer = answer_in(reply, Acknowledgement)
+        if not reply.attempts:
             outcome = Outcome.NOT_SENT  # LOCK overtook it, or this program stood still
         else:
             outcome, status = yield from _observe(act, answer)

@@ -47,7 +47,7 @@ def await_module() -> Procedure[Silence | None]:
     if (yield from _begins(WAIT_S)) is not None:
         return None
     view: EngineView = yield Inspect()
-    return what_came(view.link.came, view.link.noise)
+    return what_came(view.counted, view.noise)
 
 
 def what_came(counters: Counters, noise: bytes = b"") -> Silence:

@@ -13,11 +13,12 @@ from collections.abc import Mapping
 from concurrent.futures import Future
 from dataclasses import dataclass
 
-from app.engine.procedure import Ask, Cancelled, EngineView, Inspect, Pause, Procedure, acknowledgement
+from app.engine.procedure import Ask, Cancelled, EngineView, Inspect, Pause, Procedure, answer_in
 from app.procedures.read import read_everything
 from app.store.acts import StreamMemory
 from protocol.catalogue import BY_NAME, READABLE_SETTINGS, SERIAL_OUTPUT, STATUS, Request
-from protocol.events import OutcomeUnknown
+from protocol.events import Outcome, Unanswered
+from protocol.messages import Acknowledgement
 
 _log = logging.getLogger(__name__)
 
@@ -126,7 +127,8 @@ class _Stream:
         # Set before the answer, so that an unconfirmed or cancelled "on" is switched off again.
         self.on_at = view.now
         outcome = yield Ask(SERIAL_OUTPUT.set(True))
-        if not (_is_accepted(outcome) or isinstance(outcome, OutcomeUnknown)):
+        may_be_on = outcome.may_be_done if isinstance(outcome, Unanswered) else _is_accepted(outcome)
+        if not may_be_on:
             self.on_at, self.has_given_up = None, True
             memory.clear()
 
@@ -143,6 +145,6 @@ class _Stream:
         self.on_at = self.intent = None
 
 
-def _is_accepted(outcome: object) -> bool:
-    answer = acknowledgement(outcome)
+def _is_accepted(outcome: Outcome) -> bool:
+    answer = answer_in(outcome, Acknowledgement)
     return answer is not None and answer.is_accepted

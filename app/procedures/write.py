@@ -31,7 +31,7 @@ from app.engine.procedure import (
     Pause,
     Procedure,
     Report,
-    acknowledgement,
+    answer_in,
     ask_report,
 )
 from app.procedures.act import Armed, begin_act, checked_inputs, inputs_of
@@ -43,9 +43,9 @@ from app.safety.permit import ASKS_NOTHING, Interlock, Permit, Refusal, refusals
 from app.text.i18n import tr
 from app.text.messages import UserMessage, join_sentences, joined, message
 from protocol.catalogue import ATTITUDE_TRIGGER, BAUD_RATE, READABLE_SETTINGS, Command
-from protocol.events import Contradiction, Unanswered
-from protocol.events import Outcome as Reply
+from protocol.events import Contradiction
 from protocol.fields import Value
+from protocol.messages import Acknowledgement
 from protocol.stale_replies import TRIGGER_FLAGS
 from protocol.translatable import marked
 
@@ -59,16 +59,6 @@ FLAGS_STEP_S = 0.25
 # Late answers make it wait longer until the triggers are known.
 FLAGS_LIMIT_S = 10.0
 WAITING = marked("Waiting some seconds: an answer may come twice")
-
-
-class SetReply(Enum):
-    """The module's answer to the set (E2)."""
-
-    ACKNOWLEDGED = "acknowledged"  # the value that was sent, or 01, "understood"
-    OTHER = "other"  # another value
-    NOTHING = "nothing"
-    NOT_SENT = "not sent"
-    UNNEEDED = "unneeded"  # it already has the value, so nothing was sent
 
 
 class WriteFault(Enum):
@@ -126,7 +116,10 @@ class Written:
 
     command: Command
     target: Value
-    heard: SetReply = SetReply.NOT_SENT
+    # Where it was not sent and nothing is wrong, the module already had the value.
+    is_sent: bool = False
+    # The module said the value that was sent, or 01, "understood" (E2).
+    is_acknowledged: bool = False
     read_back: Value | None = None
     # None: it is verified, or only acknowledged where it cannot be read back.
     fault: WriteFault | None = WriteFault.NOT_SENT
@@ -138,16 +131,19 @@ class Written:
         return self.fault is None if is_readable else None
 
     @property
-    def is_acknowledged(self) -> bool:
-        return self.heard is SetReply.ACKNOWLEDGED
-
-    @property
-    def is_sent(self) -> bool:
-        return self.heard not in (SetReply.NOT_SENT, SetReply.UNNEEDED)
-
-    @property
     def is_fine(self) -> bool:
         return self.fault is None
+
+    @property
+    def outcome(self) -> Outcome:
+        """For the log."""
+        if not self.is_sent:
+            return Outcome.NOT_SENT
+        if self.fault in (None, WriteFault.VERIFIED_THEN, WriteFault.ACKNOWLEDGED_THEN):
+            return Outcome.CONFIRMED
+        if self.fault in (WriteFault.REFUSED, WriteFault.CLAMPED, WriteFault.NOT_RETAINED, WriteFault.LOST):
+            return Outcome.REFUSED
+        return Outcome.UNKNOWN
 
 
 @dataclass(slots=True)
@@ -205,8 +201,6 @@ class WriteContext:
     # Stores the old settings and the boot count; called in the session's thread, so it must not wait for a disk. The
     # future is done when they are stored; None if they were stored before in this conversation.
     keep_as_found: Callable[[Mapping[str, Value], int | None], "Future[Any] | None"] | None = None
-    # Called with each result in the session's thread. The report decides: a result may be taken back later.
-    on_written: Callable[[Written], None] | None = None
     # Who writes, and why, as a person said it.
     note: str = ""
 
@@ -228,28 +222,14 @@ def set_each(changes: Sequence[SettingChange], context: WriteContext) -> Procedu
     return report
 
 
-def await_flags_known(progress: Report | None = None) -> Procedure[None]:
+def await_flags_known(progress: Report) -> Procedure[None]:
     """After a set of 16 or 17: wait until no copy of its answer can come any more, or one has come (E4)."""
     view: EngineView = yield Inspect()
     ends_at = view.now + FLAGS_LIMIT_S
     while not (view.flags.has_repeated or view.flags.are_known(view.now)) and view.now < ends_at:
-        if progress is not None:
-            yield progress._replace(doing=WAITING)
+        yield progress._replace(doing=WAITING)
         yield Pause(FLAGS_STEP_S)
         view = yield Inspect()
-
-
-def _reply_of(outcome: Reply) -> SetReply:
-    if isinstance(outcome, Unanswered) and not outcome.attempts:
-        return SetReply.NOT_SENT
-    answer = acknowledgement(outcome)
-    if answer is None:
-        return SetReply.NOTHING
-    return SetReply.ACKNOWLEDGED if answer.is_accepted else SetReply.OTHER
-
-
-_REFUSED = (WriteFault.REFUSED, WriteFault.CLAMPED, WriteFault.NOT_RETAINED, WriteFault.LOST)
-_FINE_THEN = (None, WriteFault.VERIFIED_THEN, WriteFault.ACKNOWLEDGED_THEN)
 
 
 class _Writing:
@@ -264,7 +244,7 @@ class _Writing:
         ordered = sorted(changes, key=lambda change: change.command is ATTITUDE_TRIGGER)
         self.report = WriteReport([Written(*change) for change in ordered])
         self.entries: list[tuple[Written, Entry]] = []
-        self.progress: Report | None = None
+        self.progress = Report(0, len(changes), WAITING)
         # When it was last asked who is there.
         self.present_at = -inf
         risk = risk_message(change for change in changes if change not in context.accepted_risks)
@@ -276,25 +256,15 @@ class _Writing:
         report, results = self.report, self.report.results
         try:
             if reads and not report.refusals:
-                report.before = (yield from read_settings()).values
-                if self.context.keep_as_found is not None:
-                    view: EngineView = yield Inspect()
-                    talk = view.conversation
-                    stored = self.context.keep_as_found(talk.settings(view.now), talk.boot_count)
-                    if stored is not None:
-                        yield Await(stored, DURABLE_LIMIT_S)
-            for done, written in enumerate(() if report.refusals else results):
+                yield from self._read_before()
+            for done, written in enumerate(results):
+                if report.refusals:
+                    break
                 what = (("what", written.command.title),)
                 self.progress = Report(done, len(results), marked("Writing: {what}"), what)
                 yield self.progress
                 yield from self._set_one(written)
-                if report.refusals:
-                    written.fault = WriteFault.NOT_ALLOWED
-                _log.debug("%s: %s, %s", written.command.name, written.heard.name, written.fault)
-                if self.context.on_written is not None:
-                    self.context.on_written(written)
-                if report.refusals:
-                    break
+                _log.debug("%s: %s, %s", written.command.name, written.is_acknowledged, written.fault)
             if reads and any(written.is_sent for written in results):
                 yield from self._read_again()
         except Interrupted as error:
@@ -304,25 +274,26 @@ class _Writing:
             report.is_cancelled = True
             self._note_broken_off(None)
         finally:
+            for written in results:
+                if report.refusals and not written.is_sent:
+                    written.fault = WriteFault.NOT_ALLOWED
             for written, entry in self.entries:
-                fault, outcome = written.fault, Outcome.UNKNOWN
-                if not written.is_sent:
-                    outcome = Outcome.NOT_SENT
-                elif fault in _FINE_THEN:
-                    outcome = Outcome.CONFIRMED
-                elif fault in _REFUSED:
-                    outcome = Outcome.REFUSED
                 logged = {
                     "acknowledged": written.is_acknowledged,
                     "read_back": written.read_back,
                     "verified": written.verified,
-                    "fault": None if fault is None else fault.name,
+                    "fault": None if written.fault is None else written.fault.name,
                 }
-                self.context.journal.settle(entry, outcome, logged)
-        for written in results:
-            if report.refusals and not written.is_sent:
-                written.fault = WriteFault.NOT_ALLOWED
+                self.context.journal.settle(entry, written.outcome, logged)
         return report
+
+    def _read_before(self) -> Procedure[None]:
+        self.report.before = (yield from read_settings()).values
+        if self.context.keep_as_found is not None:
+            view: EngineView = yield Inspect()
+            stored = self.context.keep_as_found(view.conversation.settings(view.now), view.conversation.boot_count)
+            if stored is not None:
+                yield Await(stored, DURABLE_LIMIT_S)
 
     def _read_again(self) -> Procedure[None]:
         # The last reading decides.
@@ -330,8 +301,9 @@ class _Writing:
         yield from await_flags_known(self.progress)
         last = yield from read_settings()
         view: EngineView = yield Inspect()
-        for written in self.report.results:
-            if written.is_sent and written.command.reads_back:
+        sent = [written for written in self.report.results if written.is_sent]
+        for written in sent:
+            if written.command.reads_back:
                 value = last.values.get(written.command.key)
                 if written.is_fine and value != written.read_back:
                     written.fault = WriteFault.NO_LAST_READING if value is None else WriteFault.CHANGED
@@ -341,12 +313,11 @@ class _Writing:
             # The acknowledgement of a trigger counts only if no copy of it came (E4).
             is_known = view.conversation.fresh(written.command.key, view.now) == written.target
             if written.is_fine and written.command in TRIGGER_FLAGS and not is_known:
-                written.heard = SetReply.NOTHING
+                written.is_acknowledged = False
                 written.fault = WriteFault.REPEATED if view.flags.has_repeated else WriteFault.NO_LAST_READING
         # Whatever else reads otherwise now has ended the conversation.
-        sent = [written.command for written in self.report.results if written.is_sent]
-        unread = [one for one in READABLE_SETTINGS if one.key in last.errors and one not in sent]
-        self.report.unread = tuple(one for one in unread if one.key in self.report.before)
+        others = [one for one in READABLE_SETTINGS if one not in [written.command for written in sent]]
+        self.report.unread = tuple(one for one in others if one.key in last.errors and one.key in self.report.before)
 
     def _set_one(self, written: Written) -> Procedure[None]:
         command, context, report = written.command, self.context, self.report
@@ -356,8 +327,7 @@ class _Writing:
         if report.refusals:
             return
         while view.flags.free_at(request) > view.now:  # until no answer to an earlier one can be taken for its own (E4)
-            if self.progress is not None:
-                yield self.progress._replace(doing=WAITING)
+            yield self.progress._replace(doing=WAITING)
             yield Pause(view.flags.free_at(request) - view.now)
             view = yield Inspect()
         detail = {command.key: written.target} | ({NOTE: context.note} if context.note else {})
@@ -369,25 +339,27 @@ class _Writing:
             if report.refusals:
                 return
             # If it ends before the outcome is known it may have been carried out.
-            written.heard, written.fault = SetReply.NOTHING, WriteFault.INTERRUPTED
+            written.is_sent, written.fault = True, WriteFault.INTERRUPTED
             try:
-                written.heard = _reply_of((yield Ask(request)))
+                reply = yield Ask(request)
             except Interrupted as error:
                 if error.is_unsent:
-                    written.heard, written.fault = SetReply.NOT_SENT, WriteFault.NOT_SENT
+                    written.is_sent, written.fault = False, WriteFault.NOT_SENT
                 raise
-            if written.heard is not SetReply.NOT_SENT:
+            if reply.attempts:
                 break
             # A heartbeat came in between, which may be a restart's: who is there is asked again.
+            written.is_sent, written.fault = False, WriteFault.NOT_SENT
             self.present_at = -inf
-        if written.heard is SetReply.NOT_SENT:
-            written.fault = WriteFault.NOT_SENT
+        else:
             return
+        answer = answer_in(reply, Acknowledgement)
+        written.is_acknowledged = answer is not None and answer.is_accepted
         if not command.reads_back:
             # Else the next set would wait for the answer to a question, and not come directly after its check.
             yield from ask_report(is_fenced=True)
-            faults = {SetReply.NOTHING: WriteFault.NO_REPLY, SetReply.OTHER: WriteFault.REFUSED}
-            written.fault = faults.get(written.heard)
+            missing = WriteFault.NO_REPLY if answer is None else WriteFault.REFUSED
+            written.fault = None if written.is_acknowledged else missing
             return
         reading = yield from read_twice(command)
         written.read_back = None if reading is None else reading.value
@@ -398,9 +370,10 @@ class _Writing:
             written.fault = None
         elif old is not None and reading.value != old:
             written.fault = WriteFault.CLAMPED
+        elif written.is_acknowledged:
+            written.fault = WriteFault.NOT_RETAINED
         else:
-            faults = {SetReply.NOTHING: WriteFault.LOST, SetReply.OTHER: WriteFault.REFUSED}
-            written.fault = faults.get(written.heard, WriteFault.NOT_RETAINED)
+            written.fault = WriteFault.LOST if answer is None else WriteFault.REFUSED
 
     def _check(self) -> Procedure[None]:
         # Ask who is there and whether writing is allowed, unless that was done a moment ago.
@@ -420,13 +393,14 @@ class _Writing:
     def _note_broken_off(self, contradiction: Contradiction | None) -> None:
         # What was found so far was so then.
         for written in self.report.results:
-            if written.is_sent and written.is_fine:
-                if written.verified:
-                    written.fault = WriteFault.VERIFIED_THEN
-                elif written.command in TRIGGER_FLAGS:
-                    written.heard, written.fault = SetReply.NOTHING, WriteFault.INTERRUPTED
-                else:
-                    written.fault = WriteFault.ACKNOWLEDGED_THEN
+            if not (written.is_sent and written.is_fine):
+                continue
+            if written.verified:
+                written.fault = WriteFault.VERIFIED_THEN
+            elif written.command in TRIGGER_FLAGS:
+                written.is_acknowledged, written.fault = False, WriteFault.INTERRUPTED
+            else:
+                written.fault = WriteFault.ACKNOWLEDGED_THEN
         if contradiction is None or contradiction.after.command not in READABLE_SETTINGS:
             return
         for written in self.report.results:
@@ -497,7 +471,10 @@ def change_baud(
         written.fault = WriteFault.NOT_ALLOWED
         return BaudChanged(old_rate=old_rate, written=written, refusals=entry)
     try:
-        written.heard = _reply_of((yield Ask(request, is_deliberate=True)))
+        reply = yield Ask(request, is_deliberate=True)
+        answer = answer_in(reply, Acknowledgement)
+        written.is_sent = bool(reply.attempts)
+        written.is_acknowledged = answer is not None and answer.is_accepted
         if written.is_sent:
             found = written.read_back = (yield from find_rate(new_rate, old_rate)).baud_rate
             if found is None:

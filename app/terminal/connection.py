@@ -24,7 +24,7 @@ from app.system.clock import steady_time
 from app.terminal.console import USUAL_RATE, Refused, check_signals, note, notify, signals_noted, state
 from app.text.i18n import tr
 from app.text.messages import ErrorCode, join_sentences
-from protocol.events import Answered, EndReason, OutcomeUnknown, Sent, Unanswered
+from protocol.events import Answered, EndReason, Sent, Unanswered
 
 if TYPE_CHECKING:
     from app.diagnosis.causes import PortEvidence
@@ -281,7 +281,7 @@ def _trace() -> Callable[[Batch], None]:
             words, shown = event_sentence(event), "  "
             if isinstance(event, Answered) and event.round_trip_s is not None:
                 words = f"{1000 * event.round_trip_s:.1f} ms"
-            if isinstance(event, Answered | Unanswered | OutcomeUnknown):
+            if isinstance(event, Answered | Unanswered):
                 words = f"{tr(event.request.command.title)}  {words}"
             for frame in entries_of((event,), started_at):
                 shown = f" {frame.way.value} {frame.raw.hex(' ').upper()} "

@@ -58,7 +58,6 @@ def link(exchanges: int = 20_000, rounds: int = 5) -> Iterator[Figure]:
         assert made.is_begun
         for _ in range(exchanges):
             made.ask(query, now)
-            made.take_outgoing()
             now += 0.001
             assert any(isinstance(event, Answered) for event in made.receive(reply, now))
             now += 0.001

@@ -15,7 +15,7 @@ from app.procedures.act import Armed, Performed, checked_inputs, perform
 from app.procedures.find import find_rate
 from app.procedures.lock import lock
 from app.procedures.read import Present
-from app.procedures.write import BaudChanged, SetReply, SettingChange, WriteContext, WriteFault, change_baud, write_all
+from app.procedures.write import BaudChanged, SettingChange, WriteContext, WriteFault, change_baud, write_all
 from app.safety.journal import REQUESTS, Act, Outcome
 from app.safety.permit import Interlock, Permit
 from app.text.i18n import CHINESE, set_language
@@ -243,23 +243,23 @@ def change(rig: ModuleRig, journal: FakeJournal) -> BaudChanged:
 
 
 @pytest.mark.parametrize(
-    ("options", "fault", "heard"),
+    ("options", "fault", "is_acknowledged"),
     [
-        ({}, None, SetReply.ACKNOWLEDGED),
-        ({"acknowledged_by_one": {BAUD}}, None, SetReply.ACKNOWLEDGED),
-        ({"baud_answer": "new"}, None, SetReply.NOTHING),
-        ({"baud_answer": "none"}, None, SetReply.NOTHING),
-        ({"baud_at_once": False}, WriteFault.AT_RESTART, SetReply.ACKNOWLEDGED),
-        ({"lost_sets": {BAUD: -1}}, WriteFault.UNCHANGED, SetReply.NOTHING),
+        ({}, None, True),
+        ({"acknowledged_by_one": {BAUD}}, None, True),
+        ({"baud_answer": "new"}, None, False),
+        ({"baud_answer": "none"}, None, False),
+        ({"baud_at_once": False}, WriteFault.AT_RESTART, True),
+        ({"lost_sets": {BAUD: -1}}, WriteFault.UNCHANGED, False),
     ],
 )
 def test_every_behaviour_is_said_as_what_it_is(
-    options: dict[str, Any], fault: WriteFault | None, heard: SetReply
+    options: dict[str, Any], fault: WriteFault | None, is_acknowledged: bool
 ) -> None:
     rig, journal = ModuleRig(Options(**options)).begin(), FakeJournal()
     journal.line_length = lambda: len(rig.module.log.sets(BAUD))
     written = change(rig, journal).written
-    assert (written.fault, written.heard, written.verified) == (fault, heard, fault is None)
+    assert (written.fault, written.is_acknowledged, written.verified) == (fault, is_acknowledged, fault is None)
     assert written.read_back == rig.line.baud_rate == rig.module.rate
     assert len(rig.module.log.sets(BAUD)) == 1
     assert rig.conversation.is_going

@@ -44,11 +44,11 @@ def test_a_setting_that_reads_otherwise_takes_its_verified_back(is_written: bool
     rig, journal = settled_rig(), FakeJournal()
     changed = "freefall_time" if is_written else "attitude_threshold"
 
-    def change(_written: object) -> None:
-        setattr(rig.bench.module.memory, changed, 99)
-
-    context = WriteContext(journal=journal, on_written=change)
-    report: WriteReport = rig.run(write_all(CHANGES[:1], context))
+    job = rig.job(write_all(CHANGES[:1], WriteContext(journal=journal)))
+    rig.step_until(lambda: rig.line.requests.count(BY_NAME["freefall_time"].query()) == 3)  # read, and read back twice
+    rig.step_for(0.1)
+    setattr(rig.bench.module.memory, changed, 99)
+    report: WriteReport = rig.end(job)
     assert report.interrupted is not None
     assert report.interrupted.reason is EndReason.CONTRADICTED
     (written,) = report.results

@@ -6,7 +6,7 @@ from typing import Any, Self, TypeVar
 
 from app.engine import worker
 from app.engine.conversation import ConversationView
-from app.engine.procedure import EngineView, Job, LinkView, Procedure, Report
+from app.engine.procedure import EngineView, Job, Procedure, Report
 from app.engine.session import Session
 from app.engine.transport import PortError, PortTrouble
 from app.procedures.stream import StreamSwitch, watch
@@ -243,14 +243,11 @@ def settled_rig(**options: object) -> Rig:
     return Rig({"uptime": 60, "noise": 0} | options).begin()
 
 
-def engine_view(
-    now: float = 0.0, conversation: ConversationView | None = None, counters: Counters | None = None, **more: Any
-) -> EngineView:
+def engine_view(now: float = 0.0, conversation: ConversationView | None = None, **more: Any) -> EngineView:
     """What a procedure sees of a module of which nothing is known yet."""
     known: dict[str, Any] = {"proven_rate": None, "is_rate_in_doubt": True, "overtaken_at": None, "sets_rate": True}
     known |= {"flags": FlagAnswers(now), "told": ToldValues()}
-    link = LinkView(counters or Counters(), None)
-    return EngineView(now, 115200, conversation or ConversationView(), link, **(known | more))
+    return EngineView(now, 115200, conversation or ConversationView(), Counters(), b"", **(known | more))
 
 
 def watched_rig(switch: StreamSwitch | None = None, **options: object) -> Rig:

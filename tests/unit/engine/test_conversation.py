@@ -5,7 +5,7 @@ import pytest
 from app.engine.conversation import FRESH_FOR_S, Conversation, ConversationView, How, Known
 from app.safety.journal import REQUESTS, Act
 from protocol.catalogue import ACTIVATION, BY_NAME, LOCK, STATUS, Command, Request
-from protocol.events import Answered, Ended, EndReason, OutcomeUnknown, Received, Role
+from protocol.events import Answered, Ended, EndReason, Received, Role, Unanswered
 from protocol.messages import Acknowledgement, Direction, Frame, decode, encode_long, encode_reply
 from protocol.stale_replies import FlagAnswers
 from protocol.timing import SLOW_S
@@ -74,7 +74,7 @@ def test_an_acknowledged_activation_is_known_at_once_and_a_lock_only_when_it_is_
     talk.apply(acknowledged(ACTIVATION.set(True)))
     assert talk.view(NOW).values["active"] == Known(True, How.ACKNOWLEDGED, NOW)
     talk.apply(acknowledged(LOCK))  # proves nothing: a module that does not lock says the same
-    talk.apply(OutcomeUnknown(LOCK, 1.0, NOW))
+    talk.apply(Unanswered(LOCK, 1, 1.0, NOW))
     assert talk.view(NOW).values["active"].value is True
     talk.apply(heard(status(), Role.ANSWER))
     assert talk.view(NOW).values["active"].value is False
@@ -86,7 +86,7 @@ def test_after_an_act_what_it_changes_is_unknown_until_it_is_reported(
     talk: Conversation, act: Act, key: str, is_answered: bool
 ) -> None:
     request = REQUESTS[act]
-    talk.apply(acknowledged(request) if is_answered else OutcomeUnknown(request, 1.0, NOW))
+    talk.apply(acknowledged(request) if is_answered else Unanswered(request, 1, 1.0, NOW))
     assert key not in talk.view(NOW).values
     talk.apply(heard(status(3), Role.ANSWER))
     assert key in talk.view(NOW).values

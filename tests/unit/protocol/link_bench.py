@@ -3,9 +3,9 @@
 from typing import TypeVar
 
 from protocol.catalogue import BOOT_COUNT, BY_NAME, HEARTBEAT, Command, Request
-from protocol.events import Began, Ended, EndReason, Event, Received, Role, Sent
+from protocol.events import Began, Ended, EndReason, Event, Received, Role, Sent, Unanswered
 from protocol.link import Link
-from protocol.messages import HOST_FRAME_LENGTH, Status, encode_reply
+from protocol.messages import Status, encode_reply
 from protocol.stale_replies import FENCES
 from tests.vendor.frames import BY_ID
 
@@ -40,6 +40,7 @@ class Bench:
         self._due: list[tuple[float, bytes]] = []
         self._asked: Request | None = None
         self._asked_after = 0
+        self._delivered: Sent | None = None
 
     def begun(self) -> "Bench":
         """In a conversation, of which the round trips are known; nothing happened yet."""
@@ -104,16 +105,22 @@ class Bench:
 
     def _deliver(self) -> None:
         """What the link has written reaches the module."""
-        data = self.link.take_outgoing()
-        for at in range(0, len(data), HOST_FRAME_LENGTH):
-            answer = self.answers.get(data[at : at + HOST_FRAME_LENGTH])
+        sent = self.taken(Sent)
+        is_new = [one is self._delivered for one in sent].index(True) + 1 if self._delivered in sent else 0
+        for one in sent[is_new:]:
+            answer = self.answers.get(one.raw)
             if answer is not None and self.is_there:
                 self._due.append((self.now + self.reply_s, answer))
+            self._delivered = one
 
     # What came of it
 
     def taken(self, kind: type[Told]) -> list[Told]:
         return [event for event in self.events if isinstance(event, kind)]
+
+    def unknown(self) -> list[Unanswered]:
+        """What may have been carried out."""
+        return [event for event in self.taken(Unanswered) if event.may_be_done]
 
     def roles(self) -> list[Role]:
         """Of what the test let the link hear."""

@@ -3,7 +3,7 @@
 import pytest
 
 from app.engine.conversation import How, Known
-from app.procedures.write import SetReply, WriteFault, Written
+from app.procedures.write import WriteFault, Written
 from app.settings.form import RowState, SettingDraft
 from app.settings.profiles import SETTINGS_BY_KEY
 from app.settings.values import MAX_NUMBER_LENGTH, field_of, parse_value
@@ -26,13 +26,11 @@ def tilt(wanted: Value | str | None = None) -> SettingDraft:
     return draft
 
 
-def written(
-    wanted: Value, after: Known, fault: WriteFault | None = None, heard: SetReply = SetReply.ACKNOWLEDGED
-) -> SettingDraft:
+def written(wanted: Value, after: Known, fault: WriteFault | None = None, *, is_sent: bool = True) -> SettingDraft:
     draft = tilt(wanted)
     draft.is_writing = True
     assert (draft.state, draft.pending) == (RowState.WRITING, None)
-    draft.end_write(Written(draft.command, wanted, heard, after.value, fault), after)
+    draft.end_write(Written(draft.command, wanted, is_sent=is_sent, read_back=after.value, fault=fault), after)
     return draft
 
 
@@ -64,7 +62,9 @@ def test_verified_is_what_was_read_back_and_stands_until_it_is_set_again() -> No
 
 def test_a_setting_that_cannot_be_read_back_is_never_verified() -> None:
     draft = SettingDraft(BY_NAME["attitude_trigger"], wanted=False, is_writing=True)
-    draft.end_write(Written(draft.command, False, SetReply.ACKNOWLEDGED, fault=None), held(False, How.ACKNOWLEDGED))
+    draft.end_write(
+        Written(draft.command, False, is_sent=True, is_acknowledged=True, fault=None), held(False, How.ACKNOWLEDGED)
+    )
     assert (draft.state, draft.wanted) == (RowState.ACKNOWLEDGED, None)
 
 
@@ -80,17 +80,17 @@ def test_a_row_stays_failed_until_the_module_reports_the_value() -> None:
 
 
 @pytest.mark.parametrize(
-    ("fault", "heard", "state"),
+    ("fault", "is_sent", "state"),
     [
-        (WriteFault.REFUSED, SetReply.OTHER, RowState.FAILED),
-        (WriteFault.NOT_ALLOWED, SetReply.NOT_SENT, RowState.EDITED),
-        (WriteFault.NOT_SENT, SetReply.NOT_SENT, RowState.EDITED),
+        (WriteFault.REFUSED, True, RowState.FAILED),
+        (WriteFault.NOT_ALLOWED, False, RowState.EDITED),
+        (WriteFault.NOT_SENT, False, RowState.EDITED),
     ],
 )
 def test_what_was_not_written_stays_edited_until_it_is_discarded(
-    fault: WriteFault, heard: SetReply, state: RowState
+    fault: WriteFault, is_sent: bool, state: RowState
 ) -> None:
-    draft = written(130, HELD, fault, heard)
+    draft = written(130, HELD, fault, is_sent=is_sent)
     assert draft.state is state
     draft.want(None)
     assert draft.state is RowState.READ

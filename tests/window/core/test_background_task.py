@@ -20,6 +20,7 @@ from app.store.fact_store import Store, StoreFault, StoreTrouble
 from app.text.i18n import CHINESE, ENGLISH, set_language, tr
 from app.text.messages import duration
 from protocol.events import Ended, EndReason
+from tests.support.line.sim_line import engine_view
 from tests.support.patience import PATIENCE_S
 from tests.support.processes import ran_code
 from tests.support.window.fake_ports import ports_alone
@@ -260,7 +261,7 @@ class Line:
 
     def begin(self, then: Callable[[Job[int]], None]) -> None:
         self.job.run(reading(), then)
-        self.jobs[-1].start(0.0)
+        self.jobs[-1].start(0.0, engine_view)
 
     def end(self, number: int = -1) -> None:
         self.worker.finish(self.jobs[number], 7)

@@ -12,7 +12,7 @@ from PySide6.QtWidgets import QComboBox, QHeaderView, QLabel, QLineEdit, QTableV
 from app.captures.explain import event_sentence
 from app.system.clock import clock_text, wall_offset_s
 from app.text.i18n import tr
-from protocol.events import Answered, Ended, Event, OutcomeUnknown, Received, Rejected, Role, Sent, Unanswered
+from protocol.events import Answered, Ended, Event, Received, Rejected, Role, Sent, Unanswered
 from protocol.messages import Noise
 from protocol.translatable import marked
 from ui.forms.tables import Index, list_rows
@@ -70,7 +70,7 @@ def shown(row: Event) -> Shown:
         case Received(role=role, frame=frame):
             is_odd = role in (Role.LATE, Role.DUPLICATE, Role.ECHO)
             return Shown(tr(_ROLES[role]), frame.raw, Icon.CHEVRON_LEFT, Meaning.INFORMATION if is_odd else None)
-        case OutcomeUnknown() | Unanswered():
+        case Unanswered():
             return Shown(tr("link"), b"", Icon.WARNING, Meaning.ATTENTION)
         case _:
             return Shown(tr("link"), b"", Icon.INFORMATION, Meaning.ATTENTION if isinstance(row, Ended) else None)
