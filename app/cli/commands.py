@@ -14,8 +14,6 @@ from app.terminal import console
 from app.text.messages import capitalised
 
 WINDOW: Final = "gui"
-# Commands with commands of their own, before whose words no option of theirs may stand.
-_HAVE_COMMANDS: Final = ("archive", "recordings")
 
 
 class SubCommand(NamedTuple):
@@ -45,7 +43,9 @@ class SubCommand(NamedTuple):
         """Raises `Refused`; exits after --help."""
         parser = console.Parser(prog=f"dps-s {self.name}")
         self.describe(parser)
-        return parser.parse_args(words) if self.name in _HAVE_COMMANDS else parser.parse_intermixed_args(words)
+        # Which takes longer, and cannot be used where there are commands.
+        is_mixed = any(not option.names[0].startswith("-") for option in getattr(self.load(), "ARGUMENTS", ()))
+        return parser.parse_intermixed_args(words) if is_mixed else parser.parse_args(words)
 
 
 ENTRIES: Final = (

@@ -5,29 +5,27 @@ null in JSON and "unknown" with the reason in the text, never a default.
 """
 
 import argparse
+from collections.abc import Mapping
+from importlib import import_module
 
 from app.engine.conversation import STATUS_KEYS, Interrupted
 from app.engine.procedure import EngineView, Inspect, Pause, Procedure
 from app.engine.target import sets_rate
-from app.limits.limits import LimitsInUse, outside_of
-from app.preflight.reading_object import LIVE_KEYS, SETTING_KEYS, reading_object
 from app.procedures.read import ANSWERED_TWICE, NO_REPLY, Readings, contradictions, read_everything
 from app.terminal import console
 from app.terminal.connection import connected
 from app.text.i18n import tr
 from app.text.messages import UserMessage, in_brackets, join_names, message
 from protocol.catalogue import BAUD_RATE, BY_NAME, SERIAL_OUTPUT, SETTINGS, STATUS_PARTS
-from protocol.fields import Choice, Quantity, Value
+from protocol.fields import Choice, Value
 from protocol.translatable import marked
 
 # Longer than two modules that hear the same question are apart.
 SECOND_ANSWER_S = 0.05
+# What shows the result: loaded while a second answer may still come, which takes as long.
+_LOADED_LATE = ("app.limits.limits", "app.preflight.reading_object")
 # The key of what is said of the line, or of the conversation.
 LINE = "link"
-_GROUPS = {
-    marked("Status"): (*STATUS_KEYS, "cell_voltage_v", "charging", "light_v", "boot_count"),
-    marked("Settings"): SETTING_KEYS,
-}
 _UNREADABLE = {command.key for command in SETTINGS if not command.reads_back}
 _COMMANDS = [command for command in BY_NAME.values() if command.reply is not None]
 _FIELDS = {command.key: command.reply for command in _COMMANDS} | {part.name: part.field for part in STATUS_PARTS}
@@ -37,14 +35,12 @@ _TITLES = {command.key: command.title for command in _COMMANDS} | {
     "triggered": marked("Triggered"),
     "active": marked("Active"),
 }
-_WORDS = {
+_WORDS: Mapping[tuple[str, Value], str] = {
     ("active", True): marked("active"),
     ("active", False): marked("locked"),
     ("triggered", True): marked("triggered"),
     ("triggered", False): marked("not triggered"),
 }
-
-
 ARGUMENTS = (*console.PORT, console.JSON)
 
 
@@ -55,10 +51,14 @@ def run(args: argparse.Namespace) -> int:
     with connected(args.port, args.baud) as opened:
         try:
             opened.run(read_everything(read))
-            is_doubled = opened.run(is_answered_twice())
+            for name in _LOADED_LATE:
+                import_module(name)
+            is_doubled = opened.run(is_answered_twice(read.answered_at))
             is_streaming = opened.conversation.is_streaming
         except Interrupted as error:
             ended = error
+    from app.preflight.reading_object import LIVE_KEYS, SETTING_KEYS, reading_object
+
     values = dict(read.values)
     # Why a value is not known, by its key; "status" stands for all of the status.
     errors = {key: _no_reply(unanswered.attempts, unanswered.waited_s) for key, unanswered in read.errors.items()}
@@ -94,10 +94,9 @@ def run(args: argparse.Namespace) -> int:
     page = [tr("{port}, {rate} baud", port=args.port, rate=rate)]
     if round_trip_s is not None:
         page = [join_names((*page, f"{1000 * round_trip_s:.1f} ms"))]
-    rows = console.columns([_row(key, values, errors) for keys in _GROUPS.values() for key in keys], indent=2)
-    for title, keys in _GROUPS.items():
-        page += ["", tr(title), *rows[: len(keys)]]
-        del rows[: len(keys)]
+    live_keys = (*STATUS_KEYS, "cell_voltage_v", "charging", "light_v", "boot_count")
+    rows = console.columns([_row(key, values, errors) for key in (*live_keys, *SETTING_KEYS)], indent=2)
+    page += ["", tr("Status"), *rows[: len(live_keys)], "", tr("Settings"), *rows[len(live_keys) :]]
     console.emit(args, answer, page)
     if ended is not None:
         console.notify(ended.sentence)
@@ -109,10 +108,12 @@ def run(args: argparse.Namespace) -> int:
     return console.PARTIAL if errors else console.SUCCESS
 
 
-def is_answered_twice() -> Procedure[bool]:
-    # Whether questions are: a second module on this line answers a little later, also the last one.
-    yield Pause(SECOND_ANSWER_S)
+def is_answered_twice(first_at: float | None = None) -> Procedure[bool]:
+    """Whether questions are, as a second module on this line answers a little later. `first_at`: when the first of
+    several was answered, which is as good a proof; else it is waited for a second answer to the last one."""
     view: EngineView = yield Inspect()
+    yield Pause((view.now if first_at is None else first_at) + SECOND_ANSWER_S - view.now)
+    view = yield Inspect()
     return view.told.is_answered_twice(view.now)
 
 
@@ -123,19 +124,15 @@ def _no_reply(attempts: int, waited_s: float) -> UserMessage:
     return message(text, seconds=waited_s, attempts=attempts)
 
 
-def _row(key: str, values: dict[str, Value], errors: dict[str, UserMessage]) -> tuple[str, str]:
+def _row(key: str, values: Mapping[str, Value], errors: Mapping[str, UserMessage]) -> tuple[str, str]:
+    from app.limits.limits import LimitsInUse, outside_of
+
     title, value, field = tr(_TITLES[key]), values.get(key), _FIELDS[key]
-    if value is None:
+    if value is None or field is None:
         why = errors.get(key) or errors.get("status" if key in STATUS_KEYS else key)
         return title, tr("unknown") + in_brackets(tr("cannot be read") if why is None else why.translated())
-    text = str(value)
-    if isinstance(value, bool):
-        word = _WORDS.get((key, value), marked("yes") if value else marked("no"))
-        text = tr(word)
-    elif isinstance(field, Quantity):
-        text = field.text(field.encode(value))
-    elif isinstance(field, Choice):
-        text = f"{value} {tr(field.unit)}"
+    word = _WORDS.get((key, value)) or field.text(field.encode(value))
+    shown = f"{value} {tr(field.unit)}" if isinstance(field, Choice) else tr(word)
     # Nobody has measured here whether an open bay reads more or less light, so nothing is said of the bay.
     outside = None if key == "light_v" else outside_of(key, values, LimitsInUse())
-    return title, text if outside is None else outside.beside(text)
+    return title, shown if outside is None else outside.beside(shown)

@@ -71,7 +71,7 @@ class Readings:
     """What was read. (No dataclass: importing those takes longer than the rest of `dps-s read`.)"""
 
     def __init__(self) -> None:
-        self.began_at = 0.0  # in seconds of the session's clock
+        self.answered_at: float | None = None  # when the first question was, in seconds of the session's clock
         self.values: dict[str, Value] = {}  # by key ("light_threshold_v"), in the field's unit
         self.status: StatusSample | None = None
         self.errors: dict[str, Unanswered] = {}  # what the module, though it is there, did not answer, by key
@@ -106,12 +106,14 @@ def read_settings() -> Procedure[Readings]:
 
 def _ask_each(commands: Sequence[Command], read: Readings) -> Procedure[Readings]:
     for done, command in enumerate(commands):
-        now = yield Report(done, len(commands), marked("Reading: {what}"), (("what", command.title),))
-        read.began_at = read.began_at or now
+        yield Report(done, len(commands), marked("Reading: {what}"), (("what", command.title),))
         outcome = yield Ask(command.query())
         if not isinstance(outcome, Answered):
             read.errors[command.key] = outcome
-        elif isinstance(answer := outcome.messages[0], Reading):
+            continue
+        if read.answered_at is None:
+            read.answered_at = outcome.at
+        if isinstance(answer := outcome.messages[0], Reading):
             read.values[command.key] = answer.value
         elif isinstance(answer, Status):
             read.status = StatusSample(outcome.at, *answer)

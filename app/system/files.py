@@ -1,7 +1,6 @@
 """Files that are replaced as a whole, files that are held, and the folder of the program's data."""
 
 import os
-import shutil
 import sys
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -43,6 +42,8 @@ def whole_file(path: Path, *, is_private: bool = False) -> Iterator[IO[bytes]]:
             file.flush()
             os.fsync(file.fileno())
         if path.exists() and not is_private:
+            import shutil  # which loads all that packs files
+
             shutil.copymode(path, draft)
         draft.replace(path)
     finally:

@@ -4,7 +4,6 @@ The language is chosen at the start, before there is another thread, and stays. 
 unfinished, or that cannot be formatted, falls back to English.
 """
 
-import locale
 import logging
 import os
 import re
@@ -100,6 +99,10 @@ def system_language(environ: Mapping[str, str] = os.environ) -> str:
     # As in gettext, LANGUAGE overrides the language, but not in the C locale.
     if chosen.partition(".")[0] not in ("", "C", "POSIX"):
         chosen = environ.get("LANGUAGE", "").partition(":")[0] or chosen
-    plain = re.split("[.@]", chosen or locale.getlocale()[0] or "")[0].lower()
+    if not chosen:
+        import locale  # loaded only where no variable says it
+
+        chosen = locale.getlocale()[0] or ""
+    plain = re.split("[.@]", chosen)[0].lower()
     is_chinese = re.match("zh(_|-|$)|chinese", plain)  # Windows: "Chinese (Simplified)_China"
     return CHINESE if is_chinese and not re.search("traditional|hant|tw|hk|mo", plain) else ENGLISH

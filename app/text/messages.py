@@ -8,8 +8,9 @@ from typing import Any, Final, NamedTuple, Union
 
 from app.text.i18n import CHINESE, language, tr
 
-_WIDE_STOP_AND_SPACE: Final = re.compile("([。！？；：]) ")
-_BEFORE_UNIT: Final = re.compile(r"(?<=\d) (?=(?:g|V|s|m|km/h)\b)")
+# Patterns are compiled by `re` where they are used first, as few commands need all of them.
+_WIDE_STOP_AND_SPACE: Final = "([。！？；：]) "
+_BEFORE_UNIT: Final = r"(?<=\d) (?=(?:g|V|s|m|km/h)\b)"
 
 
 def capitalised(text: str) -> str:
@@ -18,7 +19,7 @@ def capitalised(text: str) -> str:
 
 def join_sentences(sentences: Iterable[str]) -> str:
     # No space follows full-width Chinese punctuation.
-    return _WIDE_STOP_AND_SPACE.sub(r"\1", " ".join(sentence for sentence in sentences if sentence))
+    return re.sub(_WIDE_STOP_AND_SPACE, r"\1", " ".join(sentence for sentence in sentences if sentence))
 
 
 def join_names(names: Iterable[str]) -> str:
@@ -36,7 +37,7 @@ def in_brackets(text: str) -> str:
 
 def with_units(text: str) -> str:
     """`text`, whose numbers keep their units on their line."""
-    return _BEFORE_UNIT.sub("\u00a0", text)
+    return re.sub(_BEFORE_UNIT, "\u00a0", text)
 
 
 def not_written(file: object, error: Exception) -> str:
@@ -77,7 +78,7 @@ def duration(seconds: float) -> str:
 
 _LINE_BREAKS = "\t\n\r\v\f\x85\u2028\u2029"
 _DIRECTION_MARKS = "\u061c\u200b\u200e\u200f\u202a\u202b\u202c\u202d\u202e\u2066\u2067\u2068\u2069\ufeff"
-_IN_JSON = re.compile("[\x7f-\x9f\u061c\u200b\u200e\u200f\u2028-\u202e\u2066-\u2069\ufeff\ud800-\udfff]")
+_IN_JSON = "[\x7f-\x9f\u061c\u200b\u200e\u200f\u2028-\u202e\u2066-\u2069\ufeff\ud800-\udfff]"
 
 
 def visible(text: str, *, keep: str = "") -> str:
@@ -98,13 +99,13 @@ def visible(text: str, *, keep: str = "") -> str:
 
 def visible_json(text: str) -> str:
     """JSON with such characters escaped; `json` has already escaped those below U+0020."""
-    return _IN_JSON.sub(lambda match: f"\\u{ord(match[0]):04x}", text)
+    return re.sub(_IN_JSON, lambda match: f"\\u{ord(match[0]):04x}", text)
 
 
 MAX_TEXT_LENGTH = 400  # characters of a name or a note that are shown
-_PLACE = re.compile(r"\{(\w{1,40})(?::([\w.]{1,6}))?\}")
-_LIST = re.compile(r"\{p0\}(?:, \{p\d+\})+")
-_SENTENCES = re.compile(r"\{p0\}(?: \{p\d+\})+")
+_PLACE = r"\{(\w{1,40})(?::([\w.]{1,6}))?\}"
+_LIST = r"\{p0\}(?:, \{p\d+\})+"
+_SENTENCES = r"\{p0\}(?: \{p\d+\})+"
 _DEEPEST = 4
 
 
@@ -126,10 +127,10 @@ class UserMessage(NamedTuple):
     def translated(self) -> str:
         """In the language in use; see `joined` for lists."""
         values = {name: value if isinstance(value, str) else value.translated() for name, value in self.values}
-        if language() == CHINESE and _LIST.fullmatch(self.text):
+        if language() == CHINESE and re.fullmatch(_LIST, self.text):
             return _filled(self.text.replace(", ", "，"), values)
         filled = _filled(tr(self.text), values)
-        return join_sentences([filled]) if _SENTENCES.fullmatch(self.text) else filled
+        return join_sentences([filled]) if re.fullmatch(_SENTENCES, self.text) else filled
 
     def to_json(self) -> dict[str, Any]:
         """For a record; `message_from_json` reverses it."""
@@ -140,7 +141,7 @@ class UserMessage(NamedTuple):
 def message(text: str, /, **values: object) -> UserMessage:
     """`text` is `marked` if it is translatable. Values are formatted now, as in "{seconds:.1f} s old"; those that are
     messages are translated later."""
-    specs = dict(_PLACE.findall(text))
+    specs = dict(re.findall(_PLACE, text))
 
     def kept(name: str, value: object) -> str | UserMessage:
         return value if isinstance(value, UserMessage) else format(value, specs.get(name, ""))
@@ -169,7 +170,7 @@ def message_from_json(plain: object, *, depth: int = 0) -> UserMessage:
 
 
 def _filled(text: str, values: Mapping[str, str]) -> str:
-    return _PLACE.sub(lambda place: values.get(place[1], place[0]), text)
+    return re.sub(_PLACE, lambda place: values.get(place[1], place[0]), text)
 
 
 def clean(text: str, *, longest: int = MAX_TEXT_LENGTH) -> str:

@@ -106,6 +106,16 @@ def test_lock_is_not_called_confirmed_by_a_module_that_only_acknowledges_it() ->
     assert cli.module.settings[ACTIVATION] == 1
 
 
+@pytest.mark.parametrize("apart_s", [0.0, 0.01, 0.048])
+@pytest.mark.parametrize("words", ["read", "set freefall_time_s=1.20"])
+def test_a_second_module_that_tells_the_same_is_said(apart_s: float, words: str) -> None:
+    """It answers up to 50 ms after the first one, by which time all has been asked."""
+    cli = VirtualCli(Options(), Options(delay_s=apart_s))
+    ran = cli.run(*words.split(), "--json")
+    assert ran.returncode == 4, ran.stderr
+    assert ran.stderr.count(TWO) == 1
+
+
 def test_of_two_modules_none_becomes_active() -> None:
     """The second one stands at 80°, which fires, and is set to 85°."""
     cli = VirtualCli(Options(), Options(delay_s=0.002))
