@@ -22,6 +22,7 @@ from app.settings.values import field_of, fitting, kept_value_message, setting_m
 from app.store.acts import all_fired
 from app.store.fact_store import Facts, Kept, Store
 from app.store.rows import (
+    AHEAD,
     KIND_OF,
     ActEnded,
     ActIntended,
@@ -79,10 +80,12 @@ class ModuleToday(Struct, kw_only=True):
 def report(store: Store, now: datetime) -> list[ModuleToday]:
     """By name. Takes up to two seconds. Raises `UserError`."""
     last_at: dict[str, str] = {}
+    latest = time_text(now + AHEAD)
     with all_facts(store) as facts:
         for file in ("main", "own"):  # each by its index: of both together the whole would be read
-            query = f"SELECT module, max(made_at) FROM {file}.facts WHERE module IS NOT NULL GROUP BY module"  # noqa: S608
-            for name, at in facts.connection.execute(query):
+            # What is about no module has NULL there.
+            query = f"SELECT module, max(made_at) FROM {file}.facts WHERE module > '' AND made_at <= ? GROUP BY module"  # noqa: S608
+            for name, at in facts.connection.execute(query, (latest,)):
                 last_at[name] = max(at, last_at.get(name, ""))
         return [_today(facts, name, last_at[name], now) for name in sorted(last_at)]
 

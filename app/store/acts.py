@@ -11,6 +11,8 @@ import logging
 import os
 from collections.abc import Callable, Mapping
 from concurrent.futures import Future
+from contextlib import suppress
+from datetime import datetime
 from typing import Any, Final, NamedTuple
 
 from msgspec.structs import replace
@@ -18,8 +20,8 @@ from msgspec.structs import replace
 from app.engine.target import is_simulated
 from app.safety.journal import NOTE, Act, Entry, Outcome
 from app.safety.left_active import KnownAs, LeftActive, drop_intent, keep_left, note_locked, note_safe
-from app.store.fact_store import Facts, Store, StoreTrouble
-from app.store.rows import ActEnded, ActIntended, DeployIntended, MayHaveFired, time_text
+from app.store.fact_store import Facts, Kept, Store, StoreTrouble
+from app.store.rows import EARLIEST, ActEnded, ActIntended, DeployIntended, MayHaveFired, time_text
 from app.text.messages import UserMessage, clean
 
 _log = logging.getLogger(__name__)
@@ -161,7 +163,7 @@ class Fired(NamedTuple):
 def all_fired(facts: Facts, module: str) -> list[Fired]:
     """Of the module of this name, the oldest first."""
     seen = facts.of_module(MayHaveFired, module)
-    fired = [Fired(kept.content.seen_at or kept.at, is_simulated(kept.content.port)) for kept in seen]
+    fired = [Fired(_seen_at(kept), is_simulated(kept.content.port)) for kept in seen]
     deploys = facts.of_module(DeployIntended, module)
     if deploys:
         ends = {kept.content.of: kept.content.outcome for kept in facts.of_module(ActEnded, module)}
@@ -169,6 +171,14 @@ def all_fired(facts: Facts, module: str) -> list[Fired]:
         left = [kept for kept in deploys if ends.get(kept.row.id) != Outcome.NOT_SENT.value]
         fired += [Fired(kept.at, is_simulated(kept.content.port)) for kept in left]
     return sorted(fired)
+
+
+def _seen_at(kept: Kept[MayHaveFired]) -> str:
+    """Never later than it was kept; another station may have written anything."""
+    with suppress(ValueError, OverflowError):
+        seen_at = time_text(datetime.fromisoformat(kept.content.seen_at))
+        return seen_at if EARLIEST <= seen_at < kept.at else kept.at
+    return kept.at
 
 
 def note_triggered(facts: Facts, module: str = "", *, port: str, adapter: str = "", intent: str = "") -> None:

@@ -18,6 +18,8 @@ from app.text.messages import clean
 MAX_CONTENT_BYTES = 1_000_000
 # A fact from later than this has a wrong time: it is kept and counts for nothing.
 AHEAD = timedelta(days=1)
+# Every computer can show the times between these two in its own zone.
+EARLIEST, LATEST = "1970-01-02", "3000"
 _EPOCH = datetime(1970, 1, 1, tzinfo=UTC)
 
 # What `clean` makes of what people type: on one line, at most 400 characters.
@@ -262,8 +264,7 @@ def check_row(row: tuple[object, ...]) -> Row:
         if checked.module is not None and not is_module_name(checked.module):
             raise BadRow("no name of a module")
         made_at = checked.made_at
-        # Every computer can show the times between these two in its own zone.
-        if not "1970-01-02" <= made_at < "3000" or time_text(datetime.fromisoformat(made_at)) != made_at:
+        if not EARLIEST <= made_at < LATEST or time_text(datetime.fromisoformat(made_at)) != made_at:
             raise BadRow("no time")
         if len(checked.content.encode()) > MAX_CONTENT_BYTES:
             raise BadRow("too large")

@@ -13,6 +13,7 @@ from msgspec.structs import replace
 
 from app.archive.archive import OTHERS_FILE, Synced, all_facts, exchanged, status_of, sync
 from app.archive.places import FilePlace
+from app.archive.report import report
 from app.store.fact_store import Store
 from app.store.rows import (
     COLUMNS,
@@ -262,6 +263,7 @@ def test_a_wrong_clock_counts_for_nothing_and_is_named_and_so_is_a_station_only_
     with all_facts(here) as facts:
         assert facts.of_module(SaidNew, "M-99") == []
     assert status_of(here).ahead == [STRANGER]
+    assert report(here, NOW) == []
     assert "another" not in status_of(here).stations.values()
 
 
