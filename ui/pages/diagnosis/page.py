@@ -4,6 +4,7 @@ import copy
 from datetime import datetime
 from functools import partial
 from pathlib import Path
+from typing import Final
 
 from PySide6.QtCore import Qt
 from PySide6.QtWidgets import QFormLayout, QFrame, QLabel, QPlainTextEdit, QPushButton, QTabWidget, QWidget
@@ -14,30 +15,32 @@ from app.engine.worker import Batch
 from app.text import i18n
 from app.text.i18n import tr
 from app.text.messages import error_text, in_brackets, labelled
+from protocol.translatable import marked
 from ui.core.background_task import BackgroundTask
 from ui.files.file_dialogs import AskPath, ask_path, default_name
 from ui.pages.diagnosis.traffic import TrafficModel, TrafficView
-from ui.pages.diagnosis.why import WhyPanel
+from ui.pages.diagnosis.why import WhyPanel, figure
 from ui.services.context import Services
 from ui.services.page import Page
 from ui.session.page_job import PageJob
 from ui.session.shown_module import ShownModule
 from ui.style.icons import Icon
 from ui.style.theme import Meaning, Size, Space, fixed_font, is_text_large
-from ui.widgets.controls import (
-    SELECTABLE,
-    Shortcut,
-    TickingLabel,
-    control,
-    in_column,
-    in_row,
-    named,
-    scroll_area,
-    set_role,
-    text_label,
-)
+from ui.widgets.controls import Shortcut, control, in_column, in_row, named, scroll_area, set_role, text_label
 from ui.widgets.notice_bar import NoticeBar
 from ui.widgets.visibility_timer import VisibilityTimer
+
+_FIGURES: Final = {
+    "sent": marked("Requests"),
+    "lost": marked("Without reply"),
+    "trip": marked("Round trip"),
+    "late": marked("95th percentile"),
+    "slowest": marked("Slowest answer"),
+    "lag": marked("Lag"),
+    "restarts": marked("Restarts"),
+    "losses": marked("Port lost"),
+    "rejected": marked("Invalid bytes"),
+}
 
 
 class StatisticsView(QWidget):
@@ -49,22 +52,9 @@ class StatisticsView(QWidget):
         card = named(QFrame(), "figures_card", "card")
         form = QFormLayout(card)
         form.setHorizontalSpacing(Space.XL)
-        for key, name in (
-            ("sent", tr("Requests")),
-            ("lost", tr("Without reply")),
-            ("trip", tr("Round trip")),
-            ("late", tr("95th percentile")),
-            ("slowest", tr("Slowest answer")),
-            ("lag", tr("Lag")),
-            ("restarts", tr("Restarts")),
-            ("losses", tr("Port lost")),
-            ("rejected", tr("Invalid bytes")),
-            ("reasons", tr("Why")),
-        ):
-            figure = self.figures[key] = named(TickingLabel(), f"figures_{key}")
-            figure.setTextInteractionFlags(SELECTABLE)
-            figure.setAccessibleName(name)
-            form.addRow(named(QLabel(name), f"figures_{key}_name", "muted"), figure)
+        for key, name in _FIGURES.items():
+            self.figures[key] = figure(f"figures_{key}", tr(name))
+            form.addRow(named(QLabel(tr(name)), f"figures_{key}_name", "muted"), self.figures[key])
         in_column(card, 1, of=self, spacing=Space.S, margins=(Space.M, Space.S))
         VisibilityTimer(self, self.refresh, every_ms=500)
 
@@ -74,22 +64,22 @@ class StatisticsView(QWidget):
         share = min(1.0, totals.time_outs / totals.sent) if totals.sent else 0.0
         # "0 %", "0.03 %", "12 %"
         percent = f"{share * 100:.0f} %" if share >= 0.1 or not share else f"{share * 100:.2g} %"
-        rejected = ((why, n) for why, n in totals.rejected_bytes.most_common() if n)
+        whys = (labelled(tr(why.value), f"{count:,}") for why, count in totals.rejected_bytes.most_common() if count)
         texts = {
-            "sent": (f"{totals.sent:,}", False),
-            "lost": (f"{totals.time_outs:,}{in_brackets(percent)}" if totals.sent else "—", share > 0.01),
-            "lag": ("—" if lag_s is None else f"{lag_s:.2f} s", False),
-            "restarts": (f"{totals.restarts:,}", False),
-            "losses": (f"{statistics.losses:,}", statistics.losses > 0),
-            "rejected": (f"{totals.rejected:,}", totals.rejected > 0),
-            "reasons": ("\n".join(labelled(tr(why.value), f"{n:,}") for why, n in rejected), False),
+            "sent": f"{totals.sent:,}",
+            "lost": f"{totals.time_outs:,}{in_brackets(percent)}" if totals.sent else "—",
+            "lag": "—" if lag_s is None else f"{lag_s:.2f} s",
+            "restarts": f"{totals.restarts:,}",
+            "losses": f"{statistics.losses:,}",
+            "rejected": "\n".join((f"{totals.rejected:,}", *whys)),
         }
         for key, quantile in (("trip", 0.5), ("late", 0.95), ("slowest", 1.0)):
             trip_s = statistics.quantile_s(quantile)
-            texts[key] = "—" if trip_s is None else f"{trip_s * 1000:.1f} ms", False
-        for key, (text, is_warned) in texts.items():
+            texts[key] = "—" if trip_s is None else f"{trip_s * 1000:.1f} ms"
+        warned = {"lost": share > 0.01, "losses": statistics.losses > 0, "rejected": totals.rejected > 0}
+        for key, text in texts.items():
             self.figures[key].setText(text)
-            set_role(self.figures[key], "attention" if is_warned else "")
+            set_role(self.figures[key], "attention" if warned.get(key) else "")
 
 
 class BundlePreview(QWidget):
@@ -117,11 +107,11 @@ class BundlePreview(QWidget):
         self.text.setLineWrapMode(QPlainTextEdit.LineWrapMode.NoWrap)
         self.text.setTabChangesFocus(True)
         self.text.setFont(fixed_font(Size.SMALL))
-        save = QPushButton(tr("Save support bundle…"))
+        renew, save = QPushButton(tr("Refresh")), QPushButton(tr("Save support bundle…"))
+        control(renew, "bundle_renew", picture=Icon.AGAIN, slot=self.make)
         self.save = control(save, "bundle_save", picture=Icon.BUNDLE, role="primary", slot=self.choose_and_save)
-        renew = control(QPushButton(tr("Refresh")), "bundle_renew", picture=Icon.AGAIN, slot=self.make)
         self._where = text_label("bundle_log_path", "small", is_selectable=True)
-        buttons = in_row(1, renew, self.save, spacing=Space.S)
+        buttons = in_row(1, renew, save, spacing=Space.S)
         in_column(promise, buttons, (self.text, 1), self._where, of=self, spacing=Space.S, margins=(Space.M, Space.S))
         self._timer = VisibilityTimer(self, self.make)
 
@@ -190,26 +180,25 @@ class DiagnosisPage(Page):
         tabs.setDocumentMode(True)
         tabs.setFocusPolicy(Qt.FocusPolicy.NoFocus)  # also of the bar, to which it passes the focus
         tabs.setUsesScrollButtons(False)
-        tabs.tabBar().setObjectName("diagnosis_tabs")
-        tabs.tabBar().setAccessibleName(tr("Diagnosis"))
-        tabs.tabBar().setFocusPolicy(Qt.FocusPolicy.TabFocus)
-        self._views: dict[str, QWidget] = {
-            "why": self.why,
-            "traffic": self.traffic,
-            "figures": self.statistics,
-            "bundle": self.bundle,
-        }
-        if not is_text_large():  # then the page scrolls as a whole
-            for key, title in (("why", tr("Connection")), ("figures", tr("Statistics"))):
-                self._views[key] = scroll_area(self._views[key], f"{key}_scroll", title, is_vertical=True)
-        titles = tr("Connection"), tr("Traffic"), tr("Statistics"), tr("Support")
-        for (key, view), title in zip(self._views.items(), titles, strict=True):
-            shortcut = f"Alt+{tabs.count() + 1}"
-            view.setAccessibleName(title)
-            tabs.setTabToolTip(tabs.addTab(view, title), shortcut)
-            Shortcut(view, shortcut, partial(self._choose, key), holder=self)
-        head = self.make_header(tr("Diagnosis"))
-        head.setContentsMargins(Space.M, 0, Space.M, 0)
+        bar = named(tabs.tabBar(), "diagnosis_tabs")
+        bar.setAccessibleName(tr("Diagnosis"))
+        bar.setFocusPolicy(Qt.FocusPolicy.TabFocus)
+        self._keys: list[str] = []
+        for key, title, view, scrolls in (
+            ("why", tr("Connection"), self.why, True),
+            ("traffic", tr("Traffic"), self.traffic, False),
+            ("figures", tr("Statistics"), self.statistics, True),
+            ("bundle", tr("Support"), self.bundle, False),
+        ):
+            # In large text the page scrolls as a whole.
+            is_area = scrolls and not is_text_large()
+            shown = scroll_area(view, f"{key}_scroll", title, is_vertical=True) if is_area else view
+            shown.setAccessibleName(title)
+            self._keys.append(key)
+            shortcut = f"Alt+{len(self._keys)}"
+            tabs.setTabToolTip(tabs.addTab(shown, title), shortcut)
+            Shortcut(shown, shortcut, partial(self._choose, key), holder=self)
+        head = in_column(self.make_header(tr("Diagnosis")), margins=(Space.M, 0))
         # The notice is below all controls, so that it moves none of them.
         in_column(head, (tabs, 1), self.strip, of=self, spacing=Space.XS, margins=0)
         self.result.changed.connect(lambda: self.strip.show_notice(self.result.result_notice()))
@@ -230,7 +219,7 @@ class DiagnosisPage(Page):
 
     def go_to(self, key: str) -> None:
         """Shows a view: "why", "traffic", "figures" or "bundle"."""
-        self.tabs.setCurrentWidget(self._views[key])
+        self.tabs.setCurrentIndex(self._keys.index(key))
 
     def _choose(self, key: str) -> None:
         self.go_to(key)

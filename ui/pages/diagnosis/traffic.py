@@ -5,13 +5,14 @@ from collections.abc import Iterable
 from enum import Enum, IntEnum
 from typing import Any, Final, NamedTuple
 
-from PySide6.QtCore import QAbstractTableModel, QItemSelection, QModelIndex, QObject, QSortFilterProxyModel, Qt
+from PySide6.QtCore import QAbstractTableModel, QModelIndex, QObject, QSortFilterProxyModel, Qt
 from PySide6.QtGui import QFontMetrics, QGuiApplication
 from PySide6.QtWidgets import QComboBox, QHeaderView, QLabel, QLineEdit, QTableView, QToolButton, QWidget
 
 from app.captures.explain import event_sentence
 from app.system.clock import clock_text, wall_offset_s
 from app.text.i18n import tr
+from app.text.messages import in_brackets
 from protocol.events import Answered, Ended, Event, Received, Rejected, Role, Sent, Unanswered
 from protocol.messages import Noise
 from protocol.translatable import marked
@@ -37,6 +38,7 @@ _ROLES: Final = {
     Role.UNSOLICITED: marked("unasked"),
     Role.ECHO: marked("echo"),
 }
+_TITLES: Final = (marked("Time"), marked("Kind"), marked("Bytes"), marked("Meaning"))
 
 
 class Column(IntEnum):
@@ -56,42 +58,42 @@ class Shown(NamedTuple):
     """What a row shows besides its meaning."""
 
     kind: str
-    raw: bytes
     picture: Icon
-    emphasis: Meaning | None = None  # The colour of rows that need attention
+    raw: bytes = b""
+    emphasis: Meaning | None = None  # the colour of rows that need attention
 
 
 def shown(row: Event) -> Shown:
     match row:
         case Rejected(noise=noise):
-            return Shown(tr("invalid"), noise.raw, Icon.WARNING, Meaning.ATTENTION)
+            return Shown(tr("invalid"), Icon.WARNING, noise.raw, Meaning.ATTENTION)
         case Sent(attempt=attempt, raw=raw):
-            return Shown(tr("sent") if attempt == 1 else f"{tr('sent')} ({attempt})", raw, Icon.CHEVRON_RIGHT)
+            return Shown(tr("sent") + (in_brackets(str(attempt)) if attempt > 1 else ""), Icon.CHEVRON_RIGHT, raw)
         case Received(role=role, frame=frame):
             is_odd = role in (Role.LATE, Role.DUPLICATE, Role.ECHO)
-            return Shown(tr(_ROLES[role]), frame.raw, Icon.CHEVRON_LEFT, Meaning.INFORMATION if is_odd else None)
-        case Unanswered():
-            return Shown(tr("link"), b"", Icon.WARNING, Meaning.ATTENTION)
-        case _:
-            return Shown(tr("link"), b"", Icon.INFORMATION, Meaning.ATTENTION if isinstance(row, Ended) else None)
+            return Shown(tr(_ROLES[role]), Icon.CHEVRON_LEFT, frame.raw, Meaning.INFORMATION if is_odd else None)
+        case Unanswered() | Ended():
+            return Shown(tr("link"), Icon.WARNING, emphasis=Meaning.ATTENTION)
+    return Shown(tr("link"), Icon.INFORMATION)
 
 
-def hex_of(raw: bytes, longest: int) -> str:
-    """ "41 75 32"; longer ones are cut after `longest` bytes, with the number of the rest."""
-    cut = f" … +{len(raw) - longest}" if len(raw) > longest else ""
-    return raw[:longest].hex(" ").upper() + cut
+def is_streamed(row: Event) -> bool:
+    """Whether it is an unasked status."""
+    return isinstance(row, Received) and row.role is Role.STREAMED
 
 
-def cell_text(row: Event, column: int, longest: int) -> str:
-    match Column(column):
+def cell_text(row: Event, column: int, longest: int = MAX_ROW_BYTES) -> str:
+    """Bytes as "41 75 32", of which those after `longest` are only counted."""
+    match column:
         case Column.TIME:
             return clock_text(row.at + wall_offset_s(), 3)
         case Column.KIND:
             return shown(row).kind
         case Column.BYTES:
-            return hex_of(shown(row).raw, longest)
-        case Column.MEANING:
-            return event_sentence(row)
+            raw = shown(row).raw
+            cut = f" … +{len(raw) - longest}" if len(raw) > longest else ""
+            return raw[:longest].hex(" ").upper() + cut
+    return event_sentence(row)
 
 
 class TrafficModel(QAbstractTableModel):
@@ -101,7 +103,6 @@ class TrafficModel(QAbstractTableModel):
     def __init__(self, parent: QObject | None = None) -> None:
         super().__init__(parent)
         self.rows: deque[Event] = deque()
-        # Stored, but not shown yet.
         self.new: deque[Event] = deque(maxlen=MAX_ROWS)
         self.bytes_font = fixed_font(Size.SMALL)
 
@@ -144,27 +145,24 @@ class TrafficModel(QAbstractTableModel):
 
     def headerData(self, section: int, orientation: Qt.Orientation, role: int = Qt.ItemDataRole.DisplayRole) -> Any:
         is_title = orientation is Qt.Orientation.Horizontal and role == Qt.ItemDataRole.DisplayRole
-        return (tr("Time"), tr("Kind"), tr("Bytes"), tr("Meaning"))[section] if is_title else None
+        return tr(_TITLES[section]) if is_title else None
 
     def data(self, index: Index, role: int = Qt.ItemDataRole.DisplayRole) -> Any:
         row, column = self.rows[index.row()], index.column()
-        is_tip = role == Qt.ItemDataRole.ToolTipRole
-        if is_tip or role == Qt.ItemDataRole.DisplayRole:
-            return cell_text(row, column, MAX_ROW_BYTES if is_tip else SHOWN_BYTES)
-        if role == Qt.ItemDataRole.FontRole:
-            return self.bytes_font if column == Column.BYTES else None
-        if role == Qt.ItemDataRole.DecorationRole and column == Column.KIND:
-            return icon(shown(row).picture, shown(row).emphasis)
-        if role == Qt.ItemDataRole.ForegroundRole:
-            emphasis = shown(row).emphasis
-            is_muted = column == Column.TIME or _is_streamed(row)
-            return current().ink(emphasis or Meaning.UNKNOWN) if emphasis or is_muted else None
+        match role:
+            case Qt.ItemDataRole.DisplayRole:
+                return cell_text(row, column, SHOWN_BYTES)
+            case Qt.ItemDataRole.ToolTipRole:
+                return cell_text(row, column)
+            case Qt.ItemDataRole.FontRole if column == Column.BYTES:
+                return self.bytes_font
+            case Qt.ItemDataRole.DecorationRole if column == Column.KIND:
+                return icon(shown(row).picture, shown(row).emphasis)
+            case Qt.ItemDataRole.ForegroundRole:
+                is_muted = column == Column.TIME or is_streamed(row)
+                meaning = shown(row).emphasis or (Meaning.UNKNOWN if is_muted else None)
+                return None if meaning is None else current().ink(meaning)
         return None
-
-
-def _is_streamed(row: Event) -> bool:
-    """Whether it is an unasked status."""
-    return isinstance(row, Received) and row.role is Role.STREAMED
 
 
 class TrafficFilter(QSortFilterProxyModel):
@@ -190,7 +188,7 @@ class TrafficFilter(QSortFilterProxyModel):
         row = self._model.rows[source_row]
         if self._kind is Filter.REJECTED and not isinstance(row, Rejected):
             return False
-        if self._kind is Filter.WITHOUT_STREAM and _is_streamed(row):
+        if self._kind is Filter.WITHOUT_STREAM and is_streamed(row):
             return False
         if not self._query or (self._query_hex and self._query_hex in shown(row).raw.hex()):
             return True
@@ -222,9 +220,8 @@ class TrafficView(QWidget):
         self.search.setClearButtonEnabled(True)
         for button in self.search.findChildren(QToolButton):  # made by Qt, without a name
             named(button, "traffic_search_clear").setAccessibleName(tr("Clear"))
-        self.copy = control(
-            QToolButton(), "traffic_copy", says=tr("Copy"), keys="Ctrl+C", picture=Icon.COPY, slot=self.copy_rows
-        )
+        copy, says = QToolButton(), tr("Copy")
+        self.copy = control(copy, "traffic_copy", says=says, keys="Ctrl+C", picture=Icon.COPY, slot=self.copy_rows)
         self.filter.currentIndexChanged.connect(self._use_filter)
         self.search.textChanged.connect(self._use_filter)
         bar = in_row(self.filter, (self.search, 1), self.copy, spacing=Space.S)
@@ -248,7 +245,7 @@ class TrafficView(QWidget):
         bar = table.verticalScrollBar()
         bar.valueChanged.connect(self._note_scrolling)
         bar.rangeChanged.connect(self._stay_at_end)
-        table.selectionModel().selectionChanged.connect(self._show_detail)
+        table.selectionModel().selectionChanged.connect(lambda _new, _old: self._show_detail())
         self.model.modelReset.connect(self._show_detail)  # a reset clears the selection without a signal
         return table
 
@@ -262,12 +259,12 @@ class TrafficView(QWidget):
         if self._follows:
             self.model.show_new()
         rows = self.shown.rowCount()
+        text = tr("rows: {rows}", rows=f"{rows:,}")
         if not self._follows:
-            self.count.setText(tr("{count} new", count=f"{len(self.model.new):,}"))
+            text = tr("{count} new", count=f"{len(self.model.new):,}")
         elif self.search.text() and not rows:
-            self.count.setText(tr("No matches"))
-        else:
-            self.count.setText(tr("rows: {rows}", rows=f"{rows:,}"))
+            text = tr("No matches")
+        self.count.setText(text)
 
     def _note_scrolling(self, position: int) -> None:
         self._follows = position >= self.table.verticalScrollBar().maximum()
@@ -280,12 +277,12 @@ class TrafficView(QWidget):
 
     def copy_rows(self) -> None:
         """Copies the selected rows, else all that are shown, with all bytes, as tab-separated text."""
-        rows = self._events(self._selected() or range(self.shown.rowCount()))
-        lines = ("\t".join(cell_text(row, column, MAX_ROW_BYTES) for column in Column) for row in rows)
+        rows = self._selected() or range(self.shown.rowCount())
+        lines = ("\t".join(cell_text(self._event(row), column) for column in Column) for row in rows)
         QGuiApplication.clipboard().setText("\n".join(lines))
 
-    def _events(self, rows: Iterable[int]) -> list[Event]:
-        return [self.model.rows[self.shown.mapToSource(self.shown.index(row, 0)).row()] for row in rows]
+    def _event(self, row: int) -> Event:
+        return self.model.rows[self.shown.mapToSource(self.shown.index(row, 0)).row()]
 
     def _selected(self) -> list[int]:
         ranges = self.table.selectionModel().selection().toList()
@@ -297,11 +294,10 @@ class TrafficView(QWidget):
         self._show_detail()
         self.draw()
 
-    def _show_detail(self, _new: QItemSelection | None = None, _old: QItemSelection | None = None) -> None:
+    def _show_detail(self) -> None:
         selected = self._selected()
-        if len(selected) != 1:
-            count = tr("{count} selected", count=f"{len(selected):,}")
-            self.detail.setText(count if selected else tr("Select a row."))
-            return
-        (event,) = self._events(selected)
-        self.detail.setText(f"{shown(event).kind}  {hex_of(shown(event).raw, 96)}\n{event_sentence(event)}")
+        text = tr("{count} selected", count=f"{len(selected):,}") if selected else tr("Select a row.")
+        if len(selected) == 1:
+            event = self._event(selected[0])
+            text = f"{shown(event).kind}  {cell_text(event, Column.BYTES, 96)}\n{event_sentence(event)}"
+        self.detail.setText(text)

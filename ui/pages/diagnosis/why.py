@@ -1,6 +1,5 @@
 """Why does it not connect? The likely cause, the step that helps, and a list that ticks itself: how far it comes."""
 
-import time
 from typing import Final
 
 from PySide6.QtCore import Qt, Signal
@@ -18,10 +17,10 @@ from app.diagnosis.causes import (
     facts_about,
 )
 from app.diagnosis.link_state import Phase, link_text
-from app.system.clock import clock_text
 from app.text.i18n import tr
 from app.text.messages import join_names, labelled
 from protocol.events import Role
+from protocol.translatable import marked
 from ui.core.background_task import BackgroundTask
 from ui.services.context import Services
 from ui.style.icons import MEANING_ICONS, Icon
@@ -40,13 +39,29 @@ from ui.widgets.controls import (
 from ui.widgets.visibility_timer import VisibilityTimer
 
 REFRESH_EVERY_MS: Final = 500
-FACTS_EVERY_S: Final = 5.0
 _WITHOUT_CAUSE: Final = {
     Phase.ONLINE: (Meaning.GOOD, None),
     Phase.CLOSED: (Meaning.INFORMATION, NextStep.CHOOSE_PORT),
     **dict.fromkeys((Phase.OPENING, Phase.FINDING, Phase.ASKING), (Meaning.INFORMATION, None)),
     Phase.LATE: (Meaning.ATTENTION, None),
 }
+# The list that ticks itself.
+_LINES: Final = {
+    "port": marked("Port"),
+    "bytes": marked("Bytes"),
+    "frames": marked("Frames"),
+    "replies": marked("Round trip"),
+    "noise": marked("Last invalid bytes"),
+}
+
+
+def figure(name: str, says: str) -> TickingLabel:
+    """A value that changes by itself; it can be selected."""
+    label = named(TickingLabel(), name)
+    label.setAccessibleName(says)
+    label.setTextInteractionFlags(SELECTABLE)
+    label.setWordWrap(True)
+    return label
 
 
 class WhyPanel(QWidget):
@@ -60,20 +75,17 @@ class WhyPanel(QWidget):
         self.setObjectName("why_panel")
         self._ports, self._storage = services.ports, services.storage
         self.collector = EvidenceCollector()
-        self._facts, self._facts_of, self._facts_at = AdapterFacts(), "", float("-inf")
+        # What the system knows, and of which adapter: another one may have the name of its port by now.
+        self._facts, self._facts_of = AdapterFacts(), ""
         self._asking: BackgroundTask[AdapterFacts] = BackgroundTask("dps-s adapter facts", self)
         self.diagnosis: Diagnosis | None = None
         self._step: NextStep | None = None
         self._picture = IconLabel("why_icon", 28)
         self.what = text_label("why_what", "title", is_selectable=True)
-        self.next_step = text_label("why_next_step", "", is_selectable=True)
-        self.silence = text_label("why_silence", "muted", is_selectable=True)
-        self.command = text_label("why_command", "", is_selectable=True)
-        self.command.setFont(fixed_font())
-        step = QPushButton(tr(STEP_WORDS[NextStep.CONNECT_AGAIN]))
-        self.act = control(step, "why_act", picture=Icon.CHEVRON_RIGHT, role="primary", slot=self._do)
+        self.next_step = text_label("why_next_step", is_selectable=True)
+        self.act = control(QPushButton(), "why_act", picture=Icon.CHEVRON_RIGHT, role="primary", slot=self._do)
         card = named(QFrame(), "why_card", "card")
-        lines = in_column(self.what, self.next_step, self.silence, self.command, in_row(self.act, 1), spacing=Space.S)
+        lines = in_column(self.what, self.next_step, in_row(self.act, 1), spacing=Space.S)
         in_row((self._picture, Qt.AlignmentFlag.AlignTop), (lines, 1), of=card, spacing=Space.L, margins=Space.L)
         checked = named(QFrame(), "why_list", "card")
         grid = QGridLayout(checked)
@@ -81,22 +93,11 @@ class WhyPanel(QWidget):
         grid.setColumnStretch(2, 1)
         self.checked: dict[str, QLabel] = {}
         self._ticks: dict[str, IconLabel] = {}
-        names = {
-            "port": tr("Port"),
-            "bytes": tr("Bytes"),
-            "frames": tr("Frames"),
-            "replies": tr("Round trip"),
-            "noise": tr("Last invalid bytes"),
-        }
-        for row, (key, name) in enumerate(names.items()):
-            value = self.checked[key] = named(TickingLabel(), f"why_{key}")
-            value.setAccessibleName(name)
-            value.setTextInteractionFlags(SELECTABLE)
-            value.setWordWrap(True)
-            self._ticks[key] = IconLabel(f"why_{key}_tick", 16, keeps_place=True)
-            grid.addWidget(self._ticks[key], row, 0)
-            grid.addWidget(named(QLabel(name), f"why_{key}_name", "muted"), row, 1)
-            grid.addWidget(value, row, 2)
+        for row, (key, name) in enumerate(_LINES.items()):
+            tick = self._ticks[key] = IconLabel(f"why_{key}_tick", 16, keeps_place=True)
+            value = self.checked[key] = figure(f"why_{key}", tr(name))
+            for column, cell in enumerate((tick, named(QLabel(tr(name)), f"why_{key}_name", "muted"), value)):
+                grid.addWidget(cell, row, column)
         self.checked["noise"].setFont(fixed_font())
         self.sharing = SharingCard(services)
         in_column(card, checked, self.sharing, 1, of=self, spacing=Space.S, margins=(Space.M, Space.S))
@@ -119,7 +120,6 @@ class WhyPanel(QWidget):
         # Of a module that was left active nobody can say that it is not this one.
         is_left = bool(self._storage.left_active) and not (target and target.is_simulated)
         seen = self.collector.seen._replace(
-            # Of this adapter: another one may have the name of its port by now.
             facts=self._facts if self._facts_of == current.key else AdapterFacts(),
             was_active=current.is_active or is_left,
             adapter="" if target is None else target.identity,
@@ -127,50 +127,34 @@ class WhyPanel(QWidget):
         # Between two attempts to reconnect, only the port knows the error.
         return seen if seen.is_open else seen._replace(trouble=current.state.trouble)
 
-    def _ask_system(self) -> None:
-        """In the background, since it lists all processes."""
-        target, now = self._ports.current.target, time.monotonic()
-        if target is None or self._asking.is_running:
-            return
-        if target.key == self._facts_of and now - self._facts_at < FACTS_EVERY_S:
+    def _ask_system(self, evidence: PortEvidence) -> None:
+        """In the background, since it lists all processes; only where there is a trouble that they may explain."""
+        target = self._ports.current.target
+        if target is None or evidence.trouble is None or self._asking.is_running:
             return
         port, key = target.device, target.key
-        self._facts_at = now
 
         def end(facts: AdapterFacts) -> None:
             self._facts, self._facts_of = facts, key
-            self.refresh()
 
         self._asking.run(lambda _running: facts_about(port), end, lambda _error: None)
 
     # Display
 
     def refresh(self) -> None:
-        self._ask_system()
         evidence, state = self.evidence(), self._ports.current.state
+        self._ask_system(evidence)
         is_asked = state.phase not in (Phase.CLOSED, Phase.OPENING, Phase.FINDING, Phase.LATE)
         self.diagnosis = found = diagnose(evidence) if is_asked else None
         if found is not None:
-            meaning, self._step, command, said = Meaning.ATTENTION, found.step, found.command, found[:2]
+            meaning, self._step, said = Meaning.ATTENTION, found.step, found[:2]
         else:
             meaning, self._step = _WITHOUT_CAUSE.get(state.phase, (Meaning.ATTENTION, NextStep.CONNECT_AGAIN))
-            command, said = "", link_text(state, self._ports.clock())[1:3]
+            said = link_text(state, self._ports.clock())[1:3]
         self._picture.show_icon(MEANING_ICONS[meaning], meaning)
-        for label, text in (*zip((self.what, self.next_step), said, strict=True), (self.command, command)):
+        for label, text in zip((self.what, self.next_step), said, strict=True):
             label.setText(text)
             label.setVisible(bool(text))
-        # What tells a silent module from a closed port.
-        self.silence.setVisible(state.phase is Phase.OFFLINE)
-        if state.phase is Phase.OFFLINE:
-            last = max(known.at for known in self._ports.module.view.values.values())
-            self.silence.setText(
-                tr(
-                    "Last value at {time}. Unanswered since: {lost} of {asked}. The port is open.",
-                    time=clock_text(time.time() - self._ports.clock() + last),
-                    lost=f"{evidence.counters.time_outs:,}",
-                    asked=f"{evidence.counters.sent:,}",
-                )
-            )
         self.act.setVisible(self._step is not None)
         self.act.setEnabled(self._step is not NextStep.FIND_RATE or self._ports.current.is_open)
         if self._step is not None:
@@ -183,13 +167,12 @@ class WhyPanel(QWidget):
         echoes = counters.by_role[Role.ECHO]
         frames = counters.frames - echoes
         is_asked = evidence.is_open and counters.time_outs > 0
-        met = {
-            "port": (evidence.is_open, evidence.trouble is not None),
-            "bytes": (counters.bytes_received > 0, is_asked),
-            "frames": (frames > 0 and not evidence.is_bad_line(), is_asked),
-            "replies": (evidence.is_answering, is_asked),
-        }
-        for key, (is_met, has_failed) in met.items():
+        for key, is_met, has_failed in (
+            ("port", evidence.is_open, evidence.trouble is not None),
+            ("bytes", counters.bytes_received > 0, is_asked),
+            ("frames", frames > 0 and not evidence.is_bad_line(), is_asked),
+            ("replies", evidence.is_answering, is_asked),
+        ):
             if is_met:
                 self._ticks[key].show_icon(Icon.CHECK, Meaning.GOOD)
             elif has_failed:
@@ -236,13 +219,9 @@ class SharingCard(QFrame):
         self.switch = control(QCheckBox(tr("Share this port, read-only")), "sharing_switch", slot=self._press)
         self.address = control(QLineEdit("127.0.0.1:7001"), "sharing_address", says=tr("Address for readers"))
         self.state = text_label("sharing_state", "muted", is_selectable=True)
-        self.last = named(TickingLabel(), "sharing_last")
-        self.last.setAccessibleName(self.switch.text())
-        self.last.setWordWrap(True)
-        self.last.setTextInteractionFlags(SELECTABLE)
-        in_column(
-            in_row(self.switch, (self.address, 1), spacing=Space.M), self.state, self.last, of=self, spacing=Space.S
-        )
+        self.last = figure("sharing_last", self.switch.text())
+        head = in_row(self.switch, (self.address, 1), spacing=Space.M)
+        in_column(head, self.state, self.last, of=self, spacing=Space.S)
         self._ports.changed.connect(self._show)
         self._ports.shown.connect(self._show)
         for port in self._ports.all:

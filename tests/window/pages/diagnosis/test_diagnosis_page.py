@@ -1,11 +1,9 @@
 """The Diagnosis page: causes and next steps, sharing of the port, statistics, support bundle, own errors, traffic."""
 
 import logging
-import re
 import socket
 import sys
 import threading
-import time
 import zipfile
 from collections.abc import Iterator
 from contextlib import ExitStack, contextmanager
@@ -80,28 +78,6 @@ def test_a_fault_of_the_line_has_one_cause_and_one_button(
         assert page.why.what.text()
 
 
-def test_a_module_that_fell_silent_has_the_time_of_its_last_value(
-    qtbot: QtBot, qapp: QApplication, tmp_path: Path
-) -> None:
-    with on_fake_time(Rig, qtbot, qapp, tmp_path, "why-silent", ALONE) as one:
-        page = show_page(qtbot, one.assembly.window, "diagnosis", DiagnosisPage)
-        one.connect()
-        assert not page.why.silence.isVisible()
-        one.bench.power_off()
-        one.until(page.why.silence.isVisible)
-        one.until(lambda: "since: 0 of" not in page.why.silence.text())
-        said = re.fullmatch(
-            r"Last value at (.+)\. Unanswered since: (\d+) of (\d+)\. The port is open\.",
-            page.why.silence.text(),
-        )
-        assert said is not None
-        assert 0 < int(said[2]) <= int(said[3])
-        last = max(known.at for known in one.assembly.ports.module.view.values.values())
-        ago_s = one.clock() - last
-        shown = {time.strftime("%H:%M:%S", time.localtime(time.time() - ago_s + off_s)) for off_s in (-1, 0, 1)}
-        assert said[1] in shown
-
-
 def test_the_button_finds_the_rate(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
     options = {"baud": 57600, "stream_at_boot": True, "rate": 50}
     with on_fake_time(Rig, qtbot, qapp, tmp_path, "why-find", ALONE, **options) as one:
@@ -145,7 +121,7 @@ def test_a_command_is_shown_and_copied(
         assembly.ports.current._on_batch(Batch(steady_time(), refused, ConversationView(), None))
         qtbot.waitUntil(lambda: cause_of(page) == "no permission")
         if sys.platform.startswith("linux"):
-            assert page.why.command.text() == "sudo usermod -aG dialout $USER"
+            assert "sudo usermod -aG dialout $USER" in page.why.next_step.text()
             assert page.why.act.text() == "Copy"
             press(qtbot, page.why.act)
             assert QApplication.clipboard().text() == "sudo usermod -aG dialout $USER"
@@ -191,8 +167,8 @@ def test_figures_show_loss_reasons_and_round_trips(qtbot: QtBot, qapp: QApplicat
         page.go_to("figures")
         shown = {key: figure.text() for key, figure in page.statistics.figures.items()}
         assert shown.items() >= {
-            "sent": "10", "lost": "2 (20 %)", "trip": "3.0 ms", "rejected": "12", "restarts": "1", "losses": "1",
-            "reasons": "wrong checksum: 12", "slowest": "50.0 ms",
+            "sent": "10", "lost": "2 (20 %)", "trip": "3.0 ms", "rejected": "12\nwrong checksum: 12", "restarts": "1",
+            "losses": "1", "slowest": "50.0 ms",
         }.items()  # fmt: skip
 
 
