@@ -35,7 +35,6 @@ _STYLES: Final = {
     CheckResult.UNKNOWN: _UNKNOWN,
 }
 _MANUAL_STYLES: Final = {True: _PASSED, False: _FAILED, None: _UNKNOWN}
-_LOUD: Final = {Meaning.DANGER: "danger", Meaning.ATTENTION: "attention"}
 _SETTING_KEYS: Final = {bound.check: key for key, bound in SETTING_BOUNDS.items()}
 
 
@@ -48,44 +47,37 @@ class Remedy(NamedTuple):
     is_enabling: bool = False
 
 
-def remedy(judged: Judged, case: Case, has_profile: bool, looked_at: Counter[bytes]) -> Remedy | None:
+def remedy(judged: Judged, case: Case, looked_at: Counter[bytes]) -> Remedy | None:
     """What mends a row with one click; None where only hands can. `looked_at`: the trigger records that a person had
     before them; only those can be called reviewed."""
     id_, is_known = judged.check.id, judged.finding.result is not CheckResult.UNKNOWN
-    if judged.finding.result is CheckResult.PASS:
-        return None
 
     def said(words: str, person: Person) -> Remedy:
         """Check again with what a person says by pressing it."""
         return Remedy(words, lambda page: page.check(person))
 
-    match id_:
-        case "attitude_trigger" | "freefall_trigger":
-            return Remedy(marked("Enable now"), lambda page: page.check(is_enabling=True), is_enabling=True)
-        case "trigger_records" if (word := records_word(case)) is not None and judged.blocks_go:
-            history = case.evidence.history
-            raws = Counter[bytes]() if history is None else Counter(record.raw for record in history.all)
-            if word is RecordsWord.REVIEWED and raws - case.past.reviewed - looked_at:
-                words = marked("Look at the records")
-                return Remedy(words, lambda page: page.lead_to("triggers", page.exchange.review_wanted.emit))
-            return said(word.value, Person(are_records_reviewed=True))
-        case "boot_count" if judged.blocks_go and is_known:
-            return said(marked("It is this module"), Person(is_same_module=True))
-        case "fingerprint" if is_known:
-            words = marked("Approve these settings")
-            if has_profile:
-                return Remedy(words, lambda page: page.approve())
-            return said(words, Person(are_settings_approved=True))
-        case _ if is_known and id_ in _SETTING_KEYS:
+    if id_ in ("attitude_trigger", "freefall_trigger"):
+        return Remedy(marked("Enable now"), lambda page: page.check(is_enabling=True), is_enabling=True)
+    if id_ == "trigger_records" and judged.blocks_go and (word := records_word(case)) is not None:
+        history = case.evidence.history
+        raws = Counter[bytes]() if history is None else Counter(record.raw for record in history.all)
+        if word is RecordsWord.REVIEWED and raws - case.past.reviewed - looked_at:
+            words = marked("Look at the records")
+            return Remedy(words, lambda page: page.lead_to("triggers", page.exchange.review_wanted.emit))
+        return said(word.value, Person(are_records_reviewed=True))
+    if id_ == "boot_count" and judged.blocks_go and is_known:
+        return said(marked("It is this module"), Person(is_same_module=True))
+    if id_ == "fingerprint" and is_known:
+        return Remedy(marked("Approve these settings"), lambda page: page.approve())
+    if (key := _SETTING_KEYS.get(id_)) is not None and judged.blocks_go and is_known:
+        words, wanted = marked("Write the profile's value"), case.profile.settings.get(key)
+        if wanted is None:
+            words, wanted = marked("Write the default"), DEFAULTS.get(key)
+        if wanted is not None:
             # It is written in Settings, which asks what it always asks.
-            key = _SETTING_KEYS[id_]
-            words, wanted = marked("Write the profile's value"), case.profile.settings.get(key)
-            if wanted is None:
-                words, wanted = marked("Write the default"), DEFAULTS.get(key)
-            if judged.blocks_go and wanted is not None:
-                values = {key: wanted}
-                return Remedy(words, lambda page: page.lead_to("settings", lambda: page.exchange.used.emit(values)))
-    if is_known and id_ in ("light", "light_threshold"):
+            values = {key: wanted}
+            return Remedy(words, lambda page: page.lead_to("settings", lambda: page.exchange.used.emit(values)))
+    if id_ in ("light", "light_threshold") and is_known:
         return Remedy(marked("Measure"), lambda page: page.lead_to("settings", page.exchange.measured.emit))
     return None
 
@@ -109,17 +101,16 @@ class _Row(QFrame):
         self.grid.setContentsMargins(Space.S, Space.XS, Space.M, Space.XS)
         self.grid.setHorizontalSpacing(Space.S)
         self.grid.setVerticalSpacing(0)
-        for column, (part, share) in enumerate(
-            ((self.mark, 0), (self.word, 0), (self.title, 4), (self.measured, 3), (self.limit, 4))
-        ):
+        parts = ((self.mark, 0), (self.word, 0), (self.title, 4), (self.measured, 3), (self.limit, 4))
+        for column, (part, share) in enumerate(parts):
             self.grid.addWidget(part, 0, column)
             self.grid.setColumnStretch(column, share)
 
     def show_style(self, style: StateStyle, word: str, *, is_failed: bool = False, is_muted: bool = False) -> None:
         self.mark.show_icon(style.icon, style.meaning, is_muted=is_muted)
         self.word.setText(word)
-        loud = "" if is_muted or style.meaning is None else _LOUD.get(style.meaning, "")
-        set_role(self.word, loud or "small")
+        loud = {Meaning.DANGER: "danger", Meaning.ATTENTION: "attention"}
+        set_role(self.word, "small" if is_muted or style.meaning is None else loud.get(style.meaning, "small"))
         set_role(self, "marked-row-failed" if is_failed else "marked-row")
 
     def say(self, state: str, reason: str = "") -> None:
@@ -135,9 +126,8 @@ class CheckRow(_Row):
     button, a step, is dead for a moment: rows move, and what comes to lie under the pointer was not chosen."""
 
     def __init__(self, check: Check, judged: Judged | None, remedy: Remedy | None, standing: Standing) -> None:
-        shown, limit = ("", "") if judged is None else (judged.finding.shown, judged.finding.limit)
-        cells = (one if isinstance(one, str) else one.translated() for one in (shown, limit))
-        super().__init__(f"check_{check.id}", tr(check.title), *cells)
+        found = ("", "") if judged is None else (judged.finding.shown.translated(), judged.finding.limit.translated())
+        super().__init__(f"check_{check.id}", tr(check.title), *found)
         self.remedy = remedy
         reason = tr(check.why)
         if judged is None:
@@ -169,30 +159,35 @@ class CheckRow(_Row):
 
 
 class ManualRow(_Row):
-    """Done, not OK, or skipped. `ticked`: the number and True, False or None."""
+    """`state`: whether it is OK, or None where it is skipped. `ticked`: by a person, when is `at`."""
 
-    ticked = Signal(int, object)
+    ticked = Signal()
 
-    def __init__(self, number: int, line: ManualLine) -> None:
+    def __init__(self, number: int, line: ManualLine, clock: Callable[[], float]) -> None:
         required = tr("required") if line.is_required else tr("optional")
         super().__init__(f"manual_{number}", clean(line.text), "", required)
-        self.number, self.line = number, line
+        self.number, self.line, self._clock = number, line, clock
         self.state: bool | None = None
+        self.at = 0.0
         self.done = named(ChoiceButton(), f"{self.objectName()}_done")
         self.bad = named(ChoiceButton(), f"{self.objectName()}_bad")
         for button, text, state in ((self.done, tr("OK"), True), (self.bad, tr("Not OK"), False)):
             button.setText(text)
-            button.clicked.connect(lambda is_on, state=state: self.ticked.emit(number, state if is_on else None))
+            button.clicked.connect(lambda is_on, state=state: self._tick(state if is_on else None))
         self.grid.addLayout(in_row(self.done, self.bad, spacing=Space.S), 0, 5)
         self.show_state(None)
 
-    def show_state(self, state: bool | None, *, can_tick: bool = True) -> None:
+    def show_state(self, state: bool | None) -> None:
         self.state = state
         self.show_style(_MANUAL_STYLES[state], tr(MANUAL_WORDS[state]), is_failed=state is False)
-        for button, is_on in ((self.done, state is True), (self.bad, state is False)):
-            button.setChecked(is_on)
-            button.setEnabled(can_tick)
+        self.done.setChecked(state is True)
+        self.bad.setChecked(state is False)
         self.say(self.word.text())
+
+    def _tick(self, state: bool | None) -> None:
+        self.at = self._clock()
+        self.show_state(state)
+        self.ticked.emit()
 
 
 class _Card(QFrame):
@@ -226,8 +221,6 @@ class CheckList(ScrollArea):
         self.setHorizontalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAlwaysOff)
         self._ports = services.ports
         self._profile: Profile | None = None
-        # By the item's number: whether it is OK, and when it was ticked, in seconds of the connector.
-        self._ticks: dict[int, tuple[bool, float]] = {}
         self.rows: dict[str, CheckRow] = {}
         self.manual: list[ManualRow] = []
         # What the rows were last made for.
@@ -247,35 +240,35 @@ class CheckList(ScrollArea):
         self.setWidget(content)
 
     def answered(self) -> Profile:
-        ticks = {number: is_done for number, (is_done, _at) in self._ticks.items()}
-        return NO_PROFILE if self._profile is None else self._profile.answered(ticks)
+        answers = {row.number: row.state for row in self.manual if row.state is not None}
+        return NO_PROFILE if self._profile is None else self._profile.answered(answers)
 
     def use_profile(self, profile: Profile | None) -> None:
         """Show the items of another profile, none of them ticked; with another approved code it is the same one."""
         former, self._profile = self._profile, profile
-        same = [None if one is None else one._replace(approved_fingerprint=None) for one in (former, profile)]
-        if same[0] == same[1]:
+        if former and profile and former == profile._replace(approved_fingerprint=former.approved_fingerprint):
             return
-        self._ticks.clear()
-        self.manual = [ManualRow(number, line) for number, line in enumerate(profile.manual if profile else (), 1)]
+        lines = profile.manual if profile else ()
+        self.manual = [ManualRow(number, line, self._ports.clock) for number, line in enumerate(lines, 1)]
         for row in self.manual:
-            row.ticked.connect(self._tick)
+            row.ticked.connect(self.ticked)
         self._manual.fill(self.manual)
 
     def clear_ticks(self) -> None:
-        self._ticks.clear()
+        for row in self.manual:
+            row.show_state(None)
 
-    def clear_old_ticks(self) -> bool:
-        """Remove ticks that were made for an earlier flight; whether there were any."""
-        before, now = len(self._ticks), self._ports.clock()
-        self._ticks = {number: tick for number, tick in self._ticks.items() if now - tick[1] <= VALID_FOR_S}
-        return len(self._ticks) < before
+    def clear_old_ticks(self) -> None:
+        """Remove ticks that were made for an earlier flight."""
+        for row in self.manual:
+            if row.state is not None and self._ports.clock() - row.at > VALID_FOR_S:
+                row.show_state(None)
 
     def show_check(self) -> None:
         """Show the results, unless they are shown already: signals come many times during a check."""
-        (standing, assessment, _void), has_profile = self._ports.module.check_state, self._profile is not None
-        looked_at = self._ports.module.looked_at.copy()
-        shown = (assessment, standing, has_profile, looked_at)
+        module = self._ports.module
+        standing, assessment, _void = module.check_state
+        shown = (assessment, standing, module.looked_at.copy())
         if shown != self._shown:
             self._shown = shown
             judged = {} if assessment is None else {check.check.id: check for check in assessment.checks}
@@ -284,12 +277,11 @@ class CheckList(ScrollArea):
                 one, mends = judged.get(check.id), None
                 # What is said of a void result would count for whatever module answers now.
                 if one is not None and assessment is not None and standing is not Standing.VOID:
-                    mends = remedy(one, assessment.case, has_profile, looked_at)
+                    is_passed = one.finding.result is CheckResult.PASS
+                    mends = None if is_passed else remedy(one, assessment.case, module.looked_at)
                 self.rows[check.id] = CheckRow(check, one, mends, standing)
             self._place(list(judged.values()))
-        for item in self.manual:
-            state, _at = self._ticks.get(item.number, (None, 0.0))
-            item.show_state(state, can_tick=standing is not Standing.CHECKING)
+        self._manual.setEnabled(standing is not Standing.CHECKING)
 
     def enable_acts(self) -> None:
         for row in self.rows.values():
@@ -323,9 +315,3 @@ class CheckList(ScrollArea):
         is_open = self.fold.isChecked()
         self.fold.setIcon(icon(Icon.CHEVRON_DOWN if is_open else Icon.CHEVRON_RIGHT))
         self._passed.setVisible(is_open or self.fold.isHidden())  # before a check they say what is checked
-
-    def _tick(self, number: int, state: bool | None) -> None:
-        self._ticks.pop(number, None)
-        if state is not None:
-            self._ticks[number] = (state, self._ports.clock())
-        self.ticked.emit()

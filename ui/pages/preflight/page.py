@@ -240,8 +240,8 @@ class PreflightPage(Page):
         """Update what changes by itself: ages, progress, and whether the verdict still holds."""
         self._poll()
         standing = self.state.standing
-        if standing in (Standing.NOT_CHECKED, Standing.VOID) and self.list.clear_old_ticks():
-            self.list.show_check()
+        if standing in (Standing.NOT_CHECKED, Standing.VOID):
+            self.list.clear_old_ticks()
         self.banner.show_announcement(announcement(self._ports))
         self._show_buttons()
         self.list.enable_acts()
@@ -319,10 +319,14 @@ class PreflightPage(Page):
             self.form.use_profile(saved)
 
     def approve(self) -> None:
-        """Keep the code of the checked settings as the approved one in the profile, and check again."""
+        """Keep the code of the checked settings as the approved one in the profile, or without one in the record; and
+        check again."""
         assessment, is_read = self.state.assessment, self.form.read_again()
         profile, path = self.form.profile, self.form.path
-        if not is_read or profile is None or path is None or assessment is None:
+        if profile is None or path is None:
+            self.check(Person(are_settings_approved=True))
+            return
+        if not is_read or assessment is None:
             return
         code = assessment.case.settings_code
         try:

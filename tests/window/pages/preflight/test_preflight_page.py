@@ -264,7 +264,7 @@ def test_each_row_that_is_not_met_carries_what_mends_it() -> None:
         check = next(check for check in CHECKS if check.id == id_)
         case = Case(evidence=Evidence(), profile=Profile(settings=settings), past=Past(module="M"))
         judged = Judged(check, Finding(result, None, UserMessage(""), UserMessage("")))
-        act = remedy(judged, case, has_profile=False, looked_at=Counter())
+        act = remedy(judged, case, looked_at=Counter())
         assert (act.words if act else "") == words, id_
 
 
