@@ -8,24 +8,22 @@ checked one after the other.
 
 import argparse
 import logging
-from typing import Literal
-
-import msgspec
 
 from app.cli.act import permit_for, refuse_without_yes
 from app.engine.conversation import Interrupted
+from app.engine.target import is_simulated
 from app.limits.past import Past
 from app.preflight.checks import RESULT_WORDS, CheckResult, Person
-from app.preflight.contract import contract_of
 from app.preflight.evidence import Evidence
 from app.preflight.reading_object import ReadJson
+from app.preflight.readings import readings_of
 from app.preflight.run import activate_ready, run_preflight
-from app.preflight.verdict import MANUAL_WORDS, Verdict, verdict_sentence
+from app.preflight.verdict import MANUAL_WORDS, Assessment, Judged, Verdict, blocks_go, verdict_sentence
 from app.records.filing import Filed, file_check
 from app.records.report import check_target, write_report
 from app.safety.journal import Act, Outcome
 from app.safety.left_active import note_go
-from app.settings.profiles import NO_PROFILE, Profile, read_profile
+from app.settings.profiles import NO_PROFILE, ManualLine, Profile, read_profile
 from app.terminal import console
 from app.terminal.connection import LOST, connected
 from app.terminal.records import Records, opened_store, records_on, refuse_another
@@ -38,7 +36,7 @@ _log = logging.getLogger(__name__)
 
 class CheckJson(Result):
     id: str
-    result: Literal["pass", "fail", "warn", "unknown"]
+    result: CheckResult
     measured: Value
     limit: str
     why: str
@@ -46,7 +44,7 @@ class CheckJson(Result):
 
 
 class PreflightJson(Result):
-    verdict: Literal["GO", "READY", "NO-GO"]
+    verdict: Verdict
     checks: list[CheckJson]
     read: ReadJson
     simulated: bool
@@ -154,13 +152,47 @@ def _check(args: argparse.Namespace, profile: Profile, records: Records) -> int:
 
     # The report comes first, as printing fails where nobody reads.
     is_written = args.report is None or console.wrote(args.report, write_files)
-    console.emit(args, msgspec.convert(contract_of(filed.assessment), PreflightJson), page_of(filed))
+    console.emit(args, contract_of(filed.assessment), page_of(filed))
     if filed.trouble is not None:
         console.notify_once(filed.trouble.sentence)
         console.notify(tr("Not kept."))
     if filed.assessment.verdict is Verdict.NO_GO or is_refused:
         return console.ANSWER_NO
     return console.SUCCESS if is_written else console.PARTIAL
+
+
+def contract_of(assessment: Assessment) -> PreflightJson:
+    """In English, with the manual items last, as "manual_1" …"""
+    checks = [_result_of(judged) for judged in assessment.checks]
+    checks += [_result_of_item(number, item) for number, item in enumerate(assessment.manual, 1)]
+    return PreflightJson(
+        verdict=assessment.verdict,
+        checks=checks,
+        read=readings_of(assessment.case),
+        simulated=is_simulated(assessment.case.evidence.port),
+        softer_limits=list(assessment.softened),
+    )
+
+
+def _result_of(judged: Judged) -> CheckJson:
+    check, finding = judged
+    found = finding.shown.in_english().removesuffix(".")
+    return CheckJson(
+        id=check.id,
+        result=finding.result,
+        measured=None if finding.result is CheckResult.UNKNOWN else finding.measured,
+        limit=finding.limit.in_english(),
+        why=check.why if finding.result is CheckResult.PASS else f"{check.why} Found: {found}.",
+        do=judged.do.in_english(),
+    )
+
+
+def _result_of_item(number: int, item: ManualLine) -> CheckJson:
+    result, measured = CheckResult.UNKNOWN if blocks_go(item) else CheckResult.WARN, "skipped"
+    if item.is_done is not None:
+        result, measured = (CheckResult.PASS, "done") if item.is_done else (CheckResult.FAIL, "not in order")
+    why, do = clean(item.text), "Look at it and tick it."
+    return CheckJson(id=f"manual_{number}", result=result, measured=measured, limit="done", why=why, do=do)
 
 
 def page_of(filed: Filed) -> list[console.Line]:

@@ -1292,10 +1292,6 @@
         <translation>最近的无效字节</translation>
     </message>
     <message>
-        <source>Last value at {time}. Unanswered since: {lost} of {asked}. The port is open.</source>
-        <translation>最后一次收到数值：{time}。此后无响应：{lost} / {asked}。串口处于打开状态。</translation>
-    </message>
-    <message>
         <source>Late replies</source>
         <translation>延迟的应答</translation>
     </message>
@@ -4644,6 +4640,10 @@
     <message>
         <source>{key}: expected {expected}.</source>
         <translation>{key}：应为 {expected}。</translation>
+    </message>
+    <message>
+        <source>{key}: {why}.</source>
+        <translation>{key}：{why}。</translation>
     </message>
     <message>
         <source>{limit} (assumed)</source>

@@ -22,7 +22,7 @@ from app import version
 from app.engine.target import is_simulated
 from app.guided.results import GuidedKind
 from app.preflight.checks import CheckResult
-from app.preflight.contract import readings_of
+from app.preflight.readings import readings_of
 from app.preflight.verdict import Assessment, Verdict, unsigned, verdict_of
 from app.store.rows import Count, Key, Whole, Word
 from app.store.station import Station
@@ -197,7 +197,7 @@ def make_record(assessment: Assessment, *, at: datetime, adapter: str = "") -> R
             for item in assessment.manual
         ],
         "tests": [case.past.tests[kind].stored.plain() for kind in GuidedKind if kind in case.past.tests],
-        "read": readings_of(case),
+        "read": msgspec.to_builtins(readings_of(case)),
         "trigger_records": [kept.raw.hex(" ").upper() for kept in evidence.history.records] if evidence.history else [],
         "frames": [
             (round(frame.at - began_at, 4), frame.way, frame.raw[:MAX_RAW_BYTES].hex(" ").upper())

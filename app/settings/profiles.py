@@ -19,9 +19,9 @@ from msgspec import Meta
 from app.guided.results import GuidedKind
 from app.settings.values import LONGEST_SHOWN, field_of, fitting, is_fingerprint
 from app.system.files import CANNOT_READ, write_whole
-from app.text.messages import UserError, UserMessage, clean, error_text, message, visible
+from app.text.messages import UserError, clean, error_text, visible
 from protocol.catalogue import SETTINGS, Command
-from protocol.fields import Choice, Quantity, Value
+from protocol.fields import Value
 from protocol.translatable import marked
 
 if TYPE_CHECKING:
@@ -129,49 +129,46 @@ class ProfileRefused(UserError):
 _Reader = Callable[[object, str], Any]
 
 
-def _unexpected(key: str, expected: str | UserMessage) -> ProfileRefused:
+def _unexpected(key: str, expected: str) -> ProfileRefused:
     return ProfileRefused(marked("{key}: expected {expected}."), key=key, expected=expected)
 
 
-def _value(read: Callable[[object], Any], expected: str | UserMessage) -> _Reader:
-    """Whatever `read` takes: it raises an error for anything else than what is `expected`."""
-
-    def checked(value: object, key: str) -> Any:
+def _of_kind(kind: Any, expected: str) -> _Reader:
+    def read(value: object, key: str) -> Any:
         try:
-            return read(value)
-        except (UserError, ValueError, msgspec.ValidationError):
+            return msgspec.convert(value, kind)
+        except ValueError:  # msgspec's error, and Python's about an integer of thousands of digits
             raise _unexpected(key, expected) from None
 
-    return checked
-
-
-def _of_kind(kind: Any, expected: str) -> _Reader:
-    return _value(partial(msgspec.convert, type=kind), expected)
+    return read
 
 
 def _number(kind: type[float], least: float, most: float) -> _Reader:
     return _of_kind(Annotated[kind, Meta(ge=least, le=most)], f"{least:g} … {most:g}")
 
 
-def _text(longest: int) -> _Reader:
-    return _of_kind(Annotated[str, Meta(max_length=longest)], f'"…", 0 … {longest}')
+def _text(longest: int, show: Callable[[str], str] = clean) -> _Reader:
+    """A text that shows what it is, see `visible`."""
+    read = _of_kind(Annotated[str, Meta(max_length=longest)], f'"…", 0 … {longest}')
+    return lambda value, key: show(read(value, key))
 
 
-def _code(value: object) -> str:
+def _code(value: object, key: str) -> str:
     if not isinstance(value, str) or not is_fingerprint(value):
-        raise ValueError
+        raise _unexpected(key, '"XXXX-XXXX"')
     return value
 
 
 def _setting(command: Command) -> _Reader:
-    field = field_of(command)
-    expected: str | UserMessage = "true, false"
-    if isinstance(field, Quantity):
-        steps = marked("{low} to {high}, in steps of {step}")
-        expected = message(steps, low=field.text(0), high=field.text(255), step=field.text(1))
-    elif isinstance(field, Choice):
-        expected = ", ".join(map(str, field.values.values()))
-    return _value(partial(fitting, field), expected)
+    """Exactly as it will be sent."""
+
+    def read(value: object, key: str) -> Value:
+        try:
+            return fitting(field_of(command), value)
+        except UserError as error:
+            raise ProfileRefused(marked("{key}: {why}."), key=key, why=error.message) from None
+
+    return read
 
 
 def _table(readers: Mapping[str, _Reader]) -> _Reader:
@@ -192,23 +189,24 @@ def _table(readers: Mapping[str, _Reader]) -> _Reader:
 def _manual(items: object, key: str) -> tuple[ManualLine, ...]:
     if not isinstance(items, list) or len(items) > MAX_ITEMS:
         raise _unexpected(key, f"[[manual]], ≤ {MAX_ITEMS}")
-    read, lines = _table({"text": _text(MAX_NAME_LENGTH), "required": _FLAG}), []
+    lines = []
     for number, item in enumerate(items, 1):
-        found = read(item, f"{key} {number}")
-        text = clean(found.get("text", ""), longest=MAX_NAME_LENGTH)
-        if not text.strip():
+        found = _ITEM(item, f"{key} {number}")
+        if not found.get("text", "").strip():
             raise _unexpected(f"{key} {number}.text", '"…"')
-        lines.append(ManualLine(text, found.get("required", False)))
+        lines.append(ManualLine(found["text"], found.get("required", False)))
     return tuple(lines)
 
 
+_NAME: Final = _text(MAX_NAME_LENGTH, partial(clean, longest=MAX_NAME_LENGTH))
 _FLAG: Final = _of_kind(bool, "true, false")
+_ITEM: Final = _table({"text": _NAME, "required": _FLAG})
 _PROFILE: Final = _table({
     "format": _of_kind(Literal[1], f"{FORMAT}"),
-    "name": _text(MAX_NAME_LENGTH),
-    "airframe": _text(MAX_NAME_LENGTH),
-    "notes": _text(MAX_NOTES_LENGTH),
-    "approved_fingerprint": _value(_code, '"XXXX-XXXX"'),
+    "name": _NAME,
+    "airframe": _NAME,
+    "notes": _text(MAX_NOTES_LENGTH, partial(visible, keep="\n\t")),
+    "approved_fingerprint": _code,
     "light_inverted": _FLAG,
     "service_required": _FLAG,
     "settings": _table({key: _setting(command) for key, command in SETTINGS_BY_KEY.items()}),
@@ -219,6 +217,12 @@ _PROFILE: Final = _table({
     "tests": _table({kind.value: _number(int, 1, MAX_TEST_DAYS) for kind in GuidedKind}),
     "manual": _manual,
 })  # fmt: skip
+# Where a profile has other names than its file.
+_FIELDS: Final = {
+    "light_inverted": "is_light_inverted",
+    "service_required": "is_service_required",
+    "tests": "tests_within_days",
+}
 
 
 def read_profile(path: Path) -> Profile:
@@ -238,8 +242,7 @@ def _content(path: Path) -> bytes:
 
 
 def parse_profile(data: bytes) -> Profile:
-    """Return the profile in the content of a file. Its texts show what they are: see `visible`. Raises
-    `ProfileRefused`."""
+    """Return the profile in the content of a file. Raises `ProfileRefused`."""
     if len(data) > LARGEST_BYTES:
         raise ProfileRefused(marked("too large."))
     try:
@@ -251,19 +254,11 @@ def parse_profile(data: bytes) -> Profile:
     except ValueError as error:
         raise ProfileRefused(marked("not TOML: {why}."), why=clean(str(error), longest=MAX_WHY)) from error
     found = _PROFILE(document, "")
-    return Profile(
-        name=clean(found.get("name", ""), longest=MAX_NAME_LENGTH),
-        airframe=clean(found.get("airframe", ""), longest=MAX_NAME_LENGTH),
-        notes=visible(found.get("notes", ""), keep="\n\t"),
-        settings=found.get("settings", {}),
-        limits=found.get("limits", {}),
-        manual=found.get("manual", ()),
-        approved_fingerprint=found.get("approved_fingerprint"),
-        is_light_inverted=found.get("light_inverted", False),
-        is_service_required=found.get("service_required", False),
-        activated_by=found.get("expectations", {}).get("activated_by", ActivatedBy.PERSON),
-        tests_within_days={GuidedKind(kind): days for kind, days in found.get("tests", {}).items()},
-    )
+    found.pop("format", None)
+    found |= found.pop("expectations", {})
+    if "tests" in found:
+        found["tests"] = {GuidedKind(kind): days for kind, days in found["tests"].items()}
+    return Profile(**{_FIELDS.get(key, key): value for key, value in found.items()})
 
 
 # Writing
