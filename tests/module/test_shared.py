@@ -2,7 +2,6 @@
 
 import contextlib
 import json
-import re
 import signal
 import socket
 import subprocess
@@ -44,7 +43,12 @@ class Shared(NamedTuple):
         return client
 
     def dps_s(self, *words: str) -> "subprocess.CompletedProcess[str]":
-        return ran(*PROGRAM, *words, "--port", self.address, LC_ALL="C.UTF-8")
+        """Run it; again where nobody answered, as on a machine that stood still."""
+        for _ in range(5):
+            done = ran(*PROGRAM, *words, "--port", self.address, LC_ALL="C.UTF-8")
+            if done.returncode != 3:
+                break
+        return done
 
     def end(self) -> tuple[int, str, str]:
         self.server.process.send_signal(signal.SIGINT)
@@ -61,14 +65,22 @@ def shared() -> Iterator[Shared]:
         yield Shared(module, line, server, json.loads(server.out.readline())["address"])
 
 
-def ask(client: socket.socket, question: bytes, length: int = 6) -> bytes:
-    """The next answer to it; what else comes is skipped."""
+def ask(client: socket.socket, question: bytes, length: int = 6, *, again_s: float = 3.0) -> bytes:
+    """The next answer to it; what else comes is skipped. It is asked again, after longer than a conversation takes to
+    end and to begin: on a machine that stood still it has ended, and with it what was asked."""
+    heard, ends_at = b"", time.monotonic() + PATIENCE_S
+    client.settimeout(again_s)
     client.sendall(question)
-    heard = b""
     while (at := heard.find(b"\x41\x75" + question[2:3])) < 0 or len(heard) < at + length:
-        data = client.recv(4096)
-        assert data, "the server hung up"
-        heard += data
+        assert time.monotonic() < ends_at, f"no answer to {question.hex(' ')}"
+        try:
+            data = client.recv(4096)
+        except TimeoutError:
+            client.sendall(question)
+        else:
+            assert data, "the server hung up"
+            heard += data
+    client.settimeout(PATIENCE_S)
     return heard[at : at + length]
 
 
@@ -104,7 +116,7 @@ def test_no_set_reaches_the_module_and_each_is_refused_with_its_reason(shared: S
         assert f"42 61 {refused}" in errors
     events = [json.loads(line) for line in out.splitlines()]
     assert [fault for event in events for fault in faults("serve", event)] == []
-    assert {event["event"] for event in events} == {"joined", "refused", "left"}
+    assert {event["event"] for event in events} - {"ended"} == {"joined", "refused", "left"}
 
 
 def test_lock_passes_at_once_and_is_told(shared: Shared) -> None:
@@ -113,9 +125,11 @@ def test_lock_passes_at_once_and_is_told(shared: Shared) -> None:
     assert (done.returncode, done.stdout) == (0, "The module reports LOCKED.\n")
     assert shared.module.settings[ACTIVATION] == 0
     assert {entry.frame for entry in shared.module.log.sets()} == {LOCK}
-    errors = shared.end()[2]
-    # It is sent again where the report takes its time.
-    assert re.fullmatch(r"((127\.0\.0\.1:\d+): LOCK\n\2: The module reports LOCKED\.\n)+", errors)
+    told = [line.split(": ", 1) for line in shared.end()[2].splitlines() if ": " in line]
+    assert len({reader for reader, _ in told}) == 1
+    # It is sent again where the report takes its time, and where the machine stood still another module may answer.
+    said = {sentence for _, sentence in told} - {"The module that answers now reports LOCKED."}
+    assert said == {"LOCK", "The module reports LOCKED."}
 
 
 def test_lock_overtakes_a_question_that_is_being_answered(shared: Shared) -> None:
@@ -154,15 +168,10 @@ def test_the_end_of_a_conversation_reaches_every_reader(shared: Shared) -> None:
     """What answers after a silence may be another module: a reader hears nothing for longer than its link waits. The
     silence is longer than the longest that a slow machine makes of the link's round trips."""
     with shared.reader() as client:
-        ask(client, STATUS_QUERY, 8)
+        ask(client, BOOTS_QUERY)
         before = time.monotonic()
         shared.module.be_silent(now(), 1.1)
-        client.settimeout(0.05)
-        while True:
-            with contextlib.suppress(TimeoutError):
-                ask(client, STATUS_QUERY, 8)
-                if time.monotonic() - before > 0.3:  # one may have been on its way
-                    break
+        ask(client, STATUS_QUERY, 8, again_s=0.05)
         assert time.monotonic() - before > 1.5
     assert "The module was silent for a moment." in shared.end()[2]
 

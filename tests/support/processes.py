@@ -21,17 +21,13 @@ def environment(**own: str) -> dict[str, str]:
 
 
 def ran(*command: object, **own: str) -> "subprocess.CompletedProcess[str]":
-    """Run it to its end in the checkout; `own`: variables of its environment."""
-    return subprocess.run(
-        [*map(str, command)],
-        cwd=ROOT, env=environment(**own), capture_output=True, encoding="utf-8", timeout=LONGEST_S, check=False,
-    )  # fmt: skip
-
-
-def dps_s(*words: object) -> "subprocess.CompletedProcess[str]":
-    """Run the program on a real port; again where the machine stood still for a moment, which ends a conversation."""
+    """Run it to its end in the checkout; `own`: variables of its environment. Again where the machine stood still for a
+    moment, which ends a conversation on a real port."""
     for _ in range(5):
-        done = ran(*PROGRAM, *words)
+        done = subprocess.run(
+            [*map(str, command)],
+            cwd=ROOT, env=environment(**own), capture_output=True, encoding="utf-8", timeout=LONGEST_S, check=False,
+        )  # fmt: skip
         if "silent for a moment" not in done.stdout + done.stderr:
             break
     return done

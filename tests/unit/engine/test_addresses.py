@@ -9,7 +9,7 @@ import pytest
 
 from tests.module.line import Line, now
 from tests.module.module import Module
-from tests.support.processes import dps_s
+from tests.support.processes import PROGRAM, ran
 from tests.unit.engine import tcp_peers
 
 pytestmark = [
@@ -29,11 +29,11 @@ def test_a_module_behind_a_serial_server_is_read_set_and_locked(scheme: str, ser
     module.settings[0x10] = 1
     with Line(module) as line, server(line.port) as address:
         port = f"{scheme}://{address}"
-        locked = dps_s("lock", "--port", port)
+        locked = ran(*PROGRAM, "lock", "--port", port)
         assert locked.returncode == 0, locked.stderr
-        written = dps_s("set", "freefall_time_s=0.90", "--port", port)
+        written = ran(*PROGRAM, "set", "freefall_time_s=0.90", "--port", port)
         assert written.returncode == 0, written.stderr
-        read = dps_s("read", "--json", "--port", port)
+        read = ran(*PROGRAM, "read", "--json", "--port", port)
     assert read.returncode == 0, read.stderr
     assert json.loads(read.stdout)["settings"]["freefall_time_s"] == 0.9
     assert module.settings[0x10] == 0
@@ -44,9 +44,9 @@ def test_behind_a_plain_socket_the_rate_is_neither_found_nor_changed() -> None:
     module = Module(now=now())
     with Line(module) as line, tcp_peers.raw_bridge(line.port) as address:
         port = f"socket://{address}"
-        found = dps_s("find", "--json", "--port", port)
-        read = dps_s("read", "--json", "--port", port)
-        changed = dps_s("set", "baud_rate=9600", "--accept-risk", "--port", port)
+        found = ran(*PROGRAM, "find", "--json", "--port", port)
+        read = ran(*PROGRAM, "read", "--json", "--port", port)
+        changed = ran(*PROGRAM, "set", "baud_rate=9600", "--accept-risk", "--port", port)
     assert found.returncode == 2
     assert read.returncode == 0
     assert json.loads(read.stdout)["settings"]["baud_rate"] is None
@@ -60,7 +60,7 @@ def test_behind_a_plain_socket_the_rate_is_neither_found_nor_changed() -> None:
 def test_what_is_no_serial_server_is_said_of_the_address(scheme: str) -> None:
     with tcp_peers.serving(tcp_peers.closing) as address:
         port = f"{scheme}://{address}"
-        ended = dps_s("read", "--port", port)
+        ended = ran(*PROGRAM, "read", "--port", port)
     assert ended.returncode == 3, ended.stderr
     assert ended.stderr.count("\n") == 1, ended.stderr
     assert port in ended.stderr
