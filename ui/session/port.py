@@ -257,6 +257,11 @@ class Port(QObject):
         self._endings[job] = then
         return self._worker.submit(job, is_urgent=is_urgent)
 
+    def set_recorded(self, is_on: bool) -> None:
+        """A person switches the recording on or off, for as long as the program runs."""
+        self.recording.is_on = is_on
+        self.update_view()
+
     def set_shown(self, *, is_shown: bool, every_s: float = PUBLISH_EVERY_S) -> None:
         """Whether the pages show this port; else it publishes less often. `every_s`: what a moving picture needs."""
         seen_s = min(PUBLISH_EVERY_S, max(MIN_PUBLISH_EVERY_S, every_s))

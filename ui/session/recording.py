@@ -1,4 +1,4 @@
-"""The recording of one port: each opening of it is recorded by itself, as one file, so that nothing is lost."""
+"""The recording of one port: each opening of it is one file, unless a person has switched the recording off."""
 
 import logging
 import threading
@@ -21,6 +21,7 @@ _log = logging.getLogger(__name__)
 class RecordingState(NamedTuple):
     """As the window shows it."""
 
+    is_on: bool = True
     # Aware; None: nothing is being written.
     since: datetime | None = None
     dropped: int = 0
@@ -35,10 +36,14 @@ class SessionRecording:
     def __init__(self, stream: StreamSwitch, find_library: "Callable[[], RecordingLibrary]") -> None:
         """`stream`: a recording needs every report, whatever page is shown."""
         self._stream, self._find_library = stream, find_library
+        # What a person wants; the worker's thread follows with its next batch.
+        self.is_on = True
         self._lock = threading.Lock()
-        # Of the present opening, or the last one, and its number.
+        # The present recording, or the last one, and the number of the opening that is recorded.
         self._recorder: Recorder | None = None
         self._opening: int | None = None
+        # The name that was said last, and in which conversation: one that is switched on later has it, too.
+        self._named: tuple[str, ConversationView] | None = None
         self._is_stopped = False
 
     def recorded(self, deliver: Callable[[Batch], None]) -> Callable[[Batch], None]:
@@ -54,12 +59,13 @@ class SessionRecording:
     @property
     def state(self) -> RecordingState:
         recorder = self._recorder
-        if recorder is None:
-            return RecordingState()
-        return RecordingState(recorder.started_at, recorder.dropped, recorder.trouble)
+        if recorder is None or not self.is_on:
+            return RecordingState(self.is_on)
+        return RecordingState(True, recorder.started_at, recorder.dropped, recorder.trouble)
 
     def name_module(self, name: str, conversation: ConversationView) -> None:
         """A person said which module it is in this conversation."""
+        self._named = name, conversation
         if self._recorder is not None:
             self._recorder.name_module(name, conversation)
 
@@ -74,21 +80,27 @@ class SessionRecording:
     def _on_batch(self, batch: Batch) -> None:
         """In the worker's thread."""
         connection = batch.connection
+        is_wanted = self.is_on and connection.state is PortState.OPEN
         with self._lock:
+            if is_wanted and connection.opening != self._opening and not self._is_stopped:
+                self._begin(batch)
             recorder = self._recorder
-            is_open = connection.state is PortState.OPEN
-            if is_open and connection.opening != self._opening and not self._is_stopped:
-                from app.recordings.recorder import Recorder
-
-                if recorder is not None:
-                    recorder.end()
-                self._opening = connection.opening
-                library = self._find_library()
-                recorder = Recorder(library, connection.port, connection.baud_rate, after=recorder)
-                self._recorder = recorder
             if recorder is not None:
-                recorder.on_batch(batch)
-                if not is_open:
+                if self.is_on:  # also the last batch of a port that is closed
+                    recorder.on_batch(batch)
+                if not is_wanted:
                     self._opening = None
                     recorder.end()
             self._stream.is_recorded = recorder is not None and recorder.is_recording
+
+    def _begin(self, batch: Batch) -> None:
+        from app.recordings.recorder import Recorder
+
+        connection, former = batch.connection, self._recorder
+        if former is not None:
+            former.end()
+        self._opening = connection.opening
+        recorder = Recorder(self._find_library(), connection.port, connection.baud_rate, after=former)
+        self._recorder = recorder
+        if self._named is not None and self._named[1].number == batch.conversation.number:
+            recorder.name_module(*self._named)

@@ -67,6 +67,7 @@ class Icon(Enum):
     ERASE = "erase"
     LABEL = "label"
     RECORD = "record"
+    RECORD_OFF = "record-off"
     RECORDINGS = "recordings"
     FOLDER = "folder"
     FOLDER_NEW = "folder-new"
