@@ -2176,6 +2176,14 @@
         <translation>待激活</translation>
     </message>
     <message>
+        <source>REC</source>
+        <translation>记录</translation>
+    </message>
+    <message>
+        <source>REC off</source>
+        <translation>未记录</translation>
+    </message>
+    <message>
         <source>Raw bytes</source>
         <translation>原始字节</translation>
     </message>

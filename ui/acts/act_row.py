@@ -25,7 +25,6 @@ from ui.style.theme import Meaning, Space, font
 from ui.widgets.controls import ElidedLabel, in_column, in_row, named, retain_size, stacked, text_label
 from ui.widgets.notice_bar import NoticeBar
 
-ASKING: Final = marked("Asking the module…")
 # Without a module, or with perhaps another one, all other conditions follow from that.
 _FIRST: Final = (Interlock.ONLINE, Interlock.NOT_SHARED, Interlock.LINE_IS_QUICK)
 
@@ -136,9 +135,8 @@ class ActRow(QFrame):
         self.conditions.setText(shown[0].sentence if shown else "")
         self.live.setText(_verdict_text(module))
         self.confirm.set_possible(not is_blocked(open_ones) and not self._job.is_running)
-        notice = self._job.notice(ASKING, can_cancel=False)
-        self.notice_bar.show_notice(notice)
-        self._place.setCurrentWidget(self._words if notice is None else self.notice_bar)
+        self.notice_bar.show_notices(self._job.notices)
+        self._place.setCurrentWidget(self.notice_bar if self.notice_bar.notice else self._words)
         self._reasons.setCurrentWidget(self.conditions if shown else self._effect)
 
     def _perform(self) -> None:
@@ -149,7 +147,7 @@ class ActRow(QFrame):
             self._ports.current.lock.give_up()
         self.begun.emit()
         performing = perform(act, module.journal, permit=permit, armed=self._services.armed)
-        job.run(performing, partial(self._end, job, module))
+        job.run(performing, partial(self._end, job, module), can_cancel=False)
 
     def _end(self, running: PageJob, module: ShownModule, job: Job[Performed]) -> None:
         done = None if job.error is not None else job.outcome()

@@ -23,7 +23,7 @@ from app.safety.ritual import ARMED_FOR_S, HOLD_S, Input, Ritual, Stage
 from app.text.i18n import tr
 from app.text.messages import join_sentences, labelled
 from protocol.translatable import marked
-from ui.acts.act_row import ASKING, is_blocked, open_conditions, say_outcome
+from ui.acts.act_row import is_blocked, open_conditions, say_outcome
 from ui.services.context import Services
 from ui.session.page_job import PageJob
 from ui.session.shown_module import ShownModule
@@ -387,7 +387,7 @@ class RitualWidget(QFrame):
         module, job = self._ports.module, self._job
         if permit is not None:
             performing = perform(Act.DEPLOY, module.journal, permit=permit, armed=self._services.armed)
-            job.run(performing, partial(self._end, job, module))
+            job.run(performing, partial(self._end, job, module), can_cancel=False)
         self._on_stage()
 
     def _end(self, running: PageJob, module: ShownModule, job: Job[Performed]) -> None:
@@ -454,9 +454,9 @@ class RitualWidget(QFrame):
         is_free = not self.is_under_way and not self._job.is_running
         self.choose.setEnabled(is_free and not is_blocked(open_ones))
         self.arm.setEnabled(self.ritual.stage is Stage.CHOSEN and not open_ones)
-        notice = self._job.notice(ASKING, can_cancel=False) or self._disarmed
-        self.notice_bar.show_notice(notice)
-        self._head.setCurrentWidget(self._words if notice is None else self.notice_bar)
+        disarmed = [] if self._disarmed is None else [self._disarmed]
+        self.notice_bar.show_notices(self._job.notices or disarmed)
+        self._head.setCurrentWidget(self.notice_bar if self.notice_bar.notice else self._words)
 
     def keyPressEvent(self, event: QKeyEvent) -> None:
         if event.key() == Qt.Key.Key_Escape and self.is_under_way:

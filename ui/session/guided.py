@@ -191,7 +191,6 @@ class Guided(QObject):
         if self.stage is Stage.DONE:
             return
         module, is_measuring = self._module, self.stage is not Stage.PREPARING
-        self._job.cancel()
         self._job.drop()
         module.is_fired_by_test = False
         if is_measuring and module.view.fresh("active", module.now_s):

@@ -97,13 +97,15 @@ class PortLock(QObject):
         """Shown until the module reports that it is locked; None if there is nothing to say."""
         if self.is_repeating:
             is_shown = self._shown_count >= SHOWN_FROM
-            return Notice(Meaning.ATTENTION, waiting_sentence(self._shown_count)) if is_shown else None
+            text = waiting_sentence(self._shown_count)
+            return Notice(Meaning.ATTENTION, text, cause="lock") if is_shown else None
         if self.owed is not None:
-            return Notice(Meaning.DANGER, tr("LOCK not confirmed: treat the module as ACTIVE. Sent when it answers."))
+            text = tr("LOCK not confirmed: treat the module as ACTIVE. Sent when it answers.")
+            return Notice(Meaning.DANGER, text, cause="lock")
         if self.failed is None:
             return None
         again = (Choice("lock_again", tr("LOCK again"), self.press, is_main=True),) if self.is_possible else ()
-        return Notice(Meaning.DANGER, self.failed.sentence, again)
+        return Notice(Meaning.DANGER, self.failed.sentence, again, cause="lock")
 
     def take_in(self, batch: Batch, activation: SeenActivation, *, is_open: bool) -> None:
         """What its port tells."""

@@ -1,5 +1,5 @@
-"""What a page does in the background or on its module, and says of it: progress with Cancel while it runs, then its
-result until that is closed, the page is left, or another module is connected."""
+"""What a page does on its module or with files, and its notices: what runs, with Cancel, then what came of it, until it
+is closed, the page is left, or another module is connected."""
 
 from collections.abc import Callable
 from functools import partial
@@ -11,8 +11,9 @@ from PySide6.QtGui import QDesktopServices
 
 from app.engine.procedure import Job, Procedure, Report
 from app.text.i18n import tr
-from app.text.messages import UserError, join_sentences, labelled, not_written
+from app.text.messages import UserError, labelled, not_written
 from protocol.events import EndReason
+from protocol.translatable import marked
 from ui.core.background_task import BackgroundTask, ExportCancelled, Running
 from ui.style.appearance import announce
 from ui.style.theme import Meaning
@@ -25,13 +26,14 @@ if TYPE_CHECKING:
 Result = TypeVar("Result")
 # What a file or a driver does; anything else is a fault of our own, which is raised: it is no word about a file.
 EXPECTED: Final = (UserError, OSError, RuntimeError, ValueError)
+_GRAVEST_FIRST: Final = (Meaning.DANGER, Meaning.ATTENTION, Meaning.INFORMATION, Meaning.GOOD)
 
 
 class PageJob(QObject):
-    """`changed`: something began, went on or ended, or the notice changed.
+    """`changed`: something began, went on or ended, or a notice changed.
 
-    One procedure at a time runs on the module, of which a second one replaces the first; beside it one function that
-    reads and one that writes may run in the background, and any number of small files be written.
+    One procedure at a time runs on the module, of which a second one replaces the first; beside it any number of
+    functions may read and write files in the background.
     """
 
     changed = Signal()
@@ -43,34 +45,52 @@ class PageJob(QObject):
         super().__init__(parent)
         self.is_of_module = is_of_module
         self.open_in_system: Callable[[QUrl], object] = QDesktopServices.openUrl
-        self._find: Callable[[], Notice | None] | None = None
+        # By its cause; what finds it gives None once it is over.
+        self._said: dict[str, Callable[[], Notice | None]] = {}
         self._module = module
         self._job: Job[Any] | None = None
         self._began_at = 0.0
+        self._doing, self._can_cancel = "", True
         self.progress: Report | None = None
-        self._reading: BackgroundTask[Any] = BackgroundTask("dps-s read", self)
-        self._writing: BackgroundTask[Any] = BackgroundTask("dps-s save", self, finished_at_close=True)
-        # How many files are being written by `write_file`, and what came of those that were meanwhile.
-        self._files = 0
-        self._outcomes: list[tuple[Meaning, str]] = []
+        # Functions in the background, each with what it does and how it is cancelled.
+        self._tasks: dict[BackgroundTask[Any], tuple[str, Callable[[], object] | None]] = {}
         self._ticking = QTimer(self, interval=100)
-        self._ticking.timeout.connect(self._tick)
+        self._ticking.timeout.connect(self.changed)
 
     # What is said
 
-    def set_notice(self, notice: Notice | Callable[[], Notice | None] | None) -> None:
-        """Screen readers hear it once; None removes it. What finds it is called whenever it is shown, and gives None
-        once it is over."""
-        self._find = notice if callable(notice) else lambda: notice
-        if (shown := self._find()) is not None:
+    @property
+    def notices(self) -> list[Notice]:
+        """What runs, then what was said."""
+        running = []
+        if self._job is not None:
+            running.append(progress_notice(self._doing_now(), self.cancel if self._can_cancel else None))
+        for task, (doing, cancel) in self._tasks.items():
+            text = doing if task.share is None else labelled(doing, f"{task.share * 100:.0f} %")
+            running.append(progress_notice(text, cancel))
+        return running + self.said
+
+    @property
+    def said(self) -> list[Notice]:
+        """What was said last, the gravest first. What offers no choice can be closed."""
+        notices = []
+        for cause, find in self._said.items():
+            notice = find()
+            if notice is not None:
+                is_closable = notice.dismiss is not None or not notice.choices
+                notices.append(notice._replace(dismiss=partial(self._close, cause) if is_closable else None))
+        return sorted(notices, key=lambda notice: _GRAVEST_FIRST.index(notice.meaning))
+
+    def set_notice(self, notice: Notice | Callable[[], Notice | None], cause: str = "") -> None:
+        """In place of one of the same cause. Screen readers hear it once. What finds it is called whenever it is
+        shown."""
+        self._said[cause] = find = notice if callable(notice) else lambda: notice
+        if (shown := find()) is not None:
             announce(shown.text, is_urgent=shown.meaning is Meaning.DANGER)
         self.changed.emit()
 
-    def dismiss(self) -> None:
-        self.set_notice(None)
-
-    def notify(self, meaning: Meaning, text: str) -> None:
-        self.set_notice(Notice(meaning, text))
+    def notify(self, meaning: Meaning, text: str, cause: str = "") -> None:
+        self.set_notice(Notice(meaning, text), cause)
 
     def notify_saved(self, path: Path, text: str = "", meaning: Meaning = Meaning.GOOD) -> None:
         """Says where a file was saved, and offers it and its folder."""
@@ -78,38 +98,26 @@ class PageJob(QObject):
             Choice(key, title, partial(self.open_file, where))
             for key, title, where in (("open", tr("Open"), path), ("folder", tr("Show in folder"), path.parent))
         )
-        self.set_notice(Notice(meaning, text or tr("Saved to {path}.", path=path), choices, self.dismiss))
+        notice = Notice(meaning, text or tr("Saved to {path}.", path=path), choices, self.dismiss)
+        self.set_notice(notice, str(path))
 
     def open_file(self, path: Path) -> None:
         self.open_in_system(QUrl.fromLocalFile(path))
 
-    def result_notice(self) -> Notice | None:
-        """Progress in the background, else the last result; None if there is none, or it was closed. What offers no
-        choice can be closed."""
-        notice = None if self._find is None else self._find()
-        return notice if notice is None or notice.choices else notice._replace(dismiss=self.dismiss)
+    def dismiss(self) -> None:
+        """Nothing that was said holds any more."""
+        self._said.clear()
+        self.changed.emit()
 
-    def notice(self, waiting: str, *, can_cancel: bool = True) -> Notice | None:
-        """The running procedure (`waiting`, English, until it reports progress), else the last notice."""
-        if self._job is None:
-            return self.result_notice()
-        text = tr(waiting)
-        if (report := self.progress) is not None:
-            values = {name: tr(value) if isinstance(value, str) else value for name, value in report.values}
-            doing = tr(report.doing, **values)
-            text = tr("{what} ({done} of {total})", what=doing, done=report.done + 1, total=report.total)
-        return progress_notice(text, self.cancel if can_cancel else None)
+    def _close(self, cause: str) -> None:
+        self._said.pop(cause, None)
+        self.changed.emit()
 
     def end(self, *, is_page_left: bool) -> None:
         """Another module is connected, or only the page was left, which does not end what a person has to act on."""
-        if self._find is None or self.is_busy or (not is_page_left and not self.is_of_module):
+        if not self._said or self._tasks or (not is_page_left and not self.is_of_module):
             return
-        notice = self.result_notice()
-        is_to_act_on = notice is not None and (
-            notice.meaning in (Meaning.ATTENTION, Meaning.DANGER)
-            or (notice.meaning is Meaning.INFORMATION and bool(notice.choices))
-        )
-        if not (is_page_left and is_to_act_on):
+        if not (is_page_left and any(map(_is_to_act_on, self.said))):
             self.dismiss()
 
     # A procedure on the module
@@ -136,10 +144,12 @@ class PageJob(QObject):
         procedure: Procedure[Result],
         then: Callable[[Job[Result]], None],
         *,
+        doing: str = marked("Asking the module…"),
+        can_cancel: bool = True,
         expects: frozenset[EndReason] = frozenset(),
     ) -> None:
-        """Clears the notice. `then` is called in the window's thread when the procedure has ended, well or not.
-        `expects`: see `ShownModule.run`."""
+        """Nothing that was said before holds. `then` is called in the window's thread when the procedure has ended,
+        well or not. `doing` (English) is shown until it reports progress. `expects`: see `ShownModule.run`."""
         if self._module is None:
             raise RuntimeError("there is no module to run it on")
 
@@ -152,7 +162,9 @@ class PageJob(QObject):
         def remember(report: Report) -> None:  # in the worker's thread
             self.progress = report
 
-        self.progress = self._find = None
+        self._said.clear()
+        self.progress = None
+        self._doing, self._can_cancel = doing, can_cancel
         self._began_at = self._module.now_s
         self._job = self._module.run(procedure, end, on_progress=remember, expects=expects)
         self.changed.emit()
@@ -163,18 +175,23 @@ class PageJob(QObject):
             self._job.cancel()
 
     def drop(self) -> None:
-        """Drop the procedure; its end is not reported."""
+        """Cancel the procedure; its end is not reported."""
+        self.cancel()
         self._job = self.progress = None
 
-    # Functions in the background
+    def _doing_now(self) -> str:
+        report = self.progress
+        if report is None:
+            return tr(self._doing)
+        values = {name: tr(value) if isinstance(value, str) else value for name, value in report.values}
+        what = tr(report.doing, **values)
+        return tr("{what} ({done} of {total})", what=what, done=report.done + 1, total=report.total)
 
-    @property
-    def is_writing(self) -> bool:
-        return bool(self._files) or self._writing.is_running
+    # Files in the background
 
     @property
     def is_busy(self) -> bool:
-        return self._reading.is_running or self.is_writing
+        return bool(self._tasks)
 
     def begin(
         self,
@@ -184,62 +201,56 @@ class PageJob(QObject):
         refused: Callable[[Exception], str],
         *,
         writes: bool = True,
+        can_cancel: bool = True,
+        cause: str = "",
     ) -> None:
         """Does it in the background; `then` says what came of it, `refused` why nothing did. What `writes` goes on when
         the window closes; cancelled, it learns that and says what it had done by then. Reading ends at once."""
-        task = self._writing if writes else self._reading
-
-        def progress() -> Notice:
-            text = doing if task.share is None else labelled(doing, f"{task.share * 100:.0f} %")
-            return progress_notice(text, self.cancel_files)
+        task: BackgroundTask[Result] = BackgroundTask("dps-s file", self, finished_at_close=writes, for_once=True)
 
         def end(result: Result) -> None:
-            self.dismiss()
+            self._forget(task)
             then(result)
 
         def fail(error: Exception) -> None:
-            self.dismiss()
+            self._forget(task)
             if not isinstance(error, EXPECTED):
                 raise error
-            self.notify(_meaning_of(error), refused(error))
+            text = error.sentence if isinstance(error, ExportCancelled) else refused(error)
+            self.notify(_meaning_of(error), text, cause)
 
-        self._find = progress
+        def cancel() -> None:
+            task.stop()
+            if not writes:
+                task.cancel()
+                fail(ExportCancelled())
+
+        if not self._tasks:
+            self._said.clear()  # else what came of those that ended meanwhile must still be read
+        self._tasks[task] = doing, cancel if can_cancel else None
         task.run(act, end, fail)
         self._ticking.start()
         self.changed.emit()
 
+    def _forget(self, task: BackgroundTask[Any]) -> None:
+        del self._tasks[task]
+        if not self._tasks:
+            self._ticking.stop()
+        self.changed.emit()
+
     def cancel_files(self) -> None:
-        self._writing.stop()
-        if self._reading.is_running:
-            self._reading.cancel()
-            self.notify(Meaning.INFORMATION, tr("Cancelled."))
+        for _doing, cancel in tuple(self._tasks.values()):
+            if cancel is not None:
+                cancel()
 
     def write_file(self, path: Path, write: Callable[[], Result], saved: Callable[[Result], str] | None = None) -> None:
-        """Writes a small file, and says what came of it, and of each other one that is written meanwhile; `saved` is
-        given what `write` returned, where more is to be said than the path."""
-        if not self._files:
-            self._outcomes = []
-        self._files += 1
-        self.set_notice(progress_notice(tr("Saving…"), None))
+        """Writes a small file. `saved` is given what `write` returned, where more is to be said than the path."""
 
-        def end(meaning: Meaning, text: str) -> None:
-            self._files -= 1
-            outcomes = self._outcomes
-            outcomes.append((meaning, text))
-            if not self._files:
-                grave = (Meaning.GOOD, Meaning.INFORMATION, Meaning.ATTENTION, Meaning.DANGER)
-                worst = max((meaning for meaning, _ in outcomes), key=grave.index)
-                told = join_sentences(text for _, text in outcomes)
-                self.notify_saved(path, told) if worst is Meaning.GOOD else self.notify(worst, told)
+        def say(result: Result) -> None:
+            self.notify_saved(path, "" if saved is None else saved(result))
 
-        def fail(error: Exception) -> None:
-            end(_meaning_of(error), not_written(path, error))
-            if not isinstance(error, EXPECTED):
-                raise error
-
-        text = saved or (lambda _result: tr("Saved to {path}.", path=path))
-        writing: BackgroundTask[Result] = BackgroundTask("dps-s save", self, finished_at_close=True, for_once=True)
-        writing.run(lambda _running: write(), lambda result: end(Meaning.GOOD, text(result)), fail)
+        refused = partial(not_written, path)
+        self.begin(tr("Saving…"), lambda _running: write(), say, refused, can_cancel=False, cause=str(path))
 
     def read_profile(self, path: Path) -> "Profile | None":
         """None where the file is no profile, which is said."""
@@ -252,11 +263,10 @@ class PageJob(QObject):
             self.notify(Meaning.ATTENTION, labelled(what, refusal.sentence))
             return None
 
-    def _tick(self) -> None:
-        if self.is_busy:
-            self.changed.emit()
-        else:
-            self._ticking.stop()
+
+def _is_to_act_on(notice: Notice) -> bool:
+    is_offer = notice.meaning is Meaning.INFORMATION and bool(notice.choices)
+    return is_offer or notice.meaning in (Meaning.ATTENTION, Meaning.DANGER)
 
 
 def _meaning_of(error: Exception) -> Meaning:

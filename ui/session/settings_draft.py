@@ -109,13 +109,14 @@ class SettingsDraft(QObject):
             texts.append(f"{tr(command.title)} {values}")
         return join_names(texts)
 
-    def notice(self) -> Notice | None:
-        """Progress, a question or a result; else why nothing can be written."""
-        notice = self.job.notice(marked("Asking the module…"))
-        if notice is not None or not self.impossible or not self._module.is_going:
-            return notice
-        text = tr("Nothing can be written until this is corrected: {names}.", names=_titles(self.impossible))
-        return Notice(Meaning.ATTENTION, text)
+    @property
+    def notices(self) -> list[Notice]:
+        """Progress, a question or a result; and why nothing can be written."""
+        notices = self.job.notices
+        if self.impossible and self._module.is_going:
+            text = tr("Nothing can be written until this is corrected: {names}.", names=_titles(self.impossible))
+            notices.append(Notice(Meaning.ATTENTION, text, cause="impossible"))
+        return notices
 
     # Reading and writing
 

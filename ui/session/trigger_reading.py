@@ -74,15 +74,12 @@ class TriggerReading(QObject):
     def can_read(self) -> bool:
         return self._module.is_going and not self.is_busy
 
-    def notice(self) -> Notice | None:
-        return self.job.notice(marked("Reading the trigger records"))
-
     # What is done
 
     def read(self) -> None:
         if self.can_read:
             self._has_asked = True
-            self.job.run(read_triggers(), self._end)
+            self.job.run(read_triggers(), self._end, doing=marked("Reading the trigger records"))
 
     def read_unasked(self) -> None:
         """Called while somebody looks."""

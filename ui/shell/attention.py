@@ -1,19 +1,12 @@
-"""The window's notices, the gravest first: one list, in which each notice belongs to its cause and goes with it.
-
-What is asked before leaving; a LOCK that is not confirmed; what has fired; what was left ACTIVE; errors of the program;
-the link; which module it is; what an ended conversation left; advice.
-"""
+"""The window's notices, the gravest first: one list, in which each notice belongs to its cause and goes with it."""
 
 import time
-from collections.abc import Callable, Iterator
-from dataclasses import dataclass
+from collections.abc import Iterator
 from functools import partial
-from math import inf
 from typing import TYPE_CHECKING, Final
 
 from PySide6.QtCore import QObject, Qt, Signal
 from PySide6.QtGui import QGuiApplication
-from PySide6.QtWidgets import QWidget
 
 from app import version
 from app.diagnosis.causes import STEP_WORDS, NextStep
@@ -23,7 +16,7 @@ from app.procedures.act import Armed
 from app.safety.last_known import LAST_HEARD_ACTIVE, keep_away
 from app.system.uncaught import UncaughtError
 from app.text.i18n import tr
-from app.text.messages import join_names, join_sentences, labelled
+from app.text.messages import join_names, join_sentences
 from protocol.translatable import marked
 from ui.session.left_active import LeftActiveWatch
 from ui.session.port import Port
@@ -35,62 +28,36 @@ from ui.widgets.notice_bar import Choice, Notice
 if TYPE_CHECKING:
     from ui.shell.main_window import MainWindow
 
-# Longer than it takes a keyboard to repeat a key that is held, also on a busy computer, where X may call the first
-# repetition another press.
-AGAIN_S: Final = 2.0
 _ASKS_WHY: Final = (Phase.SILENT, Phase.LATE, Phase.OFFLINE, Phase.LOST, Phase.FAILED)
 
 
-@dataclass(eq=False)
-class _Leaving:
-    """A person wants to leave `ports`, and is asked about what would be left behind: a module that is ACTIVE, edits."""
-
-    proceed: Callable[[], object]
-    ports: tuple[Port, ...]
-    is_closing: bool = False
-    is_opened_again: bool = False
-    is_locking: bool = False
-
-
 class Attention(QObject):
-    """Shows the notices of the window."""
+    """Shows them in the bar at the foot of the window."""
 
     _failed = Signal(object)
 
     def __init__(self, window: "MainWindow", ports: Ports, left_active: LeftActiveWatch, armed: Armed) -> None:
         super().__init__(window)
         self._window, self._ports, self._left_active, self._armed = window, ports, left_active, armed
-        self._bar = window.notice_bar
-        # When somebody last tried to close the window.
-        self._tried_at = -inf
-        self._leaving: _Leaving | None = None
         self._watched: ShownModule | None = None
         # By key, until a person closes them.
         self._said: dict[str, Notice] = {}
-        # Causes whose notice a person has closed, as long as they last.
+        # The keys of those that a person has closed, as long as their causes last.
         self._closed: set[str] = set()
         ports.shown.connect(self._on_another_module)
-        for changed in (ports.any_changed, ports.ticked, left_active.changed):
+        for changed in (ports.any_changed, ports.ticked, left_active.changed, window.leaving.asked):
             changed.connect(self.refresh)
         # Queued also in the window's thread: the error may have happened while painting.
         self._failed.connect(self._show_error, Qt.ConnectionType.QueuedConnection)
 
     def refresh(self) -> None:
-        leaving = self._leaving
-        if leaving is not None and not leaving.is_locking and self._question(leaving) is None:
-            self._leaving = None  # what was asked about is over
         notices = list(self._notices())
         self._closed &= {notice.key for notice in notices}
-        self._bar.show_notices([notice for notice in notices if notice.key not in self._closed])
+        self._window.notice_bar.show_notices([notice for notice in notices if notice.key not in self._closed])
 
     def say(self, notice: Notice) -> None:
         """Shows a notice until it is closed; it replaces one of the same cause."""
-
-        def withdraw() -> None:
-            self._said.pop(notice.key, None)
-            self.refresh()
-
-        self._said[notice.key] = notice._replace(dismiss=withdraw)
+        self._said[notice.key] = notice
         self.refresh()
 
     def report(self, error: UncaughtError) -> None:
@@ -101,70 +68,61 @@ class Attention(QObject):
     def _show_error(self, error: UncaughtError) -> None:
         def copy_details() -> None:
             QGuiApplication.clipboard().setText(f"DPS-S Configurator {version()}\n{error.thread}\n{error.details}")
-            self._window.show_message(tr("Copied."))
+            self._window.notice_bar.show_passing(tr("Copied."))
 
         text = tr("Unexpected error: {error}. Nothing is armed.", error=error.summary)
         choices = (Choice("copy_details", tr("Copy"), copy_details),)
         self.say(Notice(Meaning.ATTENTION, text, choices, cause=error.details))
 
-    def _close(self, cause: str) -> None:
-        self._closed.add(cause)
-        self.refresh()
+    def _closable(self, notice: Notice) -> Notice:
+        """With a button to close it, until it has another cause."""
+
+        def close() -> None:
+            self._said.pop(notice.key, None)
+            self._closed.add(notice.key)
+            self.refresh()
+
+        return notice._replace(dismiss=close)
 
     def _on_another_module(self, module: ShownModule) -> None:
-        """What a person has seen or was asked was about the former one."""
+        """What a person has seen was about the former one."""
         if module is not self._watched:  # the same port may be chosen again
             self._watched = module
             module.changed.connect(self.refresh)
-        self._leaving = None
         self._closed.clear()
         self.refresh()
 
     # The list
 
     def _notices(self) -> Iterator[Notice]:
-        port, window = self._ports.current, self._window
-        if self._leaving is not None and (question := self._question(self._leaving)) is not None:
-            yield question
-        if (locking := port.lock.notice()) is not None:
-            yield locking._replace(cause="lock")
-        every = self._ports.all
-        others = [one for one in every if one is not port and one.lock.is_unproven and not one.lock.is_repeating]
-        if others and window.shown_page != "fleet":  # which says it itself
-            names = join_names(one.module.name or one.connection.port for one in others)
-            text = tr("NOT reported, treat as ACTIVE: {names}", names=names)
-
-            def lock_again() -> None:
-                for one in others:
-                    one.lock.press()
-
-            yield Notice(Meaning.DANGER, text, (Choice("lock_others", tr("LOCK again"), lock_again),))
+        """The gravest first."""
+        port, left = self._ports.current, self._left_active.notices()
+        yield from filter(None, (self._window.leaving.notice(), port.lock.notice(), self._locks_elsewhere(port)))
         yield from self._fired(port)
-        left = self._left_active.notices()
         yield from (notice for notice in left if notice.meaning is Meaning.ATTENTION)
-        yield from self._said.values()
+        yield from map(self._closable, self._said.values())
         if (unrecorded := port.recording.state.trouble) is not None:
-            show = Choice("recordings", tr("Recordings"), partial(window.go_to, "logs"))
-            close = partial(self._close, "unrecorded")
-            yield Notice(Meaning.ATTENTION, unrecorded.translated(), (show,), close, "unrecorded")
-        link, phase = self._link(port), port.state.phase
-        if link is not None and not (phase is Phase.CLOSED and window.is_choosing):
-            yield link
-        if (asked := self._which_module(port)) is not None:
-            yield asked
-        kept = port.interruptions
-        for remainder in kept.remainders:
-            if not remainder.is_trigger:
-                yield self._remainder(port, remainder)
-        if kept.last is not None and (link is None or phase is Phase.CLOSED):
-            why = kept.last.translated()
-            text = tr("Interrupted at {time}: {why}", time=_clock_time(kept.last_at), why=why)
-            if kept.count > 1:
-                since = _clock_time(kept.first_at)
-                text = tr("Interrupted {count} times since {time}, last: {why}", count=kept.count, time=since, why=why)
-            check = self._way("after_restart", tr("Pre-flight"), "preflight")
-            yield Notice(Meaning.ATTENTION, text, check, kept.close, "interruptions")
+            show = Choice("recordings", tr("Recordings"), partial(self._window.go_to, "logs"))
+            yield self._closable(Notice(Meaning.ATTENTION, unrecorded.translated(), (show,), cause="unrecorded"))
+        yield from filter(None, (self._link(port), self._which_module(port)))
+        yield from (self._remainder(port, one) for one in port.interruptions.remainders if not one.is_trigger)
+        yield from self._interruptions(port)
         yield from (notice for notice in left if notice.meaning is not Meaning.ATTENTION)
+
+    def _locks_elsewhere(self, port: Port) -> Notice | None:
+        """Modules that are not shown, and do not report LOCKED."""
+        others = [one for one in self._ports.all if one is not port and one.lock.is_unproven]
+        others = [one for one in others if not one.lock.is_repeating]
+        if not others or self._window.shown_page == "fleet":  # which says it itself
+            return None
+        names = join_names(one.module.name or one.connection.port for one in others)
+        text = tr("NOT reported, treat as ACTIVE: {names}", names=names)
+
+        def lock_again() -> None:
+            for one in others:
+                one.lock.press()
+
+        return Notice(Meaning.DANGER, text, (Choice("lock_others", tr("LOCK again"), lock_again),), cause="others")
 
     def _fired(self, port: Port) -> Iterator[Notice]:
         """It reports TRIGGERED, did so before its conversation ended, or may have fired before it restarted."""
@@ -173,7 +131,7 @@ class Attention(QObject):
         known = module.view.known("triggered", port.now_s)
         if port.is_open and known is not None and known.value is True and not module.is_fired_by_test:
             text = tr("The module has triggered: LOCK, read the record, pack, check again.")
-            yield Notice(Meaning.DANGER, text, choices, partial(self._close, "triggered"), "triggered")
+            yield self._closable(Notice(Meaning.DANGER, text, choices, cause="triggered"))
 
         def close(remainder: Remainder | None = None) -> None:
             if remainder is not None:
@@ -192,9 +150,10 @@ class Attention(QObject):
             yield Notice(Meaning.DANGER, text, choices, close)
 
     def _link(self, port: Port) -> Notice | None:
-        """The trouble of the link and the step that helps; None while the link is fine."""
+        """The trouble of the link and the step that helps; None while the link is fine, or the page itself leads to the
+        list of ports."""
         state = port.state
-        if state.is_fine:
+        if state.is_fine or (state.phase is Phase.CLOSED and self._window.is_choosing):
             return None
         words = link_text(state, port.now_s)
         is_calm = state.phase in (Phase.CLOSED, Phase.SWITCHED_OFF)
@@ -234,6 +193,19 @@ class Attention(QObject):
         meaning = Meaning.ATTENTION if against else Meaning.INFORMATION
         return Notice(meaning, join_sentences(parts), (same, Choice("name_other", tr("Another module"), decline)))
 
+    def _interruptions(self, port: Port) -> Iterator[Notice]:
+        """One of all conversations that ended, once the link's own notice no longer says it."""
+        kept = port.interruptions
+        if kept.last is None or not (port.state.is_fine or port.state.phase is Phase.CLOSED):
+            return
+        why, time_ = kept.last.translated(), _clock_time(kept.last_at)
+        text = tr("Interrupted at {time}: {why}", time=time_, why=why)
+        if kept.count > 1:
+            since = _clock_time(kept.first_at)
+            text = tr("Interrupted {count} times since {time}, last: {why}", count=kept.count, time=since, why=why)
+        check = self._way("after_restart", tr("Pre-flight"), "preflight")
+        yield Notice(Meaning.ATTENTION, text, check, kept.close, "interruptions")
+
     def _remainder(self, port: Port, remainder: Remainder) -> Notice:
         """A report, or the edits of an ended conversation beside what the module holds now."""
         module, settings = port.module, port.module.settings
@@ -264,99 +236,6 @@ class Attention(QObject):
         if self._window.shown_page == page:
             return ()
         return (Choice(key, text, partial(self._window.go_to, page), is_main=is_main),)
-
-    # Leaving
-
-    def may_close(self, close: Callable[[], object]) -> bool:
-        """Whether the window may close now; else asks, and calls `close` where that is the answer.
-
-        A second attempt to close while the question is shown is an answer too, unless it is of a double click or a key
-        that is held.
-        """
-        now, before = self._ports.clock(), self._tried_at
-        self._tried_at = now
-        if self._leaving is not None and self._leaving.is_closing:
-            return now - before >= AGAIN_S
-        leaving = _Leaving(close, self._ports.all, is_closing=True)
-        if self._question(leaving) is None:
-            return True
-        self._ask(leaving)
-        return False
-
-    def leave_port(
-        self, proceed: Callable[[], object], *, port: Port | None = None, is_opened_again: bool = False
-    ) -> None:
-        """Calls `proceed`; asks before an ACTIVE module is left or edits would be lost. `port`: else the shown one."""
-        self._ask(_Leaving(proceed, (port or self._ports.current,), is_opened_again=is_opened_again))
-
-    def stay(self) -> None:
-        self._leaving = None
-        self.refresh()
-
-    def _ask(self, leaving: _Leaving) -> None:
-        if self._question(leaving) is None:
-            self._leave(leaving)
-            return
-        self._leaving = leaving
-        self.refresh()
-        button = self._bar.button("lock_and_leave") or self._bar.button("stay")
-        if button is not None:
-            button.setFocus()
-
-    def _leave(self, leaving: _Leaving) -> None:
-        self._leaving = None
-        for port in leaving.ports:
-            port.module.settings.revert()
-            if leaving.is_closing or port is not self._ports.current:
-                port.interruptions.discard_drafts()
-        leaving.proceed()
-
-    def _question(self, leaving: _Leaving) -> Notice | None:
-        """One question about all that would be left behind; None where there is nothing."""
-        port, is_closing = leaving.ports[0], leaving.is_closing
-        is_other = not is_closing and port is not self._ports.current
-        count = sum(one.module.settings.count_unsent() for one in leaving.ports)
-        if is_closing or is_other:
-            count += sum(one.interruptions.count_drafts() for one in leaving.ports)
-        parts = [tr("Settings not written: {count}.", count=count)] if count else []
-        editor = self._window.findChild(QWidget, "profile_editor")
-        if is_closing and editor is not None and editor.isWindowModified():
-            parts.append(labelled(tr("Profile"), tr("Unsaved edits.")))
-        # A module that is or may be ready to fire, and can still be locked. One that was lost can be locked no more,
-        # but the program that could lock it when it is back is not closed without a word.
-        is_risky = not leaving.is_opened_again and any(
-            (one.is_active and (one.is_open or is_closing)) or (one.is_open and one.lock.is_unproven)
-            for one in leaving.ports
-        )
-        stay, leave = Choice("stay", tr("Cancel"), self.stay), partial(self._leave, leaving)
-        if is_risky:
-            risk = tr("Treat the module as ACTIVE: it does not report LOCKED.")
-            if any(one.is_active for one in leaving.ports):
-                risk = tr("The module is ACTIVE: it fires also without this program.")
-            parts.insert(0, risk)
-
-            def lock_first() -> None:
-                leaving.is_locking = True
-                press = self._ports.lock.press_all if is_closing else port.lock.press
-                press(then=on_locked)
-
-            def on_locked() -> None:
-                """Also later: not if it was cancelled meanwhile."""
-                if self._leaving is leaving:
-                    leaving.is_locking = False
-                    self._ask(leaving)
-
-            lock = Choice("lock_and_leave", tr("LOCK first"), lock_first, is_main=True)
-            choices = [lock, Choice("leave_active", tr("Leave it ACTIVE"), leave, is_step=True), stay]
-        elif parts:
-            drop = Choice("drop_edits", tr("Discard edits"), leave, is_step=True)
-            choices = [stay._replace(is_main=True), drop]
-        else:
-            return None
-        text = join_sentences(parts)
-        if is_other:
-            text = labelled(port.module.name or port.connection.port, text)
-        return Notice(Meaning.ATTENTION, text, tuple(choices), cause="leaving")
 
 
 def _clock_time(at: float) -> str:

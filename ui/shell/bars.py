@@ -1,13 +1,12 @@
 """What stands around a page: the top bar with the states and LOCK, the sidebar, the area that scrolls, the foot."""
 
-from collections.abc import Callable, Iterable
+from collections.abc import Iterable
 from typing import Final
 
-from PySide6.QtCore import QSize, Qt, QTimer, Signal
-from PySide6.QtGui import QFontMetrics
+from PySide6.QtCore import QSize, Qt, Signal
+from PySide6.QtGui import QAction
 from PySide6.QtWidgets import (
     QFrame,
-    QLabel,
     QLayout,
     QListWidget,
     QListWidgetItem,
@@ -15,7 +14,6 @@ from PySide6.QtWidgets import (
     QScrollArea,
     QSizePolicy,
     QStackedWidget,
-    QStatusBar,
     QStyleOptionViewItem,
     QToolButton,
     QWidget,
@@ -27,14 +25,13 @@ from app.engine.target import is_simulated
 from app.limits.limits import LimitsInUse, value_outside
 from app.safety.last_known import Activation, TriggerFlags, trigger_flags
 from app.text.i18n import tr
-from app.text.messages import duration, in_brackets, join_names, labelled
+from app.text.messages import duration, in_brackets, join_names, join_sentences, labelled
 from ui.services.context import PageEntry
 from ui.session.ports import Ports
 from ui.session.recording import RecordingState
 from ui.style.icons import Icon, battery, icon, set_icon_size
 from ui.style.theme import IconSize, Meaning, Size, Space, font, is_text_large, scale_in_use, scaled
 from ui.widgets.controls import ElidedLabel, IconLabel, control, in_column, in_row, named, set_role, without_key
-from ui.widgets.notice_bar import NoticeBar
 from ui.widgets.readout import StateChip, age_of
 from ui.widgets.visibility_timer import VisibilityTimer
 
@@ -69,7 +66,7 @@ class PortButton(QPushButton):
         self.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Preferred)
         self._sign = IconLabel("port_sign", 20, keeps_place=True)
         self.title, self.word = named(ElidedLabel(), "port_title", "strong"), named(ElidedLabel(), "port_state")
-        self.title.setMinimumWidth(scaled(60))
+        self.title.setMinimumWidth(scaled(40))
         lines = in_column(self.title, self.word, spacing=0, margins=0)
         arrow = IconLabel("port_arrow", 12, keeps_place=True)
         arrow.show_icon(Icon.CHEVRON_DOWN, is_muted=True)
@@ -123,6 +120,12 @@ class TopBar(QFrame):
         # In large text there is no room for both words, and the rare move is the lesser evil.
         both = tr("charging") if is_text_large() else join_names((tr("charging"), tr("low")))
         self.cell.reserve(("4.00 V",), below=(*ages, both))
+        self.record = named(QToolButton(), "record_button", "quiet")
+        self.recording = named(QAction(self), "act_record")
+        self.recording.setCheckable(True)
+        self.recording.triggered.connect(self._record)
+        self.record.setDefaultAction(self.recording)
+        set_icon_size(self.record, IconSize.TEXT)
         lock = ports.lock
         self.lock = control(QPushButton(tr("LOCK")), "lock_button", key="Ctrl+L", picture=Icon.LOCK, slot=lock.press)
         self.lock.setMinimumSize(scaled(108), scaled(40))  # for gloves, and bold while the module is active
@@ -133,9 +136,10 @@ class TopBar(QFrame):
         for part in (*chips, self.lock, self.lock_others):
             part.setSizePolicy(QSizePolicy.Policy.Fixed, QSizePolicy.Policy.Expanding)
         states = in_row(*chips, spacing=Space.XS)
-        head = (self.menu, (self.port, 1), self.lock_others)
+        head = (self.menu, (self.port, 1), self.record, self.lock_others)
         margins = (Space.XS, Space.XS, Space.M, Space.XS)
         if scale_in_use() > 1:
+            self.record.setToolButtonStyle(Qt.ToolButtonStyle.ToolButtonTextBesideIcon)
             first = in_row(*head, self.lock, spacing=Space.S)
             in_column(first, in_row(1, states), of=self, spacing=Space.XS, margins=margins)
         else:
@@ -153,7 +157,7 @@ class TopBar(QFrame):
         self.lock_others.setVisible(bool(names))
         text = tr("LOCK ALL")
         if len(names) == 1:
-            name = self.fontMetrics().elidedText(names[0], Qt.TextElideMode.ElideRight, scaled(90))
+            name = self.fontMetrics().elidedText(names[0], Qt.TextElideMode.ElideRight, scaled(60))
             text = tr("LOCK {module}", module=without_key(name))
         self.lock_others.setText(text)
         self.lock_others.setToolTip(tr("NOT reported, treat as ACTIVE: {names}", names=join_names(names)))
@@ -200,8 +204,31 @@ class TopBar(QFrame):
             picture, meaning = Icon.WARNING, Meaning.ATTENTION
         self.triggers.show_state(flags.text, picture, meaning, below=tr("triggers"))
         self._show_cell(module.view, now)
+        self._show_recording(port.recording.state)
         self.lock.setEnabled(port.is_requested)  # without a port it is owed
         set_role(self.lock, "primary" if port.is_active else "")
+
+    def _record(self, is_on: bool) -> None:
+        self._ports.current.set_recorded(is_on)
+
+    def _show_recording(self, state: RecordingState) -> None:
+        """Of the port that is shown."""
+        words, picture, meaning = tr("Not recorded"), Icon.RECORD_OFF, None
+        if state.trouble is not None:
+            words, picture, meaning = state.trouble.translated(), Icon.WARNING, Meaning.ATTENTION
+        elif state.since is not None:
+            since, picture = f"{state.since.astimezone():%H:%M}", Icon.RECORD
+            words = tr("Recorded since {time}", time=since)
+            if state.dropped:
+                meaning = Meaning.ATTENTION
+                gaps = tr("The disk was too slow. Not recorded: {count}.", count=state.dropped)
+                words = join_sentences((tr("Recorded since {time}, with gaps", time=since), gaps))
+        self.recording.setChecked(state.is_on)
+        self.recording.setText(tr("Record"))
+        self.recording.setIconText(tr("REC") if state.is_on else tr("REC off"))
+        self.recording.setToolTip(words)
+        self.recording.setIcon(icon(picture, meaning))
+        self.record.setAccessibleName(labelled(tr("Record"), words))
 
     def _show_cell(self, view: ConversationView, now: float) -> None:
         voltage, charging = view.known("cell_voltage_v", now), view.known("charging", now)
@@ -314,73 +341,3 @@ class Sidebar(QListWidget):
         super().initViewItemOption(option)
         option.decorationPosition = QStyleOptionViewItem.Position.Top
         option.displayAlignment = Qt.AlignmentFlag.AlignCenter
-
-
-class StatusBar(QStatusBar):
-    """A notice takes the place of what passes, so that nothing else in the window moves when it appears."""
-
-    def __init__(self, notice_bar: NoticeBar, *beside: QWidget) -> None:
-        """`beside`: at the right."""
-        super().__init__()
-        named(self, "status_line", "bar")
-        self.setSizeGripEnabled(False)
-        self._notice_bar = notice_bar
-        self._message_end = QTimer(self, singleShot=True, interval=6000)
-        self._message_end.timeout.connect(lambda: self.show_message(""))
-        self.passing = named(ElidedLabel(), "passing_message", "small")
-        self.passing.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Preferred)
-        self.passing.setContentsMargins(Space.M, 0, 0, 0)
-        # A description, since a name would replace the text for screen readers.
-        self.passing.setAccessibleDescription(tr("Message"))
-        self.addWidget(self.passing, 1)
-        self.addWidget(notice_bar, 1)
-        for widget in beside:
-            self.addPermanentWidget(widget)
-        # Room for two lines of a notice, and for a button.
-        self.setFixedHeight(2 * QFontMetrics(font()).lineSpacing() + 3 * Space.XS)
-
-        def share() -> None:
-            for part in (self.passing, *beside):
-                part.setVisible(notice_bar.notice is None)
-
-        notice_bar.changed.connect(share)
-        share()
-
-    def show_message(self, text: str) -> None:
-        """A notice does not hide it."""
-        self.passing.setText(text)
-        self._notice_bar.show_note(text)
-        if text:
-            self._message_end.start()
-
-
-class RecordingSign(QWidget):
-    """Shows since when the session is recorded, or that it is not; `find` is called at each `refresh`."""
-
-    def __init__(self, find: Callable[[], RecordingState]) -> None:
-        super().__init__()
-        self.setObjectName("session_sign")
-        self._find = find
-        self._picture = IconLabel("session_sign_icon", 12)
-        self.label = named(QLabel(), "session_sign_text", "small")
-        in_row(self._picture, self.label, of=self, spacing=Space.XS, margins=(0, 0, Space.M, 0))
-        VisibilityTimer(self, self.refresh)
-        self.refresh()
-
-    def refresh(self) -> None:
-        sign = self._find()
-        text = whole = ""
-        if sign.trouble is not None:
-            text, whole = tr("Not recorded"), sign.trouble.translated()
-        elif sign.since is not None:
-            since = f"{sign.since.astimezone():%H:%M}"
-            text = tr("Recorded since {time}", time=since)
-            if sign.dropped:
-                text = tr("Recorded since {time}, with gaps", time=since)
-                whole = tr("The disk was too slow. Not recorded: {count}.", count=sign.dropped)
-        self.label.setText(text)
-        self.setToolTip(whole)
-        self.setAccessibleName(f"{text}. {whole}".rstrip(". ") if text else tr("Not recorded"))
-        self._picture.setVisible(bool(text))
-        icon_shown, meaning = (Icon.WARNING, Meaning.ATTENTION) if whole else (Icon.RECORD, None)
-        self._picture.show_icon(icon_shown, meaning, is_muted=not whole)

@@ -15,7 +15,16 @@ from functools import partial
 from typing import Final
 
 from PySide6.QtCore import QEvent, QMargins, QRect, QSize, Qt, QTimer, Signal
-from PySide6.QtGui import QAction, QCloseEvent, QFocusEvent, QKeyEvent, QKeySequence, QShortcut, QShowEvent
+from PySide6.QtGui import (
+    QAction,
+    QCloseEvent,
+    QFocusEvent,
+    QFontMetrics,
+    QKeyEvent,
+    QKeySequence,
+    QShortcut,
+    QShowEvent,
+)
 from PySide6.QtWidgets import QAbstractButton, QApplication, QLineEdit, QMainWindow, QMenu, QWidget
 
 from app.diagnosis.causes import NextStep
@@ -34,9 +43,11 @@ from ui.session.left_active import LeftActiveWatch
 from ui.session.shown_module import ShownModule
 from ui.shell.application_filter import LOCK_ALL_KEY, LOCK_KEYS, ApplicationFilter
 from ui.shell.attention import Attention
-from ui.shell.bars import PageArea, RecordingSign, Sidebar, StatusBar, TopBar
+from ui.shell.bars import PageArea, Sidebar, TopBar
+from ui.shell.leaving import Leaving
 from ui.simulator.panel import SimulatorDock
 from ui.style.icons import Icon, app_icon, icon
+from ui.style.theme import Space, font
 from ui.widgets.controls import in_row, named
 from ui.widgets.notice_bar import NoticeBar
 
@@ -75,8 +86,6 @@ class MainWindow(QMainWindow):
         self.area = PageArea()
         self.stack = self.area.stack
         self.panel = ConnectPanel(ports)
-        self.recording_sign = RecordingSign(lambda: ports.current.recording.state)
-        self.status_bar = StatusBar(self.notice_bar, self.recording_sign)
         self.simulator = SimulatorDock(ports, self)
         self.simulator.hide()
         self.menus: dict[str, QAction] = {}
@@ -84,6 +93,7 @@ class MainWindow(QMainWindow):
         # What an action needs to be enabled, asked for whenever that may be otherwise.
         self._conditions: dict[QAction, Callable[[], bool]] = {}
         self._preferences: PreferencesDialog | None = None
+        self.leaving = Leaving(self, ports)
         self.attention = Attention(self, ports, left_active, services.armed)
         self.files = FileOpener(self, self._file_pages, self.go_to, preferences=self._remembered)
 
@@ -91,14 +101,16 @@ class MainWindow(QMainWindow):
         in_row(self.navigation, (self.area, 1), (self.panel, 1), of=centre, spacing=0, margins=0)
         self.setMenuWidget(self.top_bar)  # like the foot as wide as the window, docks included
         self.setCentralWidget(centre)
-        self.setStatusBar(self.status_bar)
+        foot = named(self.statusBar(), "status_line", "bar")
+        foot.setSizeGripEnabled(False)
+        foot.setFixedHeight(2 * QFontMetrics(font()).lineSpacing() + 3 * Space.XS)  # for two lines, and for a button
+        foot.addWidget(self.notice_bar, 1)
         services.appearance.style(self)
 
-        ports.changed.connect(self.recording_sign.refresh)
         ports.changed.connect(self._enable_actions)
         ports.shown.connect(self._on_shown)
         ports.leaving.connect(self._disarm)
-        ports.notified.connect(self.show_message)
+        ports.notified.connect(self.notice_bar.show_passing)
         self.top_bar.panel_wanted.connect(self.toggle_panel)
         self.panel.connect_wanted.connect(self.connect_to)
         self.panel.disconnect_wanted.connect(self.disconnect_port)
@@ -154,6 +166,7 @@ class MainWindow(QMainWindow):
         several.setIcon(icon(Icon.LOCK))
         find_rate = partial(self.take_step, NextStep.FIND_RATE)
         self._add(module, "find_rate", tr("Find the baud rate"), find_rate, when=lambda: ports.current.is_open)
+        module.addAction(self.top_bar.recording)
         simulator = self._add(module, "simulator", tr("Simulated module"), None, "F4")
         simulator.setCheckable(True)
         simulator.toggled.connect(self.simulator.setVisible)
@@ -243,7 +256,7 @@ class MainWindow(QMainWindow):
         page.connect_wanted.connect(self.connect_to)
         page.page_wanted.connect(self.go_to)
         page.ports_wanted.connect(self.panel.show)
-        page.leave_wanted.connect(lambda port, act: self.attention.leave_port(act, port=port))
+        page.leave_wanted.connect(lambda port, act: self.leaving.leave_port(act, port=port))
         if entry.key == self.navigation.chosen:
             self.stack.setCurrentWidget(page)
 
@@ -264,10 +277,10 @@ class MainWindow(QMainWindow):
             self._waiting_target = target
             return
         self._waiting_target = None
-        self.attention.leave_port(partial(self._ports.connect_to, target))
+        self.leaving.leave_port(partial(self._ports.connect_to, target))
 
     def disconnect_port(self) -> None:
-        self.attention.leave_port(self._ports.current.disconnect_port)
+        self.leaving.leave_port(self._ports.current.disconnect_port)
 
     def go_to(self, key: str) -> None:
         """Shows a page; "archive" is a view of Fleet, "why" one of Diagnosis."""
@@ -282,9 +295,6 @@ class MainWindow(QMainWindow):
         self.navigation.setFocus()
         self.navigation.focusNextChild()
 
-    def show_message(self, text: str) -> None:
-        self.status_bar.show_message(text)
-
     def take_step(self, step: NextStep) -> None:
         """What a person can do about the link."""
         port = self._ports.current
@@ -294,7 +304,7 @@ class MainWindow(QMainWindow):
             case NextStep.FIND_RATE:
                 port.find_rate()
             case NextStep.CONNECT_AGAIN if port.target is not None:
-                self.attention.leave_port(partial(self._ports.connect_to, port.target), is_opened_again=True)
+                self.leaving.leave_port(partial(self._ports.connect_to, port.target), is_opened_again=True)
             case NextStep.WHY:
                 self.go_to("why")
 
@@ -309,7 +319,7 @@ class MainWindow(QMainWindow):
 
         entry = self._entries.get(self.shown_page)
         if not show_guide(self, "Connect" if entry is None else entry.chapter):
-            self.show_message(tr("The user guide is not installed."))
+            self.notice_bar.show_passing(tr("The user guide is not installed."))
 
     def show_about(self) -> None:
         from ui.help.windows import show_about
@@ -345,13 +355,13 @@ class MainWindow(QMainWindow):
     def _on_shown(self, module: ShownModule) -> None:
         """Another conversation has begun, or another port was chosen."""
         self._disarm()
-        self.show_message("")
+        self.notice_bar.show_passing("")
         module.ended.connect(self._disarm)
         port = self._ports.current
         if not module.is_going or port.target is None:
             return
         if self._remembered.last_port is None:
-            self.show_message(tr("Next: Settings, then Pre-flight."))
+            self.notice_bar.show_passing(tr("Next: Settings, then Pre-flight."))
         self._remembered.last_port = LastPort(port.target.device, port.target.identity, port.connection.baud_rate)
         self.panel.hide()
 
@@ -371,7 +381,7 @@ class MainWindow(QMainWindow):
         elif self.panel.isVisible():
             self.toggle_panel()
         elif not (isinstance(page, Page) and page.on_escape()):
-            self.attention.stay()
+            self.leaving.stay()
 
     def showEvent(self, event: QShowEvent) -> None:
         super().showEvent(event)
@@ -380,7 +390,7 @@ class MainWindow(QMainWindow):
             handle.screenChanged.connect(self._fit_screen)
 
     def closeEvent(self, event: QCloseEvent) -> None:
-        if not self._is_leaving and not self.attention.may_close(self.close_now):
+        if not self._is_leaving and not self.leaving.may_close(self.close_now):
             event.ignore()
             return
         self._end()

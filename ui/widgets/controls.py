@@ -256,10 +256,10 @@ def scroll_area(content: QWidget, name: str, says: str, *, is_vertical: bool = F
     return area
 
 
-def retain_size(widget: QWidget) -> None:
+def retain_size(widget: QWidget, *, is_kept: bool = True) -> None:
     """Keeps the room of `widget` in its layout while it is hidden."""
     policy = widget.sizePolicy()
-    policy.setRetainSizeWhenHidden(True)
+    policy.setRetainSizeWhenHidden(is_kept)
     widget.setSizePolicy(policy)
 
 

@@ -79,5 +79,5 @@ def live_bench(qtbot: QtBot, qapp: QApplication) -> Iterator[Bench]:
         page = LivePage(services)
         show_alone(qtbot, services, page, 876, 500)
         yield Bench(qtbot, page, ports)
-        qtbot.waitUntil(lambda: not page.job.is_writing)
+        qtbot.waitUntil(lambda: not page.job.is_busy)
         page.hide()

@@ -212,7 +212,7 @@ class Walk(Rig):
         self.until(lambda: connector.current.is_active)
         self.window.disconnect_port()
         yield self._stop("question at leaving")
-        self.window.attention.stay()
+        self.window.leaving.stay()
         self.bench.unplug()
         self.until(lambda: self.window.notice_bar.notice is not None)
         for entry in PAGES:

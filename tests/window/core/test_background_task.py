@@ -31,7 +31,6 @@ from ui.core.bridge import Bridge, garbage_freed_here
 from ui.pages.logs.page import LogsPage
 from ui.session.page_job import PageJob
 from ui.style.theme import Meaning
-from ui.widgets.notice_bar import Notice
 
 
 class Told:
@@ -287,14 +286,13 @@ def test_progress_is_said_until_it_ends(qtbot: QtBot, line: Line) -> None:
     with qtbot.waitSignal(job.changed):
         line.begin(ended.append)
     assert not job.can_run
-    notice = given(job.notice("Asking"))
+    (notice,) = job.notices
     assert (notice.meaning, notice.text) == (Meaning.INFORMATION, "Reading: Deploy delay (2 of 5)")
     assert [choice.key for choice in notice.choices] == ["cancel"]
-    assert (job.notice("Asking", can_cancel=False) or notice).choices == ()
     line.end()
     assert [one.outcome() for one in ended] == [7]
     assert job.can_run
-    assert job.notice("Asking") is None
+    assert job.notices == []
 
 
 def test_trouble_with_files_outlives_another_module(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
@@ -303,7 +301,7 @@ def test_trouble_with_files_outlives_another_module(qtbot: QtBot, qapp: QApplica
         page = find(assembly.window, LogsPage)
         page.result.notify(Meaning.ATTENTION, "Not saved")
         assembly.ports.shown.emit(assembly.ports.module)
-        assert page.result.result_notice() is not None
+        assert page.result.notices != []
 
 
 def test_what_a_person_has_to_act_on_outlives_the_page(line: Line) -> None:
@@ -311,9 +309,9 @@ def test_what_a_person_has_to_act_on_outlives_the_page(line: Line) -> None:
     for meaning, stays in ((Meaning.GOOD, False), (Meaning.INFORMATION, False), (Meaning.ATTENTION, True)):
         job.notify(meaning, "said")
         job.end(is_page_left=True)
-        assert (job.result_notice() is not None) is stays, meaning
+        assert (job.notices != []) is stays, meaning
     job.end(is_page_left=False)  # another module
-    assert job.result_notice() is None
+    assert job.notices == []
 
 
 def test_the_end_of_one_that_was_replaced_or_forgotten_is_told_nobody(line: Line) -> None:
@@ -332,24 +330,26 @@ def test_the_end_of_one_that_was_replaced_or_forgotten_is_told_nobody(line: Line
 
 
 def test_what_two_files_written_at_once_came_to_is_said_of_both(qtbot: QtBot) -> None:
-    notice, first, second = PageJob(), threading.Event(), threading.Event()
+    job, first, second = PageJob(), threading.Event(), threading.Event()
 
     def fail() -> None:
         first.wait(PATIENCE_S)
         raise OSError(28, "No space left on device")
 
-    def shown() -> Notice:
-        return given(notice.result_notice())
+    def shown() -> list[str]:
+        return [one.text for one in job.notices]
 
-    notice.write_file(Path("M-07.pdf"), fail, lambda _none: "")
-    notice.write_file(Path("M-12.pdf"), partial(second.wait, PATIENCE_S), lambda _true: "Saved to M-12.pdf.")
-    first.set()
-    qtbot.wait_until(lambda: bool(notice._outcomes))
-    assert (notice.is_writing, shown().text) == (True, "Saving…")
+    job.write_file(Path("M-12.pdf"), partial(second.wait, PATIENCE_S), lambda _true: "Saved to M-12.pdf.")
+    job.write_file(Path("M-07.pdf"), fail, lambda _none: "")
+    assert shown() == ["Saving…", "Saving…"]
     second.set()
-    qtbot.wait_until(lambda: not notice.is_writing)
-    assert shown().meaning is Meaning.DANGER
-    assert shown().text == "M-07.pdf cannot be written: No space left on device. Saved to M-12.pdf."
-    notice.write_file(Path("M-12.pdf"), lambda: None, lambda _none: "Saved once more.")
-    qtbot.wait_until(lambda: not notice.is_writing)
-    assert (shown().meaning, shown().text) == (Meaning.GOOD, "Saved once more.")
+    qtbot.wait_until(lambda: shown() == ["Saving…", "Saved to M-12.pdf."])
+    first.set()
+    qtbot.wait_until(lambda: not job.is_busy)
+    lost = "M-07.pdf cannot be written: No space left on device."
+    assert shown() == [lost, "Saved to M-12.pdf."], "the gravest first"
+    given(job.notices[0].dismiss)()
+    assert shown() == ["Saved to M-12.pdf."]
+    job.write_file(Path("M-12.pdf"), lambda: None, lambda _none: "Saved once more.")
+    qtbot.wait_until(lambda: not job.is_busy)
+    assert shown() == ["Saved once more."]

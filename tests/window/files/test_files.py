@@ -34,7 +34,7 @@ from tests.support.processes import ran_code
 from tests.support.window import walk
 from tests.support.window.fakes_ui import page_entries, window
 from tests.support.window.live_bench import Bench, live_bench
-from tests.support.window.steps import await_child, choosing, drop, find, given, notice_text
+from tests.support.window.steps import await_child, choosing, drop, find, notice_text
 from ui.core.preferences import Preferences
 from ui.files import file_dialogs
 from ui.files.file_dialogs import FileOpener, FilePage, ThenPath
@@ -179,14 +179,14 @@ def test_the_values_in_sight_are_saved(live: Bench, tmp_path: Path) -> None:
     asked: list[tuple[str, Path, str]] = []
     live.page.ask_path = choosing(path, asked)
     live.click("live_save_csv")
-    live.until(lambda: not live.page.job.is_writing)
+    live.until(lambda: not live.page.job.is_busy)
     live.page.refresh()
     assert asked[0][1].match("dps-s ttyUSB0 20*.csv")
     rows = list(csv.DictReader(io.StringIO(path.read_text("utf-8-sig"), newline="")))
     assert [(row["tilt_deg"], row["active"]) for row in rows if row["tilt_deg"]] == [("20", "false"), ("61", "true")]
     assert [row["event"] for row in rows if row["event"]] == ["activated"]
     assert {row["cell_voltage_v"] for row in rows} == {"", "3.94"}
-    said = given(live.page.job.result_notice())
+    (said,) = live.page.job.notices
     assert (said.text, said.meaning) == (f"Saved to {path}. Rows: {len(rows)}.", Meaning.GOOD)
     opened: list[str] = []
     live.page.job.open_in_system = lambda url: opened.append(url.toLocalFile())
@@ -206,7 +206,7 @@ def test_saved_values_are_those_at_the_time_of_the_click(live: Bench, tmp_path: 
 
     live.page.ask_path = choose_late
     live.qtbot.keyClick(live.page, Qt.Key.Key_S, Qt.KeyboardModifier.ControlModifier)
-    live.qtbot.waitUntil(lambda: not live.page.job.is_writing)
+    live.qtbot.waitUntil(lambda: not live.page.job.is_busy)
     assert ",99," not in path.read_text("utf-8-sig")
     assert ",12," in path.read_text("utf-8-sig")
 
@@ -217,11 +217,11 @@ def test_a_long_saving_can_be_cancelled(live: Bench, tmp_path: Path, monkeypatch
     path = tmp_path / "values.csv"
     live.page.ask_path = choosing(path)
     live.click("live_save_csv")
-    assert live.page.job.is_writing
+    assert live.page.job.is_busy
     assert not live.page.png.isEnabled()
     assert notice_text(live.page.strip).startswith("Saving…")
     live.click("notice_cancel")
-    live.qtbot.waitUntil(lambda: not live.page.job.is_writing)
+    live.qtbot.waitUntil(lambda: not live.page.job.is_busy)
     assert notice_text(live.page.strip) == "Cancelled."
     assert list(tmp_path.iterdir()) == []
     assert live.page.csv.isEnabled()

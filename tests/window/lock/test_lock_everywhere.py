@@ -341,10 +341,10 @@ def test_lock_is_one_gesture(one: Rig, way: str) -> None:
         one.qtbot.keyClick(one.assembly.window, Qt.Key.Key_L, Qt.KeyboardModifier.ControlModifier)
     one.until(lambda: not one.bench.module.state.is_active)
     one.until(lambda: one.assembly.window.top_bar.activation.word == "LOCKED")
-    one.until(lambda: "LOCKED" in one.assembly.window.status_bar.passing.text())
+    one.until(lambda: "LOCKED" in one.assembly.window.notice_bar.passing)
     one.bench.module.state.is_active = True  # by somebody else
     one.until(lambda: one.assembly.window.top_bar.activation.word == "ACTIVE")
-    one.until(lambda: one.assembly.window.status_bar.passing.text() == "", limit_s=1.0)
+    one.until(lambda: one.assembly.window.notice_bar.passing == "", limit_s=1.0)
 
 
 def test_a_key_that_is_held_is_one_press(one: Rig, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -386,7 +386,7 @@ def test_it_is_repeated_and_shown_until_the_module_reports_it(one: Rig) -> None:
     one.qtbot.keyClick(one.assembly.window, Qt.Key.Key_Escape)  # which does not end it
     assert bar.notice is not None
     assert bar.notice.meaning is Meaning.ATTENTION
-    assert one.assembly.window.status_bar.passing.text() == "", "it would stand beside the notice: Locking…"
+    assert one.assembly.window.notice_bar.passing == "", "it would stand beside the notice: Locking…"
     one.until(lambda: not one.bench.module.state.is_active)
     one.until(lambda: bar.notice is None)
     assert len(times) == 6
@@ -413,7 +413,7 @@ def test_a_lock_that_fails_is_said_on_every_page_until_the_module_reports_that_i
     assert "treat the module as ACTIVE" in notice.text
     assert notice.dismiss is None
     bar = one.assembly.window.notice_bar
-    one.assembly.window.attention.stay()
+    one.assembly.window.leaving.stay()
     one.qtbot.keyClick(one.assembly.window, Qt.Key.Key_Escape)
     assert "treat the module as ACTIVE" in notice_text(bar)
     end_faults(one.bench)

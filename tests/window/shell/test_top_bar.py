@@ -387,7 +387,7 @@ def test_nothing_moves_on_any_page_when_a_notice_comes_and_goes(
                 for shown[0] in (*NOTICES, None):
                     after = laid_out(main, entry.key)
                     assert after == before, (language, theme, entry.key, shown[0])
-                    assert cut_off(main.status_bar) == []
+                    assert cut_off(main.statusBar()) == []
             assembly.appearance.choose(Theme.LIGHT)
 
 
@@ -398,7 +398,7 @@ def laid_out(main: MainWindow, page: str) -> dict[QWidget, QRect]:
     return {
         one: QRect(one.mapTo(main, QPoint()), one.size())
         for one in visible_in(main)
-        if not one.isWindow() and not main.status_bar.isAncestorOf(one)
+        if not one.isWindow() and not main.statusBar().isAncestorOf(one)
     }
 
 
@@ -419,7 +419,7 @@ def test_several_notices_stand_at_once_and_the_graver_one_is_whole(qtbot: QtBot)
     assert notice_text(bar) == "Advice.", "a text that ticks is no new notice"
     bar.show_notices([Notice(Meaning.DANGER, "It fired."), later, calm])
     assert notice_text(bar) == "It fired."
-    bar.show_note("The module reports LOCKED.")
+    bar.show_passing("The module reports LOCKED.")
     bar.show_notices([grave])
     shown = given(bar.findChild(QLabel, "notice_text")).text()
     assert shown == "Silent for 1 s · The module reports LOCKED.", "it is none of what the notice says"

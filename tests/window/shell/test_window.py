@@ -32,7 +32,6 @@ from ui.main import Assembly, WindowOptions
 from ui.services.context import PageEntry, Services
 from ui.services.page import Page
 from ui.session.module_field import ModuleField
-from ui.shell.attention import AGAIN_S
 from ui.shell.main_window import MainWindow
 from ui.style.icons import Icon
 from ui.style.theme import Meaning
@@ -65,14 +64,14 @@ def test_a_module_that_is_locked_after_leaving_was_cancelled_closes_nothing(
         connect(qtbot, assembly, "sim://stay")
         assert not assembly.window.close()
         given(assembly.window.notice_bar.notice).choices[0].act()  # LOCK first; no event is processed in between
-        assembly.window.attention.stay()
+        assembly.window.leaving.stay()
         qtbot.waitUntil(lambda: assembly.window.top_bar.activation.word == "LOCKED")
         qtbot.waitUntil(lambda: not assembly.ports.current.lock.is_unproven)
         assert assembly.window.isVisible()
 
 
 @pytest.mark.promise("l")
-def test_escape_cancels_leaving_and_a_second_closing_leaves_the_module_as_it_is(
+def test_escape_cancels_leaving_and_closing_again_is_no_answer(
     qtbot: QtBot, qapp: QApplication, tmp_path: Path
 ) -> None:
     with simulated("escape", active=True) as bench, window(qapp, tmp_path) as assembly:
@@ -83,9 +82,9 @@ def test_escape_cancels_leaving_and_a_second_closing_leaves_the_module_as_it_is(
         assert assembly.window.notice_bar.notice is None
         assert assembly.ports.current.is_open
         assert not assembly.window.close()
-        assert not assembly.window.close()  # the second half of a double click, or a key that is held
-        assembly.window.attention._tried_at -= AGAIN_S
-        assert assembly.window.close()
+        assert not assembly.window.close()  # also the second half of a double click, or a key that is held
+        press(qtbot, choose(assembly, "leave_active"))
+        assert not assembly.window.isVisible()
         assert bench.module.state.is_active
 
 

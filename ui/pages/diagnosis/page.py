@@ -145,7 +145,7 @@ class BundlePreview(QWidget):
     def choose_and_save(self) -> None:
         """Saves the bundle that is shown."""
         files = self.files
-        if files is None or self._result.is_writing:
+        if files is None or self._result.is_busy:
             return
 
         def save(path: Path) -> None:
@@ -201,7 +201,7 @@ class DiagnosisPage(Page):
         head = in_column(self.make_header(tr("Diagnosis")), margins=(Space.M, 0))
         # The notice is below all controls, so that it moves none of them.
         in_column(head, (tabs, 1), self.strip, of=self, spacing=Space.XS, margins=0)
-        self.result.changed.connect(lambda: self.strip.show_notice(self.result.result_notice()))
+        self.result.changed.connect(lambda: self.strip.show_notices(self.result.notices))
         self.why.connect_wanted.connect(self.connect_wanted)
         self.why.choose_wanted.connect(self.ports_wanted)
         services.ports.chosen.connect(self._begin_again)

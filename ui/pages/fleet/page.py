@@ -115,20 +115,20 @@ class FleetPage(Page):
         self.open_profile.setEnabled(is_free and bool(self.members.ticked))
         self.lock_all.setEnabled(bool(cards))
         self.first.setVisible(bool(self.members.unconnected))
-        self.notice_bar.show_notice(self._notice())
+        self.notice_bar.show_notices(self._notices())
 
-    def _notice(self) -> Notice | None:
+    def _notices(self) -> list[Notice]:
         """What is going on, else what it came to, else the profile that is open."""
         if self.is_checking:
             done, total = len(self.verdicts), len(self._checked)
             text = tr("{what} ({done} of {total})", what=capitalised(tr("checking…")), done=done, total=total)
-            return progress_notice(text, self.cancel_checks)
+            return [progress_notice(text, self.cancel_checks)]
         results = self.profile.named_results()
         if self.profile.is_running:
-            return progress_notice(result_line(results), self.profile.cancel)
-        notice, profile = self.result.result_notice(), self.profile.profile
-        if notice is not None or profile is None:
-            return notice
+            return [progress_notice(result_line(results), self.profile.cancel)]
+        notices, profile = self.result.notices, self.profile.profile
+        if notices or profile is None:
+            return notices
         states = [result.state for _, result in results]
         meaning = Meaning.INFORMATION if all(state.is_fine for state in states) else Meaning.ATTENTION
         if Applied.FAILED in states:
@@ -138,7 +138,7 @@ class FleetPage(Page):
         label = tr("Write ({count})", count=count)
         write = Choice("write", label, self._write_profile, is_main=True, is_step=True, is_enabled=count > 0)
         close = Choice("close_profile", tr("Close"), self._close_profile)
-        return Notice(meaning, f"{labelled(tr('Profile'), profile.name)} · {text}", (close, write))
+        return [Notice(meaning, f"{labelled(tr('Profile'), profile.name)} · {text}", (close, write))]
 
     # What a person does
 

@@ -207,9 +207,9 @@ class LivePage(Page):
     # Saving
 
     def _refresh_saving(self) -> None:
-        self.strip.show_notice(self.job.result_notice())
+        self.strip.show_notices(self.job.notices)
         for button in (self.csv, self.png):
-            button.setDisabled(self.job.is_writing)
+            button.setDisabled(self.job.is_busy)
 
     def _save_values(self) -> None:
         """All samples in sight."""

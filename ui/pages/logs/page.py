@@ -254,9 +254,9 @@ class LogsPage(Page):
             if loading.total is not None:
                 text = tr("{what} ({done} of {total})", what=text, done=loading.read, total=loading.total)
             cancel = Choice("cancel_logs", tr("Cancel"), self.work.cancel)
-            self.strip.show_notice(Notice(Meaning.INFORMATION, text, (cancel,)))
+            self.proposal.show_notices([Notice(Meaning.INFORMATION, text, (cancel,))])
         else:
-            self.strip.show_notice(self.result.result_notice())
+            self.proposal.show_notices(self.result.notices)
 
     def _ended_notice(self, ended: Reading) -> Notice | None:
         """None where everything was read."""
@@ -376,5 +376,5 @@ class LogsPage(Page):
             (self._stack.currentWidget() is self.view, self.view.close_log),
             (self.work.task.is_running, self.work.cancel),
             (self.result.is_busy, self.result.cancel_files),
-            (self.result.result_notice(), self.result.dismiss),
+            (self.result.said, self.result.dismiss),
         )

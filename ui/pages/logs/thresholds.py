@@ -22,7 +22,7 @@ from ui.services.context import DraftExchange
 from ui.style.icons import Icon
 from ui.style.theme import IconSize, Meaning, Space, Theme, current, scaled
 from ui.widgets.controls import IconLabel, in_column, in_row, named, text_label
-from ui.widgets.notice_bar import NoticeBar
+from ui.widgets.notice_bar import Notice, NoticeBar
 from ui.widgets.number_line import Dial, NumberKind, label_for
 
 
@@ -238,7 +238,7 @@ class ProposalBar(QFrame):
         self.take = button("logs_take", tr("Try proposal"), Icon.CHECK, self._try)
         self.use = button("logs_use", tr("Use in Settings"), Icon.SETTINGS, self._use)
         self.use.setToolTip(tr("Nothing is sent."))
-        summary = QWidget()
+        self._summary = summary = QWidget()
         texts = in_column(self.head, self.lines, 1, spacing=0)
         in_row((self.picture, Qt.AlignmentFlag.AlignTop), (texts, 1), of=summary, margins=(Space.S, 0))
         area, content = QScrollArea(), QWidget()
@@ -251,8 +251,12 @@ class ProposalBar(QFrame):
         for ground in (content, area.viewport()):
             ground.setAutoFillBackground(False)
         area.setFixedHeight(_LINES * self.fontMetrics().lineSpacing() + Space.S)
-        self.strip.changed.connect(lambda: summary.setVisible(self.strip.notice is None))
         in_row((area, 1), in_column(self.take, self.use), of=self, margins=(Space.S, Space.XS))
+
+    def show_notices(self, notices: Sequence[Notice]) -> None:
+        """Of the page."""
+        self.strip.show_notices(notices)
+        self._summary.setVisible(not notices)
 
     def refresh(self) -> None:
         work, proposal, unread = self._work, self._work.proposal, self._work.unread()

@@ -387,8 +387,7 @@ class PreflightPage(Page):
         self.ask_open(self, Path.home(), tr("Verify a file…"), "*.json *.pdf", self.open_file)
 
     def open_file(self, path: Path) -> None:
-        """Verify a record or a report in the background: it may be large, and on a slow disk. It replaces one being
-        read."""
+        """Verify a record or a report in the background: it may be large, and on a slow disk."""
         storage, file = self._services.storage, clean(path.name, longest=60)
 
         def verify(_running: Running) -> Verification:
@@ -400,7 +399,8 @@ class PreflightPage(Page):
             meaning = Meaning.GOOD if done.is_green else Meaning.INFORMATION  # an intact NO-GO is not shown in green
             if done.state is not RecordState.INTACT:
                 meaning = Meaning.DANGER
-            self.result.notify(meaning, f"{file} — {join_sentences(one.translated() for one in done.sentences())}")
+            said = join_sentences(one.translated() for one in done.sentences())
+            self.result.notify(meaning, f"{file} — {said}", str(path))
 
         def refuse(error: Exception) -> str:
             if isinstance(error, UserError):
@@ -408,7 +408,7 @@ class PreflightPage(Page):
             return tr(CANNOT_READ, file=file, why=error_text(error))
 
         self.show_view("checks")
-        self.result.begin(tr("Reading: {what}", what=path.name), verify, tell, refuse, writes=False)
+        self.result.begin(tr("Reading: {what}", what=path.name), verify, tell, refuse, writes=False, cause=str(path))
 
     # What happens
 
@@ -497,7 +497,7 @@ class PreflightPage(Page):
         self.form.changed.connect(self._on_form)
         self.form.edit_wanted.connect(self.edit_profile)
         self.past.export_wanted.connect(self._export_stored)
-        self.result.changed.connect(lambda: self.strip.show_notice(self.result.result_notice()))
+        self.result.changed.connect(lambda: self.strip.show_notices(self.result.notices))
         Shortcut(self.run, "Ctrl+Return", self.press_main, holder=self._checks)
         Shortcut(self.guided.primary, "Ctrl+Return")
 

@@ -168,7 +168,7 @@ class SettingsPage(Page):
         # To be read out over the radio; a dash while any covered setting is unknown.
         self.code.setText(labelled(tr("Settings code"), fingerprint(self.module.view.settings(now)) or "—"))
         self.code.setToolTip(tr("Same settings, same code"))
-        self.strip.show_notice(work.notice())
+        self.strip.show_notices(work.notices)
         if self.panel is not None:
             self.panel.refresh()
 
@@ -250,8 +250,7 @@ class SettingsPage(Page):
 
     def ways_back(self) -> WaysBack:
         job = self.work.job
-        is_said = not job.is_running and job.result_notice()
-        return ((self.panel is not None, self.close_panels), (is_said, job.dismiss))
+        return ((self.panel is not None, self.close_panels), (job.said, job.dismiss))
 
     def end_notices(self, *, is_page_left: bool = False) -> None:
         super().end_notices(is_page_left=is_page_left)
@@ -400,7 +399,6 @@ class CalibrationPanel(_Panel):
     def stop(self) -> None:
         if self.measuring is not None:
             self.measuring = None
-            self.job.cancel()
             self.job.drop()
 
     def _measure(self, side: Side) -> None:

@@ -178,31 +178,31 @@ class TriggersPage(Page):
         if has_rows and not self.table.selectionModel().hasSelection():
             select_row(self.table, 0)
         title, why = _why_empty(work, is_open=self._ports.current.is_open)
-        notice = work.notice() or self._idle_notice()
+        notices = work.job.notices or self._idle_notices()
         empty.title.setText(title)
-        empty.text.setText("" if notice is not None and notice.text.startswith(why) else why)
+        empty.text.setText("" if notices and notices[0].text.startswith(why) else why)
         # Without a number while the list is empty: its place says why.
         self.count.setText(labelled(tr("Trigger records"), len(work.rows)) if has_rows else tr("Trigger records"))
         self.read.setEnabled(work.can_read)
         for widget in (self.export, self.list.search):
             widget.setEnabled(has_rows)
-        self.strip.show_notice(notice)
+        self.strip.show_notices(notices)
         self._show_detail()
 
     def _read_unasked(self) -> None:
         self.work.read_unasked()
 
-    def _idle_notice(self) -> Notice | None:
+    def _idle_notices(self) -> list[Notice]:
         """Why the records are not stored."""
         if not self.work.rows or self.work.rows[0].is_stored:
-            return None
+            return []
         if not self.module.name:
             text = tr("Name the module to keep these records.")
-            return Notice(Meaning.INFORMATION, text, (Choice("name_it", tr("Name it"), self.name_field.setFocus),))
+            return [Notice(Meaning.INFORMATION, text, (Choice("name_it", tr("Name it"), self.name_field.setFocus),))]
         store = self._services.storage.store
         if isinstance(store, StoreTrouble):
-            return Notice(Meaning.ATTENTION, join_sentences((store.sentence, tr("Not kept."))))
-        return None
+            return [Notice(Meaning.ATTENTION, join_sentences((store.sentence, tr("Not kept."))))]
+        return []
 
     def _show_detail(self) -> None:
         chosen = self.table.chosen()
@@ -233,7 +233,7 @@ class TriggersPage(Page):
         work = self.work
         return (
             (work.is_busy, work.job.cancel),
-            (work.notice(), work.job.dismiss),
+            (work.job.said, work.job.dismiss),
         )
 
 

@@ -23,7 +23,7 @@ from tests.support.records.recordings_made import CLOSED, LOST, OPEN, WAIT_S, ba
 from tests.support.window.fakes_ui import connect, page_entries, simulated, window
 from tests.support.window.live_bench import Bench, live_bench
 from tests.support.window.rig import Rig, on_fake_time
-from tests.support.window.steps import await_child, given, notice_text
+from tests.support.window.steps import await_child, given, notice_text, press
 from ui.main import PAGES
 from ui.pages.live.data import LiveData
 from ui.pages.live.page import LivePage
@@ -383,14 +383,35 @@ def test_a_recorded_session_streams_on_every_page_and_is_closed_with_the_window(
         assert [entry.was_cut_off for entry in library.entries()] == [False]
 
 
+def test_a_person_switches_the_recording_off_and_on_again(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
+    with simulated("switched"), window(qapp, tmp_path, entries=PAGES[:1]) as assembly:
+        switch, library = assembly.window.top_bar.record, assembly.storage.library
+        connect(qtbot, assembly, "sim://switched")
+        module = assembly.ports.module
+        qtbot.waitUntil(lambda: module.can_be_named)
+        module.say_name("M-07")
+        qtbot.waitUntil(lambda: "Recorded since" in switch.accessibleName())
+        assert (switch.text(), switch.isChecked()) == ("REC", True)
+        press(qtbot, switch)
+        assert (switch.text(), switch.isChecked()) == ("REC off", False)
+        assert switch.accessibleName() == "Record: Not recorded"
+        qtbot.waitUntil(lambda: [entry.is_running for entry in library.entries()] == [False])
+        size = library.entries()[0].size_bytes
+        qtbot.wait(1200)  # more than it takes to flush
+        assert [entry.size_bytes for entry in library.entries()] == [size]
+        press(qtbot, switch)
+        qtbot.waitUntil(lambda: sum(entry.is_running for entry in library.entries()) == 1)
+        qtbot.waitUntil(lambda: [entry.module for entry in library.entries()] == ["M-07", "M-07"])
+
+
 def test_an_unwritable_disk_is_shown_and_the_link_continues(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
     with simulated("unkept"), window(qapp, tmp_path, entries=PAGES[:1]) as assembly:
         folder = assembly.storage.library.folder
         folder.parent.mkdir(parents=True, exist_ok=True)
         folder.write_text("a file stands where the folder should be", encoding="utf-8")
         connect(qtbot, assembly, "sim://unkept")
-        bar, sign = assembly.window.notice_bar, assembly.window.recording_sign
+        bar, sign = assembly.window.notice_bar, assembly.window.top_bar.record
         qtbot.waitUntil(lambda: "Not recording" in notice_text(bar))
         assert bar.button("recordings") is not None
-        assert sign.label.text() == "Not recorded"
+        assert "Not recording" in sign.accessibleName()
         assert assembly.ports.current.is_open

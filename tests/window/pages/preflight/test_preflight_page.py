@@ -298,7 +298,7 @@ def test_a_dropped_record_is_intact_or_altered(tmp_path: Path, rig: OnBench) -> 
     target = tmp_path / "report.pdf"
     page.ask_path = choosing(target)
     rig.click(page.export)
-    rig.until(lambda: not page.result.is_writing)
+    rig.until(lambda: not page.result.is_busy)
     rig.assembly.window.go_to("triggers")
     drop(rig.assembly.window, target)
     rig.until(lambda: "INTACT" in said(rig))
@@ -366,7 +366,7 @@ def test_past_checks_and_what_they_measured(qtbot: QtBot, tmp_path: Path, rig: O
     page.ask_path = choosing(target)
     history.table.selectRow(1)
     rig.click(history.export)
-    rig.until(lambda: not page.result.is_writing)
+    rig.until(lambda: not page.result.is_busy)
     assert verify_file(target, NOBODY).state is RecordState.INTACT
     page.show_view("past")
     qtbot.keyClick(page, Qt.Key.Key_Escape)

@@ -242,20 +242,20 @@ def test_edits_stay_with_their_module_and_are_asked_for_before_its_port_is_close
     qapp: QApplication, tmp_path: Path
 ) -> None:
     with fake_window(qapp, tmp_path) as (ports, assembly):
-        attention, bar = assembly.window.attention, assembly.window.notice_bar
+        leaving, bar = assembly.window.leaving, assembly.window.notice_bar
         first, _worker = ports.plug_in("/dev/port0")
         second, worker = ports.plug_in("/dev/port1")
         qapp.processEvents()
         closed: list[object] = []
         second.module.settings.fill({TIME: 1.2})
         assert first.module.settings.count_unsent() == 0
-        attention.leave_port(lambda: closed.append(second), port=second)
+        leaving.leave_port(lambda: closed.append(second), port=second)
         assert notice_text(bar) == f"/dev/port1: {UNSENT}."
         given(bar.button("stay")).click()
         assert (closed, second.module.settings.count_unsent()) == ([], 1)
         worker.end(EndReason.SILENT)
         qapp.processEvents()
-        attention.leave_port(lambda: closed.append(second), port=second)
+        leaving.leave_port(lambda: closed.append(second), port=second)
         assert notice_text(bar) == f"/dev/port1: {UNSENT}.", "its notice would go with the port"
         given(bar.notice).choices[1].act()
         assert (closed, second.interruptions.count_drafts()) == ([second], 0)

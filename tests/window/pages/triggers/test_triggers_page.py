@@ -255,7 +255,7 @@ def test_what_is_searched_is_shown_sorted_and_saved(tmp_path: Path, rig: OnBench
         target = tmp_path / f"{count}.csv"
         page.ask_path = choosing(target)
         rig.click(page.export)
-        rig.until(lambda: not page.work.job.is_writing)
+        rig.until(lambda: not page.work.job.is_busy)
         rows = list(csv.DictReader(io.StringIO(target.read_text("utf-8-sig"))))
         assert len(rows) == page.table.filter.rowCount() == count
         assert {row["module"] for row in rows} == {"'=M-07"}
