@@ -230,7 +230,7 @@ class RitualWidget(QFrame):
             named(QLabel(tr("Step {number}: {name}", number=number, name=tr(title))), f"ritual_step_{name}")
             for number, (name, title) in enumerate(_STEPS, 1)
         ]
-        self.countdown = control(QProgressBar(), "ritual_countdown", says=tr("Disarms in"))
+        self.countdown = named(QProgressBar(), "ritual_countdown", says=tr("Disarms in"))
         self.countdown.setTextVisible(False)
         self.countdown.setRange(0, round(ARMED_FOR_S * 1000))
         tip = tr("Arm, then hold for two seconds. Letting go, Esc or leaving the page sends nothing.")

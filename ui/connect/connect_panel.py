@@ -127,9 +127,9 @@ class ConnectPanel(QScrollArea):
         self._connected: tuple[str, int] | None = None
         self._focus = FocusBack(self)
         self.list = PortList()
-        self.other = control(QLineEdit(), "port_address", says=tr("Other port"))
+        self.other = named(QLineEdit(), "port_address", says=tr("Other port"))
         self.other.setPlaceholderText(tr("device or socket://host:port"))
-        self.rate = control(QComboBox(), "rate_box", says=tr("Baud rate"))
+        self.rate = named(QComboBox(), "rate_box", says=tr("Baud rate"))
         self.rate.addItem(tr("115200 (usual)"), DEFAULT_BAUD_RATE)
         for rate in BAUD_RATES:
             if rate != DEFAULT_BAUD_RATE:

@@ -21,7 +21,7 @@ from PySide6.QtWidgets import QAbstractItemView, QHeaderView, QLineEdit, QStacke
 from app.text.i18n import tr
 from ui.style.icons import Icon
 from ui.style.theme import IconSize, Meaning, Size, Space, current, font, scaled
-from ui.widgets.controls import EmptyState, control, stacked
+from ui.widgets.controls import EmptyState, Shortcut, name_key, named, stacked
 
 Index = QModelIndex | QPersistentModelIndex
 Row = TypeVar("Row")
@@ -194,7 +194,7 @@ class RowsTable(QTableView, Generic[Row]):
         is_single: bool = False,
     ) -> None:
         super().__init__()
-        control(self, name, says=says)
+        named(self, name, says=says)
         self._widths: list[int] = []
 
         def as_shown(row: Row) -> str:
@@ -264,7 +264,9 @@ class SearchedRows(QStackedWidget):
     def __init__(self, page: str, table: RowsTable[Row], picture: Icon, *words: str) -> None:
         super().__init__()
         self._table: RowsTable[Any] = table
-        self.search = control(QLineEdit(), f"{page}_search", says=tr("Search"), keys="Ctrl+F")
+        self.search = named(QLineEdit(), f"{page}_search", says=tr("Search"))
+        Shortcut(self.search, "Ctrl+F")
+        name_key(self.search, "Ctrl+F")
         self.search.setFixedWidth(_SEARCH_PX)
         self.search.setClearButtonEnabled(True)
         self.search.setPlaceholderText(tr("Search"))

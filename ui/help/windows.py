@@ -39,7 +39,7 @@ class GuideViewer(QDialog):
         self.setObjectName("guide_viewer")
         self.setWindowTitle(tr("User guide"))
         self.setAccessibleName(tr("User guide"))
-        self.text = control(QTextBrowser(), "guide_viewer_text", says=tr("User guide"))
+        self.text = named(QTextBrowser(), "guide_viewer_text", says=tr("User guide"))
         self.text.setOpenLinks(False)
         self.text.setVerticalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAlwaysOn)
         self.text.setWordWrapMode(QTextOption.WrapMode.WrapAtWordBoundaryOrAnywhere)

@@ -14,7 +14,7 @@ from app.text.messages import UserError
 from protocol.translatable import marked
 from ui.session.ports import Ports
 from ui.style.theme import Meaning, Space, is_text_large
-from ui.widgets.controls import control, in_column, in_row, named, scroll_area, text_label
+from ui.widgets.controls import in_column, in_row, named, scroll_area, text_label
 from ui.widgets.notice_bar import Choice, Notice
 from ui.widgets.number_line import Dial, NumberKind, WheelGuard, label_for
 from ui.widgets.visibility_timer import VisibilityTimer
@@ -50,7 +50,7 @@ class SimulatorPanel(QWidget):
         self.cell = Dial("simulator_cell", NumberKind.of(3.0, 4.3, 0.02, "V", 2))
         self.cell.describe(tr("Cell voltage"), "")
         self.cell.turned.connect(lambda cell_v: self._act(lambda bench: bench.set_world(cell_v=cell_v)))
-        self.fall_height = control(QSpinBox(), "simulator_height", says=tr("Fall"))
+        self.fall_height = named(QSpinBox(), "simulator_height", says=tr("Fall"))
         self.fall_height.setRange(1, 100)
         self.fall_height.setValue(20)
         self.fall_height.setSuffix(" m")

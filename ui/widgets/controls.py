@@ -27,7 +27,7 @@ from ui.style.theme import IconSize, Meaning, Space, current, is_text_large, sca
 from ui.widgets.step_button import StepButton
 
 Named = TypeVar("Named", bound=QObject)
-Control = TypeVar("Control", bound=QWidget)
+Button = TypeVar("Button", bound=QAbstractButton)
 Box = TypeVar("Box", bound=QBoxLayout)
 Stack = TypeVar("Stack", QStackedLayout, QStackedWidget)
 # A number is a stretch; a pair is a widget or layout with its stretch, or a widget with its alignment.
@@ -38,11 +38,17 @@ SELECTABLE: Final = Qt.TextInteractionFlag.TextSelectableByMouse | Qt.TextIntera
 _REDRAWN_AT: Final = (QEvent.Type.PaletteChange, QEvent.Type.StyleChange, QEvent.Type.DevicePixelRatioChange)
 
 
-def named(widget: Named, name: str, role: str = "") -> Named:
-    """Sets the object name of `widget`, and its role in the style sheet; returns it."""
+def named(widget: Named, name: str, role: str = "", *, says: str = "", tip: str = "") -> Named:
+    """Sets the object name of `widget` and its role in the style sheet; returns it. `says`: what screen readers call a
+    field, a list or a table, and `tip` its tooltip, in the language in use."""
     widget.setObjectName(name)
     if role:
         widget.setProperty("role", role)
+    if isinstance(widget, QWidget):
+        if says:
+            widget.setAccessibleName(says)
+        if tip:
+            widget.setToolTip(tip)
     return widget
 
 
@@ -66,7 +72,7 @@ def set_look(look: str, *widgets: QWidget) -> None:
 
 
 def control(
-    widget: Control,
+    button: Button,
     name: str,
     *,
     text: str = "",
@@ -76,43 +82,45 @@ def control(
     keys: str = "",
     picture: Icon | None = None,
     role: str = "",
-    is_checkable: bool = False,
     slot: object = None,
-) -> Control:
-    """Sets up `widget` and returns it. All texts are in the language in use.
+) -> Button:
+    """Sets up a button and returns it. All texts are in the language in use.
 
     `text` is for a tool button, whose constructor takes none. `says` is the accessible name; a button with a text has
     that text as its name, which is what users of voice control say, and `says` describes it. `tip` is needed only where
-    it adds something. `keys`, such as "F5; Ctrl+R" press it, see `Shortcut`; the tooltip names the first, or a `key`
-    that something else handles. `slot` is called when a button is clicked, or when the press of a `StepButton` counted.
+    it adds something. `keys`, such as "F5; Ctrl+R" press it; the tooltip names the first, or a `key` that something
+    else handles. `slot` is called at a click, or when the press of a `StepButton` counted.
     """
-    named(widget, name, role)
-    if keys:
-        key = keys.partition(";")[0]
-        Shortcut(widget, keys)
-    if isinstance(widget, QAbstractButton):
-        widget.setText(text := text or widget.text())
-        widget.setCheckable(is_checkable or widget.isCheckable())
-        if picture is not None:
-            widget.setProperty("picture", picture)
-            widget.setIcon(icon(picture, is_on_primary=role == "primary"))
-            set_icon_size(widget, IconSize.TEXT)
-            if text and isinstance(widget, QToolButton):
-                widget.setToolButtonStyle(Qt.ToolButtonStyle.ToolButtonTextBesideIcon)
-        if slot is not None:
-            (widget.chosen if isinstance(widget, StepButton) else widget.clicked).connect(slot)
-        if not tip and (key or not text):
-            tip = text or says
+    text = text or button.text()
+    named(button, name, role)
+    button.setText(text)
     if text:
-        widget.setAccessibleDescription(says)
-    elif says:
-        widget.setAccessibleName(says)
+        button.setAccessibleDescription(says)
+    else:
+        button.setAccessibleName(says)
+        tip = tip or says
+    if picture is not None:
+        button.setProperty("picture", picture)
+        button.setIcon(icon(picture, is_on_primary=role == "primary"))
+        set_icon_size(button, IconSize.TEXT)
+        if text and isinstance(button, QToolButton):
+            button.setToolButtonStyle(Qt.ToolButtonStyle.ToolButtonTextBesideIcon)
+    if slot is not None:
+        (button.chosen if isinstance(button, StepButton) else button.clicked).connect(slot)
+    button.setToolTip(tip)
+    if keys:
+        Shortcut(button, keys)
+        key = keys.partition(";")[0]
     if key:
-        widget.setProperty("key", key)
-        tip += in_brackets(key)
-    if tip:
-        widget.setToolTip(tip)
-    return widget
+        name_key(button, key)
+    return button
+
+
+def name_key(widget: QWidget, key: str) -> None:
+    """Says in its tooltip which key presses it."""
+    text = widget.text() if isinstance(widget, QAbstractButton) else ""
+    widget.setProperty("key", key)
+    widget.setToolTip((widget.toolTip() or text or widget.accessibleName()) + in_brackets(key))
 
 
 class ChoiceButton(QToolButton):
@@ -249,7 +257,7 @@ class ScrollArea(QScrollArea):
 
 def scroll_area(content: QWidget, name: str, says: str, *, is_vertical: bool = False) -> ScrollArea:
     """Scrolls `content`, never sideways where it `is_vertical`; `says` is its accessible name."""
-    area = control(ScrollArea(), name, says=says)
+    area = named(ScrollArea(), name, says=says)
     area.setWidget(content)
     if is_vertical:
         area.setHorizontalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAlwaysOff)

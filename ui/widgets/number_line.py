@@ -15,7 +15,7 @@ from PySide6.QtWidgets import QLabel, QLineEdit, QSlider, QWidget
 from app.text.i18n import tr
 from protocol.fields import Quantity
 from ui.style.theme import Space, scaled
-from ui.widgets.controls import control, in_row, named, set_role
+from ui.widgets.controls import in_row, named, set_role
 
 # What an input method writes, as ASCII.
 _HALF_WIDTH: Final = {0xFF01 + code: 0x21 + code for code in range(94)} | {ord("。"): "."}
@@ -181,7 +181,7 @@ class Dial(QWidget):
 
     def describe(self, title: str, explanation: str) -> None:
         for widget in (self.slider, self.box):
-            control(widget, widget.objectName(), says=title, tip=explanation)
+            named(widget, widget.objectName(), says=title, tip=explanation)
 
     @property
     def is_wrong(self) -> bool:

@@ -102,7 +102,7 @@ class BundlePreview(QWidget):
                 "numbers and addresses stay: read everything before you pass it on. Nothing is sent."
             )
         )
-        self.text = control(QPlainTextEdit(), "bundle_text", says=tr("Contents"))
+        self.text = named(QPlainTextEdit(), "bundle_text", says=tr("Contents"))
         self.text.setReadOnly(True)
         self.text.setLineWrapMode(QPlainTextEdit.LineWrapMode.NoWrap)
         self.text.setTabChangesFocus(True)

@@ -19,7 +19,7 @@ from protocol.translatable import marked
 from ui.forms.tables import Index, list_rows
 from ui.style.icons import Icon, icon
 from ui.style.theme import Meaning, RowHeight, Size, Space, current, fixed_font, font, is_text_large
-from ui.widgets.controls import control, in_column, in_row, named, text_label
+from ui.widgets.controls import Shortcut, control, in_column, in_row, name_key, named, text_label
 from ui.widgets.number_line import WheelGuard
 from ui.widgets.visibility_timer import VisibilityTimer
 
@@ -210,12 +210,14 @@ class TrafficView(QWidget):
         self.detail.setMinimumHeight(2 * self.detail.fontMetrics().lineSpacing())
         self.detail.setAlignment(Qt.AlignmentFlag.AlignTop | Qt.AlignmentFlag.AlignLeft)
         self.count = named(QLabel(), "traffic_count", "muted")
-        self.filter = control(QComboBox(), "traffic_filter", says=tr("Filter"), tip=tr("Filter"))
+        self.filter = named(QComboBox(), "traffic_filter", says=tr("Filter"), tip=tr("Filter"))
         for kind in Filter:
             self.filter.addItem(tr(kind.value), kind)
         WheelGuard(self.filter)
         hint = tr("Bytes (41 75) or words")
-        self.search = control(QLineEdit(), "traffic_search", says=tr("Search"), tip=hint, keys="Ctrl+F")
+        self.search = named(QLineEdit(), "traffic_search", says=tr("Search"), tip=hint)
+        Shortcut(self.search, "Ctrl+F")
+        name_key(self.search, "Ctrl+F")
         self.search.setPlaceholderText(hint)
         self.search.setClearButtonEnabled(True)
         for button in self.search.findChildren(QToolButton):  # made by Qt, without a name
@@ -231,7 +233,7 @@ class TrafficView(QWidget):
         self._show_detail()
 
     def _make_table(self) -> QTableView:
-        table = control(QTableView(), "traffic_table", says=tr("Traffic"))
+        table = named(QTableView(), "traffic_table", says=tr("Traffic"))
         table.setModel(self.shown)
         table.setFont(font(Size.SMALL))
         list_rows(table, row_px=RowHeight.DENSE)

@@ -217,7 +217,7 @@ class SharingCard(QFrame):
         named(self, "sharing_card", "card")
         self._ports = services.ports
         self.switch = control(QCheckBox(tr("Share this port, read-only")), "sharing_switch", slot=self._press)
-        self.address = control(QLineEdit("127.0.0.1:7001"), "sharing_address", says=tr("Address for readers"))
+        self.address = named(QLineEdit("127.0.0.1:7001"), "sharing_address", says=tr("Address for readers"))
         self.state = text_label("sharing_state", "muted", is_selectable=True)
         self.last = figure("sharing_last", self.switch.text())
         head = in_row(self.switch, (self.address, 1), spacing=Space.M)

@@ -116,7 +116,7 @@ class ArchivePanel(QWidget):
         self._loading: BackgroundTask[list[ModuleToday]] = BackgroundTask("dps-s archive list", self)
         self._loading_history: BackgroundTask[list[HistoryEvent]] = BackgroundTask("dps-s archive history", self)
         self._keeping: BackgroundTask[object] = BackgroundTask("dps-s archive service", self)
-        self.server = control(QLineEdit(), "archive_server", says=tr("Server"), tip=tr("Without the password"))
+        self.server = named(QLineEdit(), "archive_server", says=tr("Server"), tip=tr("Without the password"))
         self.server.setPlaceholderText("postgresql://USER@HOST/DATABASE?sslrootcert=system")
         self.sync = control(QPushButton(tr("Sync now")), "archive_sync", picture=Icon.AGAIN, slot=self._sync)
         self.server.returnPressed.connect(self.sync.click)
@@ -338,7 +338,7 @@ class ServiceForm(QWidget):
             ("note", tr("Note"), self.note),
         )
         for name, label, field in rows:
-            form.addRow(self.is_due if name == "due" else label, control(field, f"service_{name}", says=label))
+            form.addRow(self.is_due if name == "due" else label, named(field, f"service_{name}", says=label))
             if isinstance(field, QDateEdit):
                 field.setCalendarPopup(True)
                 field.setDisplayFormat("yyyy-MM-dd")

@@ -22,7 +22,7 @@ from ui.session.check import VERDICT_STYLES
 from ui.session.port import Port
 from ui.style.icons import MEANING_ICONS, Icon, icon
 from ui.style.theme import Meaning, Space, current, font, is_text_large, scaled
-from ui.widgets.controls import control, in_column, set_role
+from ui.widgets.controls import control, in_column, named, set_role
 
 _TITLES: Final = (
     marked("Module"),
@@ -79,7 +79,7 @@ class Board(QTableWidget):
 
     def __init__(self, members: FleetMembers, profile: GroupProfile) -> None:
         super().__init__(0, len(_TITLES))
-        control(self, "fleet_board", says=tr("Modules"))
+        named(self, "fleet_board", says=tr("Modules"))
         self._members = members
         self._profile = profile
         # By port, in the order of the rows.

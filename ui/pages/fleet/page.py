@@ -82,7 +82,7 @@ class FleetPage(Page):
         self.archive = ArchivePanel(self._services)
         self.archive.settings_wanted.connect(lambda: self.page_wanted.emit("settings"))
         self.tabs = named(QTabWidget(), "fleet_views")
-        bar = control(QTabBar(), "fleet_tabs", says=tr("Fleet"))
+        bar = named(QTabBar(), "fleet_tabs", says=tr("Fleet"))
         self.tabs.setTabBar(bar)
         self.tabs.setDocumentMode(True)
         self.tabs.setFocusPolicy(Qt.FocusPolicy.NoFocus)  # also of the bar, to which it passes the focus

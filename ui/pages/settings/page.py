@@ -96,7 +96,7 @@ class SettingsPage(Page):
         self.save = control(QPushButton(tr("Save as…")), "profile_save", slot=self._choose_and_save)
         for button in (self.open, self.save):
             button.setAccessibleName(labelled(tr("Profile"), button.text()))
-        self.note = control(QLineEdit(), "settings_note", says=tr("Who writes, and why"))
+        self.note = named(QLineEdit(), "settings_note", says=tr("Who writes, and why"))
         self.note.setPlaceholderText(tr("Who writes, and why"))
         self.note.setMaxLength(_MAX_NOTE)
         # It went with a write. It is cleared when nothing is left to be written, not where a question is cancelled.

@@ -126,7 +126,7 @@ class HeldValue(QWidget):
 
 def _choice_box(command: Command, values: Mapping[str, Value]) -> QComboBox:
     """One of several values; without an edit none is chosen."""
-    box = control(QComboBox(), f"{command.name}_wanted", says=tr(command.title), tip=tr(command.explanation))
+    box = named(QComboBox(), f"{command.name}_wanted", says=tr(command.title), tip=tr(command.explanation))
     for text, value in values.items():
         box.addItem(text, value)
     box.setSizeAdjustPolicy(QComboBox.SizeAdjustPolicy.AdjustToMinimumContentsLengthWithIcon)
@@ -148,7 +148,7 @@ class SettingRow(QObject):
         self.held = HeldValue(command)
         if isinstance(field := command.write, Quantity):
             line = NumberLine(NumberKind.of_field(field), start=float(DEFAULTS.get(key) or 0), may_be_empty=True)
-            control(line, f"{name}_wanted", says=title, tip=tr(command.explanation))
+            named(line, f"{name}_wanted", says=title, tip=tr(command.explanation))
             line.setAccessibleDescription(tr("{low} to {high}", low=field.text(0), high=field.text(255)))
 
             def take_typed() -> None:

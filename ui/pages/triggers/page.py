@@ -263,18 +263,20 @@ class TriggersDetail(QFrame):
         self.seen = text_label("triggers_seen", "small", is_selectable=True)
         self.bytes = text_label("triggers_bytes", "muted", is_selectable=True)
         self.bytes.setFont(fixed_font(Size.SMALL))
-        self.raw = control(QToolButton(), "triggers_raw", text=tr("Raw bytes"), is_checkable=True)
+        self.raw = control(QToolButton(), "triggers_raw", text=tr("Raw bytes"))
+        self.raw.setCheckable(True)
         self.raw.toggled.connect(self.bytes.setVisible)
         self.buttons: dict[Judgement | None, QToolButton] = {}
         judging, columns = QGridLayout(), 3 if is_text_large() else len(Judgement) + 1
         for number, judgement in enumerate((None, *Judgement)):
             name = "none" if judgement is None else judgement.name.lower()
             text = tr("not reviewed") if judgement is None else tr(JUDGEMENT_WORDS[judgement])
-            button = control(QToolButton(), f"triggers_judge_{name}", text=text, role="choice", is_checkable=True)
+            button = control(QToolButton(), f"triggers_judge_{name}", text=text, role="choice")
+            button.setCheckable(True)
             self.buttons[judgement] = button
             button.clicked.connect(partial(self._judge, judgement))
             judging.addWidget(button, number // columns, number % columns)
-        self.note = control(QLineEdit(), "triggers_note", says=tr("Note"), tip=tr("Note"))
+        self.note = named(QLineEdit(), "triggers_note", says=tr("Note"), tip=tr("Note"))
         self.note.setMaxLength(MAX_NOTE_LENGTH)
         self.note.setPlaceholderText(tr("Note"))
         self.note.editingFinished.connect(self._commit_note)
