@@ -4,6 +4,7 @@ import sqlite3
 import stat
 import sys
 import threading
+import time
 from collections.abc import Iterator
 from concurrent.futures import CancelledError
 from contextlib import closing, contextmanager
@@ -145,13 +146,16 @@ def test_a_copy_a_day_is_kept_of_the_last_seven(folder: Path) -> None:
 
 
 def test_a_store_with_something_in_it_is_copied_when_it_is_opened(folder: Path) -> None:
-    for copies in ([], ["dps-s.20260102.sqlite"]):
-        with opened(folder) as store:
-            store.write(lambda _facts: None).result(PATIENCE_S)  # the copy is begun before that
-            assert store._copying is not None
-            store._copying.join(PATIENCE_S)
-            store.add(SaidNew(is_new=True), "M-07").result(PATIENCE_S)
-            assert [copy.name for copy in copies_of(folder / FILE_NAME)] == copies
+    with opened(folder):
+        pass
+    assert copies_of(folder / FILE_NAME) == [], "an empty copy would stand for the whole day"
+    with opened(folder, NOON, "M-07"):
+        pass
+    ends_at = time.monotonic() + PATIENCE_S
+    with opened(folder):
+        while not copies_of(folder / FILE_NAME) and time.monotonic() < ends_at:
+            time.sleep(0.01)
+    assert [copy.name for copy in copies_of(folder / FILE_NAME)] == ["dps-s.20260102.sqlite"]
 
 
 def damage(path: Path) -> None:
@@ -214,23 +218,18 @@ def test_a_file_of_a_newer_version_is_left_alone(folder: Path) -> None:
 
 @pytest.mark.promise("f")
 def test_a_file_of_a_development_build_is_set_aside_after_what_it_leaves_active(folder: Path) -> None:
+    acts = ("activate", "M-07", "confirmed"), ("activate", "M-08", "confirmed"), ("lock", "M-08", "confirmed")
     folder.mkdir()
     with closing(sqlite3.connect(folder / FILE_NAME)) as former:
         former.execute("PRAGMA application_id = 0x44505353")
         former.execute("PRAGMA user_version = 10")
         former.execute("CREATE TABLE facts (number INTEGER PRIMARY KEY, kind, made_at, payload, link, hash)")
+        add = "INSERT INTO facts (kind, made_at, payload, link, hash) VALUES (?, '2026-01-01', ?, ?, ?)"
         for number, (act, module, outcome) in enumerate(
-            (
-                ("activate", "M-07", "confirmed"),
-                ("activate", "M-08", "confirmed"),
-                ("lock", "M-08", "confirmed"),
-                ("activate", "M-09", None),
-                ("activate", "", "refused"),
-            )
+            (*acts, ("activate", "M-09", None), ("activate", "", "refused"))
         ):
             detail = f'{{"module": "{module}", "run": "r{number}"}}'
             payload = f'{{"act": "{act}", "port": "/dev/ttyUSB0", "detail": {detail}}}'
-            add = "INSERT INTO facts (kind, made_at, payload, link, hash) VALUES (?, '2026-01-01', ?, ?, ?)"
             former.execute(add, ("act", payload, act, f"h{number}"))
             if outcome is not None:
                 former.execute(add, ("outcome", f'{{"outcome": "{outcome}"}}', f"h{number}", ""))
