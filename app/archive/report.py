@@ -28,6 +28,7 @@ from app.store.rows import (
     ActIntended,
     Content,
     GuidedTestDone,
+    Judgement,
     MayHaveFired,
     ModuleNamed,
     ModuleProvisioned,
@@ -42,7 +43,7 @@ from app.store.rows import (
 )
 from app.system.clock import age_days, local_time
 from app.text.messages import UserError, UserMessage, clean, join_sentences, joined, message
-from app.trigger_records.history import JUDGEMENT_WORDS, Judgement, record_of, sentence
+from app.trigger_records.history import JUDGEMENT_WORDS, record_of, sentence
 from protocol.catalogue import BOOTS, READABLE_SETTINGS
 from protocol.fields import Value
 from protocol.translatable import marked
@@ -52,11 +53,11 @@ CHECK_DAYS = 30
 CLOCKS = timedelta(minutes=15)
 # A contradiction that is older is history: nobody can answer for it any more.
 DOUBT_DAYS = 180
-_OUTCOMES: Mapping[str, str] = {
-    Outcome.CONFIRMED.value: marked("{what}: confirmed."),
-    Outcome.REFUSED.value: marked("{what}: refused."),
-    Outcome.UNKNOWN.value: marked("{what}: may have been carried out."),
-    Outcome.NOT_SENT.value: marked("{what}: not sent."),
+_OUTCOMES: Mapping[Outcome, str] = {
+    Outcome.CONFIRMED: marked("{what}: confirmed."),
+    Outcome.REFUSED: marked("{what}: refused."),
+    Outcome.UNKNOWN: marked("{what}: may have been carried out."),
+    Outcome.NOT_SENT: marked("{what}: not sent."),
 }
 
 
@@ -210,9 +211,10 @@ def _events(facts: Facts, name: str, types: Iterable[type[Content]]) -> Iterator
                     text = _settings_seen(settings, content.settings, has_restarted=has_restarted)
                     settings = dict(content.settings)
             case ActIntended():
-                plain["outcome"] = outcomes.get(one.row.id, Outcome.UNKNOWN.value)
-                what = _act(content, plain["outcome"], settings)
-                text = _with_note(message(_OUTCOMES[plain["outcome"]], what=what), content.note)
+                outcome = outcomes.get(one.row.id, Outcome.UNKNOWN)
+                what = _act(content, outcome, settings)
+                text = _with_note(message(_OUTCOMES[outcome], what=what), content.note)
+                plain["outcome"] = outcome.value
             case PreflightCheck():
                 del plain["document"]
                 line = check_line(one, fired)
@@ -231,8 +233,8 @@ def _events(facts: Facts, name: str, types: Iterable[type[Content]]) -> Iterator
                 text = message(marked("Trigger record: {what}"), what=what)
             case TriggerRecordJudged(judgement=None):
                 text = message(marked("Judgement taken back."))
-            case TriggerRecordJudged():
-                word = message(JUDGEMENT_WORDS[Judgement(content.judgement)])
+            case TriggerRecordJudged(judgement=Judgement() as judgement):
+                word = message(JUDGEMENT_WORDS[judgement])
                 text = _with_note(message(marked("Judged: {judgement}."), judgement=word), content.note)
             case MayHaveFired():
                 text = message(marked("It reported TRIGGERED, or was told to fire before it had this name."))
@@ -263,7 +265,7 @@ def _settings_seen(before: Mapping[str, Value], now: Mapping[str, Value], *, has
     return message(marked("Settings: {settings}."), settings=every)
 
 
-def _act(intent: ActIntended, outcome: str, settings: dict[str, Value]) -> UserMessage:
+def _act(intent: ActIntended, outcome: Outcome, settings: dict[str, Value]) -> UserMessage:
     """What was done; of a write each value with the one before. `settings`: as they are known, kept up to date."""
     act = next((act for act in Act if act.value == intent.act), None)
     if act is None:
@@ -276,9 +278,9 @@ def _act(intent: ActIntended, outcome: str, settings: dict[str, Value]) -> UserM
     for key, value in sorted(intent.detail.items()):
         before = {key: settings.pop(key)} if key in settings else {}
         told += settings_changed(before, {key: value}) or [setting_message(key, value)]
-        if outcome == Outcome.CONFIRMED.value:
+        if outcome is Outcome.CONFIRMED:
             settings[key] = value  # type: ignore[assignment]
-        elif outcome != Outcome.UNKNOWN.value:
+        elif outcome is not Outcome.UNKNOWN:
             settings |= before
     return joined(told)
 

@@ -14,9 +14,10 @@ from msgspec import field
 from app.archive.archive import exchanged, status_of, sync
 from app.archive.places import is_server, server_url
 from app.archive.report import module_history, report
-from app.modules.service import ServiceKind, service_summary, serviced
+from app.modules.service import service_summary, serviced
 from app.records.filing import local_now
 from app.store.fact_store import Store
+from app.store.rows import ServiceKind
 from app.store.station import shown_key
 from app.system.clock import MINUTE, local_time
 from app.terminal import console

@@ -114,7 +114,7 @@ def run(args: argparse.Namespace) -> int:
                 console.notify(join_sentences((other_module(visit.why), nothing_done())))
                 is_whole = False
             else:
-                new = len(visit.records if visit.new is None else visit.new)
+                new = visit.new
                 said = tr(
                     "{module}: {new} new; records: {count}.", module=args.module, new=new, count=len(visit.records)
                 )

@@ -2,25 +2,15 @@
 
 from collections.abc import Iterable, Mapping
 from datetime import date, datetime
-from enum import Enum
 from typing import Final, NamedTuple
 
 from app.store.acts import Fired, all_fired
 from app.store.fact_store import Facts, Kept
-from app.store.rows import Serviced
+from app.store.rows import Serviced, ServiceKind
 from app.text.messages import UserError, UserMessage, clean, joined, message
 from protocol.translatable import marked
 
 SOON_DAYS: Final = 30
-
-
-class ServiceKind(Enum):
-    """The value is the word in facts and on the command line."""
-
-    REPACK = "repack"
-    EJECTOR = "ejector"
-    CELL = "cell"
-    FIRMWARE = "firmware"
 
 
 TITLES: Final[Mapping[ServiceKind, str]] = {
@@ -30,7 +20,7 @@ TITLES: Final[Mapping[ServiceKind, str]] = {
     ServiceKind.FIRMWARE: marked("Firmware"),
 }
 # With another one of these the module may count its starts from 0 again.
-COUNTS_ANEW: Final = (ServiceKind.FIRMWARE.value, ServiceKind.EJECTOR.value)
+COUNTS_ANEW: Final = (ServiceKind.FIRMWARE, ServiceKind.EJECTOR)
 
 
 def serviced(kind: ServiceKind, *, on: date, due: date | None = None, who: str = "", note: str = "") -> Serviced:
@@ -38,14 +28,14 @@ def serviced(kind: ServiceKind, *, on: date, due: date | None = None, who: str =
     sense."""
     if due is not None and due <= on:
         raise UserError(marked("It must be due on a later day."))
-    return Serviced(service=kind.value, on=on, due=due, who=clean(who.strip()), note=clean(note.strip()))
+    return Serviced(service=kind, on=on, due=due, who=clean(who.strip()), note=clean(note.strip()))
 
 
 def service_summary(service: Serviced) -> UserMessage:
     """ "Repack on 2026-11-24 by Li Wei, due again: 2027-05-24. Note"."""
     done = message(
         marked("{what} on {date} by {who}, due again: {due}."),
-        what=message(TITLES[ServiceKind(service.service)]),
+        what=message(TITLES[service.service]),
         date=service.on.isoformat(),
         who=clean(service.who) or message(marked("not named")),
         due=message(marked("never")) if service.due is None else UserMessage(service.due.isoformat()),
@@ -78,7 +68,7 @@ def all_due(fired_at: str | None, services: Iterable[Kept[Serviced]], today: dat
     repack = repack_due(fired_at, known)
     due = [] if repack is None else [repack]
     for kind in ServiceKind:
-        done = [one.content for one in known if one.content.service == kind.value and one.content.on <= today]
+        done = [one.content for one in known if one.content.service is kind and one.content.on <= today]
         again = max(reversed(done), key=lambda service: service.on).due if done else None
         if again is None or (days := (again - today).days) > SOON_DAYS:
             continue
@@ -97,7 +87,7 @@ def repack_due(fired_at: str | None, services: Iterable[Kept[Serviced]] = ()) ->
         return None
     fired_on = datetime.fromisoformat(fired_at).astimezone().date()
     for one in services:
-        is_repack = one.content.service == ServiceKind.REPACK.value
+        is_repack = one.content.service is ServiceKind.REPACK
         if is_repack and one.at > fired_at and one.content.on >= fired_on:
             return None
     text = marked("It fired, or was told to, on {date}; no repack was entered since.")

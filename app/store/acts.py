@@ -77,7 +77,7 @@ def begin(facts: Facts, act: Act, frame: bytes, detail: Mapping[str, object], wh
 
 def settle(facts: Facts, intent: str, act: Act, where: Where, outcome: Outcome, result: Mapping[str, object]) -> None:
     """What came of an intent; to be called once."""
-    facts.add(ActEnded(of=intent, outcome=outcome.value, result=_plain(result)), where.known_as.name or None)
+    facts.add(ActEnded(of=intent, outcome=outcome, result=_plain(result)), where.known_as.name or None)
     has_done_nothing = outcome is Outcome.NOT_SENT or (act is Act.ACTIVATE and outcome is Outcome.REFUSED)
     if act in (Act.LOCK, Act.SHUTDOWN) and outcome is Outcome.CONFIRMED:
         note_locked(facts, where.known_as.run)
@@ -168,7 +168,7 @@ def all_fired(facts: Facts, module: str) -> list[Fired]:
     if deploys:
         ends = {kept.content.of: kept.content.outcome for kept in facts.of_module(ActEnded, module)}
         # Without an outcome nobody knows what came of it, so that it counts.
-        left = [kept for kept in deploys if ends.get(kept.row.id) != Outcome.NOT_SENT.value]
+        left = [kept for kept in deploys if ends.get(kept.row.id) is not Outcome.NOT_SENT]
         fired += [Fired(kept.at, is_simulated(kept.content.port)) for kept in left]
     return sorted(fired)
 

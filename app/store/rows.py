@@ -7,11 +7,13 @@ A kind that this version does not know is kept and passed on, but nothing here r
 
 import hashlib
 from datetime import UTC, date, datetime, timedelta
+from enum import Enum
 from typing import Annotated, Literal, NamedTuple, TypeVar
 
 import msgspec
 from msgspec import Meta, Struct
 
+from app.safety.journal import Outcome
 from app.text.messages import clean
 
 # A record with all the frames that a check keeps has 150,000.
@@ -77,12 +79,20 @@ class TriggerRecordSeen(Content, frozen=True, kw_only=True):
     raw: Hex
 
 
+class Judgement(Enum):
+    BENCH_TEST = "bench test"
+    REAL = "real"
+    FALSE = "false"
+    # Looked at, and known; also the word with which a person passes a pre-flight check.
+    REVIEWED = "reviewed"
+
+
 class TriggerRecordJudged(Content, frozen=True, kw_only=True):
     """A person's judgement of a trigger record; null takes it back."""
 
     place: Count
     raw: Hex
-    judgement: Literal["bench test", "real", "false", "reviewed"] | None
+    judgement: Judgement | None
     note: Note = ""
 
 
@@ -161,14 +171,23 @@ class ActEnded(Content, frozen=True, kw_only=True):
     """What came of the intent `of`; an intent without an end reads as unknown."""
 
     of: Annotated[str, Meta(pattern=r"^[0-9a-f]{40}$")]
-    outcome: Literal["confirmed", "refused", "unknown", "not sent"]
+    outcome: Outcome
     result: Detail = {}
+
+
+class ServiceKind(Enum):
+    """The value is the word on the command line, too."""
+
+    REPACK = "repack"
+    EJECTOR = "ejector"
+    CELL = "cell"
+    FIRMWARE = "firmware"
 
 
 class Serviced(Content, frozen=True, kw_only=True):
     """What a person did to a module, and when it is due again."""
 
-    service: Literal["repack", "ejector", "cell", "firmware"]
+    service: ServiceKind
     on: date
     due: date | None
     who: Text

@@ -2,7 +2,6 @@
 
 from collections import Counter
 from collections.abc import Iterable, Mapping, Sequence
-from enum import Enum
 from pathlib import Path
 from typing import NamedTuple
 
@@ -14,7 +13,7 @@ from app.modules.names import remember, remembered
 from app.procedures.history import History, read_history
 from app.store.acts import claim_fired
 from app.store.fact_store import Facts
-from app.store.rows import ModuleVisited, SaidNew, TriggerRecordJudged, TriggerRecordSeen
+from app.store.rows import Judgement, ModuleVisited, SaidNew, TriggerRecordJudged, TriggerRecordSeen
 from app.system.files import write_whole
 from app.text.csv_cells import BYTE_ORDER_MARK, csv_text, utc_cell
 from app.text.i18n import tr
@@ -38,16 +37,6 @@ SOURCE_WORDS = {
     "pwm": "PWM",
     "freefall": marked("free fall"),
 }
-
-
-class Judgement(Enum):
-    """A person's judgement of a record; the value is stored."""
-
-    BENCH_TEST = "bench test"
-    REAL = "real"
-    FALSE = "false"
-    # Looked at, and known; also the word with which a person passes a pre-flight check.
-    REVIEWED = "reviewed"
 
 
 JUDGEMENT_WORDS = {
@@ -215,9 +204,8 @@ def cell_text(record: TriggerRecord) -> str:
 
 
 class SeenRecord(NamedTuple):
-    """A stored trigger record of a module. `place` counts from 0, the oldest."""
+    """A trigger record of a module. `place` counts from 0, the oldest, and stays the same."""
 
-    id: int
     place: int
     raw: bytes
     first_seen_at: str
@@ -226,10 +214,10 @@ class SeenRecord(NamedTuple):
 
 
 class Visit(NamedTuple):
-    """One reading of a module's records. `new`: ids of the records added by it; None for the first visit."""
+    """One reading of a module's records. `records`: all that are known since; `new`: how many of them it added."""
 
     records: tuple[SeenRecord, ...]
-    new: frozenset[int] | None
+    new: int
 
 
 class KeptTriggers:
@@ -242,7 +230,7 @@ class KeptTriggers:
         self, module: str, slots: Sequence[bytes], *, port: str, boot_count: int | None, is_confirmed: bool
     ) -> Visit:
         """Stores what a module holds now. Within `Store.write`."""
-        last, last_slots, known = self._last(module)
+        _last, last_slots, known = self._last(module)
         known_raws = [record.raw for record in known]
         merged = merge(known_raws, last_slots, slots, boot_count=boot_count, is_confirmed=is_confirmed)
         for place, raw in enumerate(merged.new, len(known)):
@@ -257,8 +245,7 @@ class KeptTriggers:
             known=len(known) + len(merged.new),
         )
         self._facts.add(visit, module)
-        records = self.records(module)
-        return Visit(records, None if last is None else frozenset(record.id for record in records[len(known) :]))
+        return Visit(self.records(module), len(merged.new))
 
     def is_kept_apart(self, module: str, port: str) -> bool:
         """Whether what was kept of this name is of a simulated module, and `port` leads to a real one, or reversely."""
@@ -273,9 +260,9 @@ class KeptTriggers:
         records = []
         for place in sorted(seen):
             word = judged.get(place)
-            judgement = None if word is None or word.judgement is None else Judgement(word.judgement)
+            judgement = None if word is None else word.judgement
             raw = bytes.fromhex(seen[place].content.raw)
-            records.append(SeenRecord(place, place, raw, seen[place].at, judgement, "" if word is None else word.note))
+            records.append(SeenRecord(place, raw, seen[place].at, judgement, "" if word is None else word.note))
         return tuple(records)
 
     def judge(self, module: str, place: int, judgement: Judgement | None, note: str) -> None:
@@ -285,7 +272,7 @@ class KeptTriggers:
                 judged = TriggerRecordJudged(
                     place=place,
                     raw=record.raw.hex(),
-                    judgement=None if judgement is None else judgement.value,
+                    judgement=judgement,
                     note=clean(note, longest=MAX_NOTE_LENGTH),
                 )
                 self._facts.add(judged, module)
@@ -374,7 +361,7 @@ def file_triggers(
 
 def write_archive(path: Path, module: str, records: Iterable[SeenRecord], *, seen_once: frozenset[int]) -> None:
     """All records as CSV, safe for spreadsheets: UTF-8 with a byte-order mark, written atomically; the sentence is in
-    the language in use. Raises `OSError`. `seen_once`: ids of the records that came in one reading only."""
+    the language in use. Raises `OSError`. `seen_once`: places of the records that came in one reading only."""
     rows = []
     for seen in records:
         record = record_of(seen.raw)
@@ -383,7 +370,7 @@ def write_archive(path: Path, module: str, records: Iterable[SeenRecord], *, see
             "module": clean(module),
             "place": seen.place + 1,
             "first_seen_at": utc_cell(seen.first_seen_at),
-            "confirmed": seen.id not in seen_once,
+            "confirmed": seen.place not in seen_once,
             "told": sentence(record).translated(),
             "judgement": None if seen.judgement is None else JUDGEMENT_WORDS[seen.judgement],
             "note": clean(seen.note, longest=MAX_NOTE_LENGTH),

@@ -8,11 +8,11 @@ from PySide6.QtCore import QObject, Signal
 
 from app.engine.procedure import Cancelled, Job
 from app.store.fact_store import Facts, StoreTrouble, utc_now
+from app.store.rows import Judgement
 from app.system.clock import DAY, local_time
 from app.text.i18n import tr
 from app.text.messages import join_sentences
 from app.trigger_records.history import (
-    Judgement,
     KeptTriggers,
     PossiblyOther,
     SeenRecord,
@@ -61,7 +61,7 @@ class TriggerReading(QObject):
         self._has_asked = False
         self._had_fired = False
         self._filing: BackgroundTask[Visit | PossiblyOther] = BackgroundTask("dps-s triggers", self)
-        # Judgements and notes that are not stored yet, by record.
+        # Judgements and notes that are not stored yet, by place.
         self._judging: dict[int, tuple[Judgement | None, str]] = {}
         module.named.connect(self._on_named)
         self.show_kept()
@@ -90,20 +90,20 @@ class TriggerReading(QObject):
         if self._module.is_read and not self._module.is_busy and not self._has_asked:
             self.read()
 
-    def judge(self, record_id: int, judgement: Judgement | None, note: str) -> None:
+    def judge(self, place: int, judgement: Judgement | None, note: str) -> None:
         """Store a person's judgement of a record; a failure offers to try again."""
         store, name = self._storage.ready, self._module.name
         if store is None:
             return
-        judged = self._judging[record_id] = judgement, note
+        judged = self._judging[place] = judgement, note
 
         def work(facts: Facts) -> None:
-            KeptTriggers(facts).judge(name, record_id, judgement, note)
+            KeptTriggers(facts).judge(name, place, judgement, note)
 
         def end(trouble: StoreTrouble | None = None) -> None:
-            if self._judging.get(record_id) is not judged:
+            if self._judging.get(place) is not judged:
                 return  # it was judged again meanwhile
-            del self._judging[record_id]
+            del self._judging[place]
             if trouble is not None:
                 choices = (Choice("judge_again", tr("Try again"), again),)
                 self.job.set_notice(Notice(Meaning.DANGER, not_kept(trouble, name), choices, self.job.dismiss))
@@ -111,7 +111,7 @@ class TriggerReading(QObject):
 
         def again() -> None:
             self.job.dismiss()
-            self.judge(record_id, judgement, note)
+            self.judge(place, judgement, note)
 
         keeper: BackgroundTask[None] = BackgroundTask("dps-s judgement", self, for_once=True)
         keeper.run_in(store, work, lambda _none: end(), end)
@@ -205,7 +205,7 @@ class TriggerReading(QObject):
         if kept:
             slots = Counter(record.raw for record in history.all) if history is not None else Counter()
             for stored in reversed(kept):  # of two equal records the later one is on the module
-                judgement, note = self._judging.get(stored.id, (stored.judgement, stored.note))
+                judgement, note = self._judging.get(stored.place, (stored.judgement, stored.note))
                 is_on_module = slots[stored.raw] > 0
                 if is_on_module:
                     slots[stored.raw] -= 1
@@ -236,5 +236,5 @@ class TriggerReading(QObject):
 
 
 def _unstored_row(place: int, raw: bytes, *, is_seen_once: bool) -> TriggerRow:
-    seen = SeenRecord(-1 - place, place, raw, utc_now().isoformat(timespec="seconds"), None, "")
+    seen = SeenRecord(place, raw, utc_now().isoformat(timespec="seconds"), None, "")
     return TriggerRow(seen, record_of(raw), is_on_module=True, is_stored=False, is_seen_once=is_seen_once)

@@ -18,10 +18,12 @@ from app.safety.left_active import KnownAs
 from app.store.fact_store import Store
 from app.store.rows import (
     Content,
+    Judgement,
     MayHaveFired,
     ModuleVisited,
     PreflightCheck,
     Serviced,
+    ServiceKind,
     SettingsSeen,
     TriggerRecordJudged,
     TriggerRecordSeen,
@@ -108,7 +110,7 @@ def test_two_modules_are_asked_about_where_the_boot_count_went_back(
     for count, days_ago in boots:
         add(here, visit(count), days_ago)
     assert asks(here) is is_asked
-    add(here, Serviced(service="firmware", on=NOW.date(), due=None, who="Li"))
+    add(here, Serviced(service=ServiceKind.FIRMWARE, on=NOW.date(), due=None, who="Li"))
     assert not asks(here)
 
 
@@ -129,8 +131,8 @@ def test_a_trigger_record_that_two_stations_read_is_one_and_judged_by_either(
     for store in (here, other):
         add(store, TriggerRecordSeen(place=0, raw=RAW))
     add(here, TriggerRecordSeen(place=1, raw=RAW.replace("6C", "6D")))
-    for judgement, unjudged in (("bench test", 1), (None, 2)):
-        add(other, TriggerRecordJudged(place=0, raw=RAW, judgement=judgement))  # type: ignore[arg-type]
+    for judgement, unjudged in ((Judgement.BENCH_TEST, 1), (None, 2)):
+        add(other, TriggerRecordJudged(place=0, raw=RAW, judgement=judgement))
         for store in (other, here):
             sync(store, str(tmp_path / "stick"))
         assert due(here) == [NO_CHECK, f"Unjudged trigger records: {unjudged}."]

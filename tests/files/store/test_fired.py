@@ -17,7 +17,7 @@ from app.safety.left_active import KnownAs
 from app.settings.profiles import NO_PROFILE
 from app.store.acts import claim_fired, note_triggered
 from app.store.fact_store import Store
-from app.store.rows import MayHaveFired, Serviced
+from app.store.rows import MayHaveFired, Serviced, ServiceKind
 from tests.support.records.preflight_rig import check
 from tests.support.records.stored import begin, checks_of, open_store, settle
 
@@ -58,7 +58,7 @@ def trigger(store: Store, name: str = "M-07") -> None:
 
 
 def repack(store: Store, *, is_later: bool) -> None:
-    done = Serviced(service="repack", on=datetime.now().astimezone().date(), due=None, who="Li Wei")
+    done = Serviced(service=ServiceKind.REPACK, on=datetime.now().astimezone().date(), due=None, who="Li Wei")
     at = datetime.now(UTC) + timedelta(minutes=5) if is_later else None
     store.write(lambda facts: facts.add(done, "M-07", at=at)).result()
 

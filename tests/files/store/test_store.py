@@ -14,7 +14,7 @@ from pathlib import Path
 import pytest
 
 from app.store.fact_store import FILE_NAME, LAYOUT, Facts, Store, StoreFault, StoreTrouble, copies_of, copy_if_due
-from app.store.rows import ActIntended, Content, SaidNew, Serviced, SettingsSeen, StationNamed
+from app.store.rows import ActIntended, Content, SaidNew, Serviced, ServiceKind, SettingsSeen, StationNamed
 from tests.support.patience import PATIENCE_S
 
 NOON = datetime(2026, 1, 2, 12, 0, tzinfo=UTC)
@@ -72,7 +72,7 @@ def test_facts_are_only_ever_added(statement: str, folder: Path) -> None:
     [
         SettingsSeen(port="p", boot_count=1, settings={"light_threshold_v": float("nan")}),
         SettingsSeen(port="p", boot_count=256, settings={}),
-        Serviced(service="repack", on=NOON.date(), due=None, who="x" * 401),
+        Serviced(service=ServiceKind.REPACK, on=NOON.date(), due=None, who="x" * 401),
     ],
 )
 def test_what_could_not_be_read_again_is_refused_where_it_is_made(content: Content, folder: Path) -> None:

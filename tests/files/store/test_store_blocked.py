@@ -13,7 +13,7 @@ from app.engine.target import Target
 from app.modules.names import modules
 from app.safety.journal import Act, Outcome
 from app.store.fact_store import Store, StoreTrouble, open_file
-from app.trigger_records.history import Judgement
+from app.store.rows import Judgement
 from tests.support.records.stored import audit, records_of
 from tests.support.window.fakes_ui import simulated, window
 from tests.support.window.fakes_ui import store_of as window_store

@@ -55,7 +55,7 @@ def audit(store: Store, *which: Act) -> tuple[AuditEntry, ...]:
         entries = []
         for row, intent in (*facts.of_kind(ActIntended), *facts.of_kind(DeployIntended)):
             end = ends.get(row.id)
-            outcome, result = (Outcome.UNKNOWN, {}) if end is None else (Outcome(end.outcome), end.result)
+            outcome, result = (Outcome.UNKNOWN, {}) if end is None else (end.outcome, end.result)
             entry = AuditEntry(
                 row.id, intent.port, row.made_at, Act(intent.act), bytes.fromhex(intent.frame), intent.detail, outcome,
                 result, row.module or "", intent.adapter, intent.origin,

@@ -13,9 +13,9 @@ import pytest
 from app.engine.conversation import ConversationView, How, Known
 from app.modules.labels import MAX_NAME_LENGTH, Label, label_body
 from app.modules.names import Remembered, modules, remember, remembered, what_differs, what_speaks_against
-from app.modules.service import ServiceKind, all_due, repack_due, service_summary, serviced
+from app.modules.service import all_due, repack_due, service_summary, serviced
 from app.store.fact_store import Facts, Kept, connect
-from app.store.rows import ModuleNamed, Row, Serviced
+from app.store.rows import ModuleNamed, Row, Serviced, ServiceKind
 from app.text.messages import UserError
 from protocol.fields import Value
 

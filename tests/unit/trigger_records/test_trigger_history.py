@@ -13,10 +13,9 @@ from hypothesis import strategies as st
 from app.engine.conversation import Interrupted
 from app.modules.names import remembered
 from app.store.fact_store import Facts
-from app.store.rows import TriggerRecordSeen
+from app.store.rows import Judgement, TriggerRecordSeen
 from app.trigger_records.history import (
     CSV_HEAD,
-    Judgement,
     KeptTriggers,
     PossiblyOther,
     Visit,
@@ -138,19 +137,18 @@ def test_the_tenth_trigger_removes_no_stored_record(facts: Facts) -> None:
     store, number = KeptTriggers(facts), "M-07"
     life = [raw(boot, 100 + boot) for boot in range(9)]
     first = store.store_visit(number, life, port="p", boot_count=9, is_confirmed=True)
-    assert first.new is None
-    assert len(first.records) == 9
+    assert first.new == len(first.records) == 9
     store.judge(number, first.records[0].place, Judgement.BENCH_TEST, "on the table\n\u202e=1+1")
     life.append(raw(10, 3))
     second = store.store_visit(number, life[-9:], port="p", boot_count=10, is_confirmed=True)
     assert [record.raw for record in second.records] == life
-    assert second.new == {second.records[-1].id}
+    assert second.new == 1
     assert second.records[0].judgement is Judgement.BENCH_TEST
     assert second.records[0].note == "on the table [U+202E]=1+1"
     store.judge(number, second.records[0].place, None, "")
     assert store.records(number)[0].judgement is None
     third = store.store_visit(number, life[-9:], port="p", boot_count=10, is_confirmed=True)
-    assert third.new == frozenset()
+    assert third.new == 0
 
 
 def test_an_interrupted_visit_is_not_counted_twice(facts: Facts) -> None:
@@ -159,7 +157,7 @@ def test_an_interrupted_visit_is_not_counted_twice(facts: Facts) -> None:
     facts.add(TriggerRecordSeen(place=1, raw=raw(2, 2).hex()), number)
     visit = store.store_visit(number, [raw(1, 1), raw(2, 2)], port="p", boot_count=2, is_confirmed=True)
     assert [record.raw for record in visit.records] == [raw(1, 1), raw(2, 2)]
-    assert len(visit.new or ()) == 1
+    assert visit.new == 1
 
 
 def test_a_lossy_reading_removes_no_record(facts: Facts) -> None:
@@ -238,6 +236,6 @@ def test_the_csv_contains_no_formulas(facts: Facts, tmp_path: Path) -> None:
         assert cells["cell_voltage_v"] == "4.7"
         assert cells["judgement"] == "real"
         assert cells["implausible"] == "cell_voltage_v"
-    write_archive(path, "M-07", store.records(number), seen_once=frozenset({visit.records[1].id}))
+    write_archive(path, "M-07", store.records(number), seen_once=frozenset({visit.records[1].place}))
     lines = csv.DictReader(io.StringIO(path.read_bytes().decode("utf-8-sig"), newline=""))
     assert [line["confirmed"] for line in lines] == ["true", "false"]

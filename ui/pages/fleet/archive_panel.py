@@ -30,10 +30,10 @@ from app.engine.ports import PortInfo
 from app.engine.target import Target
 from app.fleet.card import Card
 from app.limits.limits import value_outside
-from app.modules.service import TITLES, ServiceKind, serviced
+from app.modules.service import TITLES, serviced
 from app.settings.values import setting_message
 from app.store.fact_store import Facts, StoreTrouble
-from app.store.rows import Serviced
+from app.store.rows import Serviced, ServiceKind
 from app.store.station import shown_key
 from app.system.clock import MINUTE, local_time
 from app.text.i18n import tr

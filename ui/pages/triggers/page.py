@@ -15,13 +15,13 @@ from PySide6.QtWidgets import QFrame, QGridLayout, QLabel, QLineEdit, QPushButto
 
 from app.limits.limits import record_outside
 from app.store.fact_store import StoreTrouble
+from app.store.rows import Judgement
 from app.system.clock import local_time
 from app.text.i18n import tr
 from app.text.messages import capitalised, join_sentences, labelled, saved_text, with_units
 from app.trigger_records.history import (
     JUDGEMENT_WORDS,
     MAX_NOTE_LENGTH,
-    Judgement,
     sentence,
     source_message,
     uptime_message,
@@ -136,7 +136,7 @@ class TriggersPage(Page):
             "triggers_table",
             tr("Trigger records"),
             COLUMNS,
-            lambda row: row.seen.id,
+            lambda row: (row.is_stored, row.seen.place),
             record_text,
             row_px=RowHeight.TALL,
             sorted_by=0,
@@ -218,7 +218,7 @@ class TriggersPage(Page):
     def _export(self) -> None:
         """The rows shown, which are all unless something is searched."""
         name, rows = self.module.name, self.table.filter.shown()
-        once = frozenset(row.seen.id for row in rows if row.is_seen_once)
+        once = frozenset(row.seen.place for row in rows if row.is_seen_once)
         write = partial(write_archive, module=name, records=[row.seen for row in rows], seen_once=once)
 
         def save(path: Path) -> None:
@@ -312,18 +312,18 @@ class TriggersDetail(QFrame):
             seen = " · ".join((seen, *fields))
         self.seen.setText(seen)
         self.note.setEnabled(row.is_stored)
-        if self._note_of != row.seen.id or not self.note.hasFocus():
+        if self._note_of != row.seen.place or not self.note.hasFocus():
             self.note.setText(row.seen.note)
-        self._note_of = row.seen.id
+        self._note_of = row.seen.place
 
     def _judge(self, judgement: Judgement | None) -> None:
         is_alone = len(self._rows) == 1
         for row in self._rows:
             if row.is_stored:
                 note = self.note.text() if is_alone else row.seen.note
-                self._find_work().judge(row.seen.id, judgement, note)
+                self._find_work().judge(row.seen.place, judgement, note)
 
     def _commit_note(self) -> None:
         row = self._rows[0] if len(self._rows) == 1 else None
         if row is not None and row.is_stored and self.note.text() != row.seen.note:
-            self._find_work().judge(row.seen.id, row.seen.judgement, self.note.text())
+            self._find_work().judge(row.seen.place, row.seen.judgement, self.note.text())

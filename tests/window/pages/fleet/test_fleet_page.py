@@ -23,7 +23,7 @@ from app.preflight.verdict import assess
 from app.records.filing import Filed, local_now
 from app.records.record import make_record
 from app.settings.profiles import NO_PROFILE, Profile
-from app.store.rows import SaidNew, Serviced, SettingsSeen, TriggerRecordSeen
+from app.store.rows import SaidNew, Serviced, ServiceKind, SettingsSeen, TriggerRecordSeen
 from protocol.events import EndReason
 from protocol.fields import Value
 from tests.files.records.test_filing import file_one
@@ -559,7 +559,7 @@ def test_a_service_is_kept_under_the_module_for_which_it_was_begun(qtbot: QtBot,
     panel.service.save.click()
     kept = lambda: store.read(lambda facts: facts.of_module(Serviced, "M-02"))  # noqa: E731
     qtbot.waitUntil(lambda: len(kept()) == 1, timeout=WAIT_MS)
-    assert (kept()[0].content.service, kept()[0].content.who) == ("repack", "Li Wei")
+    assert (kept()[0].content.service, kept()[0].content.who) == (ServiceKind.REPACK, "Li Wei")
     qtbot.waitUntil(lambda: panel.modules.model().rowCount() == 3, timeout=WAIT_MS)
     assert [row.name for row in panel.modules.chosen()] == ["M-02"]
 

@@ -10,7 +10,7 @@ from PySide6.QtWidgets import QApplication, QLineEdit
 from pytestqt.qtbot import QtBot
 
 from app.preflight.verdict import Standing
-from app.trigger_records.history import Judgement
+from app.store.rows import Judgement
 from tests.support.window.preflight_window import OnBench, confirm_name, name_module, on_bench
 from tests.support.window.steps import choosing, given, notice_text
 from ui.pages.triggers.page import COLUMNS
