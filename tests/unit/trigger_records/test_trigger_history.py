@@ -10,7 +10,6 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from app.engine.conversation import Interrupted
 from app.modules.names import remembered
 from app.store.fact_store import Facts
 from app.store.rows import Judgement, TriggerRecordSeen
@@ -20,7 +19,6 @@ from app.trigger_records.history import (
     PossiblyOther,
     Visit,
     file_triggers,
-    in_order,
     merge,
     read_triggers,
     record_of,
@@ -115,12 +113,6 @@ def test_a_record_equal_to_the_one_it_replaces_is_new(order: str) -> None:
     assert merge(life, last, slots).new == (life[0],)
 
 
-def test_the_wrap_of_the_boot_count_keeps_the_order() -> None:
-    early, late = raw(250, 5), raw(2, 5)
-    assert in_order([late, early], 3) == (early, late)
-    assert in_order([late, early], 251) == (late, early)
-
-
 def test_another_module_is_detected_but_not_by_a_lossy_reading() -> None:
     mine, others = [raw(boot, 5) for boot in range(3)], [raw(boot, 77) for boot in range(3)]
     assert not merge(mine, mine, others, boot_count=9).is_continuation
@@ -162,20 +154,11 @@ def test_an_interrupted_visit_is_not_counted_twice(facts: Facts) -> None:
 
 def test_a_lossy_reading_removes_no_record(facts: Facts) -> None:
     store, number = KeptTriggers(facts), "M-07"
+    store.store_visit("M-08", [raw(9, 9)], port="p", boot_count=9, is_confirmed=True)  # of nobody else
     life = [raw(boot, 5) for boot in range(4)]
     for slots, is_confirmed in ((life, True), ([life[0], life[2]], False), (life, True)):
         visit = store.store_visit(number, slots, port="p", boot_count=4, is_confirmed=is_confirmed)
     assert [record.raw for record in visit.records] == life
-
-
-def test_modules_of_different_names_are_kept_apart(facts: Facts) -> None:
-    store, one, other = KeptTriggers(facts), "M-07", "M-08"
-    store.store_visit(one, [raw(1, 1)], port="p", boot_count=1, is_confirmed=True)
-    store.store_visit(other, [raw(2, 2)], port="p", boot_count=2, is_confirmed=True)
-    assert [record.raw for record in store.records(one)] == [raw(1, 1)]
-    assert [record.raw for record in store.records(other)] == [raw(2, 2)]
-    assert not store.do_follow(one, [raw(9, 9)], is_confirmed=True)
-    assert store.do_follow(one, [raw(1, 1), raw(9, 9)], is_confirmed=True)
 
 
 # Read from a module, and filed under the name that a person said
@@ -199,43 +182,23 @@ def test_records_that_do_not_follow_are_kept_under_a_name_only_by_a_persons_word
     assert isinstance(file_triggers(facts, other, "M-07", port="p", is_same_module=True), Visit)
 
 
-def test_a_simulated_module_is_kept_apart_from_a_real_one(facts: Facts) -> None:
-    reading = settled_rig(history=3).run(read_triggers())
-    assert isinstance(file_triggers(facts, reading, "M-07", port="sim://x"), Visit)
-    refused = file_triggers(facts, reading, "M-07", port="/dev/ttyUSB0", is_same_module=True)
-    assert isinstance(refused, PossiblyOther)
-
-
-def test_an_interruption_while_they_are_read_keeps_nothing() -> None:
-    rig = settled_rig(history=3)
-    job = rig.job(read_triggers())
-    rig.step_for(0.1)
-    rig.bench.restart()
-    rig.step_until(lambda: job.has_ended)
-    with pytest.raises(Interrupted):
-        job.outcome()
-
-
 # CSV
 
 
-def test_the_csv_contains_no_formulas(facts: Facts, tmp_path: Path) -> None:
-    store, number = KeptTriggers(facts), "M-07"
-    visit = store.store_visit(number, [WORKED, raw(2, 2)], port="p", boot_count=2, is_confirmed=True)
-    for formula in ("=1+1", " =1+1", "＝1+1", "@SUM(A1)", "-2+3", "\t=1", "'=1", '=HYPERLINK("x";"y"),"', "\r\n=1"):
-        store.judge(number, visit.records[0].place, Judgement.REAL, formula)
-        path = tmp_path / "all.csv"
-        write_archive(path, formula, store.records(number), seen_once=frozenset())
-        data = path.read_bytes()
-        assert data.startswith(b"\xef\xbb\xbf")
-        head, first, second = csv.reader(io.StringIO(data.decode("utf-8-sig"), newline=""))
-        assert tuple(head) == CSV_HEAD
-        for value in (*first, *second):
-            assert not value.lstrip().startswith(("=", "+", "-", "@", "＝", "\t", "\r"))
-        cells = dict(zip(head, first, strict=True))
-        assert cells["cell_voltage_v"] == "4.7"
-        assert cells["judgement"] == "real"
-        assert cells["implausible"] == "cell_voltage_v"
-    write_archive(path, "M-07", store.records(number), seen_once=frozenset({visit.records[1].place}))
-    lines = csv.DictReader(io.StringIO(path.read_bytes().decode("utf-8-sig"), newline=""))
-    assert [line["confirmed"] for line in lines] == ["true", "false"]
+@pytest.mark.parametrize(
+    "text", ["=1+1", " =1+1", "＝1+1", "@SUM(A1)", "-2+3", "\t=1", "'=1", '=HYPERLINK("x";"y"),"', "\r\n=1"]
+)
+def test_the_csv_contains_no_formulas(facts: Facts, tmp_path: Path, text: str) -> None:
+    store, path = KeptTriggers(facts), tmp_path / "all.csv"
+    store.store_visit("M-07", [WORKED, raw(2, 2)], port="p", boot_count=2, is_confirmed=True)
+    store.judge("M-07", 0, Judgement.REAL, text)
+    write_archive(path, text, store.records("M-07"), seen_once=frozenset({1}))
+    data = path.read_bytes()
+    assert data.startswith(b"\xef\xbb\xbf")
+    head, *lines = csv.reader(io.StringIO(data.decode("utf-8-sig"), newline=""))
+    assert tuple(head) == CSV_HEAD
+    for value in (*lines[0], *lines[1]):
+        assert not value.lstrip().startswith(("=", "+", "-", "@", "＝", "\t", "\r"))
+    first, second = (dict(zip(head, line, strict=True)) for line in lines)
+    told = first["cell_voltage_v"], first["judgement"], first["implausible"], first["confirmed"], second["confirmed"]
+    assert told == ("4.7", "real", "cell_voltage_v", "true", "false")
