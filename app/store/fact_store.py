@@ -164,13 +164,17 @@ def open_file(path: Path) -> tuple[sqlite3.Connection, UserMessage | None]:
         with suppress(FileNotFoundError):
             Path(f"{path}{end}").replace(f"{aside}{end}")
     told = [message(marked("The records cannot be used and are kept as {file}."), file=aside)] if was_there else []
+    whole = []
     for copy in copies_of(path):
-        with closing(connect_to_read(copy)) as connection, suppress(sqlite3.DatabaseError, StoreTrouble):
+        with suppress(sqlite3.DatabaseError, StoreTrouble), closing(connect_to_read(copy)) as connection:
             _check(connection, copy)
-            shutil.copyfile(copy, path)
-            text = marked("Records restored from the copy of {when}; later ones are missing.")
-            told.append(message(text, when=copy.name.split(".")[1]))
-            break
+            whole.append((connection.execute("SELECT count(*) FROM facts").fetchone()[0], copy))
+    if whole:
+        # As facts are only added, the last copy is the one with most of them, whatever day the clock said.
+        _count, copy = max(whole)
+        shutil.copyfile(copy, path)
+        text = marked("Records restored from the copy of {when}; later ones are missing.")
+        told.append(message(text, when=copy.name.split(".")[1]))
     else:
         told.append(message(marked("New records are started.")))
     connection = connect(path)

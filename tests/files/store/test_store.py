@@ -131,7 +131,7 @@ def test_its_folder_is_for_this_user_only(folder: Path) -> None:
 def copied(folder: Path, at: datetime = NOON) -> Path:
     """The copy of that day."""
     copy_if_due(folder / FILE_NAME, at)
-    return copies_of(folder / FILE_NAME)[0]
+    return folder / "copies" / f"dps-s.{at:%Y%m%d}.sqlite"
 
 
 @pytest.mark.promise("f")
@@ -166,10 +166,10 @@ def damage(path: Path) -> None:
 @pytest.mark.parametrize("what", ["damaged", "no database", "empty", "gone", "gone but its log"])
 @pytest.mark.promise("f")
 def test_the_newest_whole_copy_takes_the_place_of_a_file_that_cannot_be_used(what: str, folder: Path) -> None:
-    for day, module in ((-1, "older"), (0, "M-07")):
-        with opened(folder, NOON + timedelta(days=day - 1), module):
+    for said_on, copied_on, module in ((-2, 9, "older"), (-1, 0, "M-07")):  # the clock was ahead at the first copy
+        with opened(folder, NOON + timedelta(days=said_on), module):
             pass
-        copied(folder, NOON + timedelta(days=day))
+        copied(folder, NOON + timedelta(days=copied_on))
     path = folder / FILE_NAME
     log = path.with_name(f"{FILE_NAME}-wal")
     # Held open, so that its log stays.
