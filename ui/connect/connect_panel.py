@@ -20,7 +20,7 @@ from PySide6.QtWidgets import (
 )
 
 from app.diagnosis.link_state import Phase, link_text
-from app.engine.ports import NOT_LISTED, is_flight_controller
+from app.engine.ports import NOT_LISTED, PortInfo, is_flight_controller
 from app.engine.target import Target, is_simulated
 from app.text.i18n import tr
 from app.text.messages import join_sentences, labelled
@@ -37,10 +37,11 @@ from ui.widgets.visibility_timer import VisibilityTimer
 SIMULATED_PORT: Final = "sim://demo?lifelike"
 # Data of the entry "Find the baud rate".
 FIND_RATE: Final = 0
-_CHOICE: Final = Qt.ItemDataRole.UserRole
 
 
-class PortChoice(NamedTuple):
+class PortRow(NamedTuple):
+    """A row of the list, and what it opens."""
+
     device: str
     identity: str
     title: str
@@ -52,59 +53,29 @@ class PortChoice(NamedTuple):
     def key(self) -> str:
         return self.identity or self.device
 
+    def item(self) -> QListWidgetItem:
+        badge = tr("connected") if self.is_connected else ""
+        spoken = ", ".join(filter(None, (self.title, self.product, self.detail, badge)))
+        item = QListWidgetItem(f"{_listed(self.title, badge, self.product)}\n{self.detail}")
+        item.setIcon(icon(Icon.SIMULATOR if self.device == SIMULATED_PORT else Icon.PLUG))
+        item.setData(Qt.ItemDataRole.AccessibleTextRole, spoken)
+        item.setToolTip(spoken)
+        return item
+
 
 def _listed(*parts: str) -> str:
     return " · ".join(filter(None, parts))
 
 
-class PortList(QListWidget):
-    """Keeps its selection while the list changes."""
-
-    def __init__(self) -> None:
-        super().__init__()
-        self.setObjectName("port_list")
-        self.setAccessibleName(tr("Ports"))
-        set_icon_size(self, IconSize.NOTICE)
-        self.setHorizontalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAlwaysOff)
-        self.setSizeAdjustPolicy(QAbstractScrollArea.SizeAdjustPolicy.AdjustToContents)
-        self.setMouseTracking(True)
-
-    def show_choices(self, choices: list[PortChoice]) -> None:
-        """Replaces the rows; the selected port stays selected while it is listed."""
-        if choices == [self.choice_at(row) for row in range(self.count())]:
-            return
-        chosen = self.chosen
-        with QSignalBlocker(self):
-            self.clear()
-            for choice in choices:
-                badge = tr("connected") if choice.is_connected else ""
-                spoken = ", ".join(filter(None, (choice.title, choice.product, choice.detail, badge)))
-                item = QListWidgetItem(f"{_listed(choice.title, badge, choice.product)}\n{choice.detail}")
-                item.setIcon(icon(Icon.SIMULATOR if choice.device == SIMULATED_PORT else Icon.PLUG))
-                item.setData(_CHOICE, choice)
-                item.setData(Qt.ItemDataRole.AccessibleTextRole, spoken)
-                item.setToolTip(spoken)
-                self.addItem(item)
-        if chosen is not None:
-            self.choose(chosen.key)
-        self.updateGeometry()
-        self.itemSelectionChanged.emit()
-
-    def choice_at(self, row: int) -> PortChoice:
-        choice: PortChoice = self.item(row).data(_CHOICE)
-        return choice
-
-    @property
-    def chosen(self) -> PortChoice | None:
-        rows = self.selectedIndexes()
-        return self.choice_at(rows[0].row()) if rows else None
-
-    def choose(self, key: str) -> bool:
-        """Selects the row with this key; returns whether there is one."""
-        row = next((row for row in range(self.count()) if self.choice_at(row).key == key), None)
-        if row is not None:
-            self.setCurrentRow(row)
-        return row is not None
+def _row_of(port: PortInfo, connected: str) -> PortRow:
+    title = port.device.removeprefix("/dev/")
+    # Drivers often repeat the manufacturer in the product name.
+    maker = "" if port.maker and port.maker.casefold() in port.description.casefold() else port.maker
+    product = "" if port.description == title else port.description
+    serial = tr("serial number {number}", number=port.serial_number) if port.serial_number else ""
+    kind = tr("flight controller") if is_flight_controller(port.identity) else ""
+    detail = _listed(kind, maker, serial) or (tr("no serial number") if product else tr("built in"))
+    return PortRow(port.device, port.identity, title, product, detail, is_connected=port.device == connected)
 
 
 class ConnectPanel(QScrollArea):
@@ -124,9 +95,14 @@ class ConnectPanel(QScrollArea):
         self._ports, self._watcher = ports, ports.watcher
         self._last: LastPort | None = None
         # Key and rate of the open port that the list and the rate were set to.
-        self._connected: tuple[str, int] | None = None
+        self._in_use: tuple[str, int] | None = None
         self._focus = FocusBack(self)
-        self.list = PortList()
+        self.rows: list[PortRow] = []
+        self.list = named(QListWidget(), "port_list", says=tr("Ports"))
+        set_icon_size(self.list, IconSize.NOTICE)
+        self.list.setHorizontalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAlwaysOff)
+        self.list.setSizeAdjustPolicy(QAbstractScrollArea.SizeAdjustPolicy.AdjustToContents)
+        self.list.setMouseTracking(True)
         self.other = named(QLineEdit(), "port_address", says=tr("Other port"))
         self.other.setPlaceholderText(tr("device or socket://host:port"))
         self.rate = named(QComboBox(), "rate_box", says=tr("Baud rate"))
@@ -206,44 +182,59 @@ class ConnectPanel(QScrollArea):
             return
         port, watcher = self._ports.current, self._watcher
         target = port.target if port.is_open else None
-        choices = []
-        for one in watcher.ports:
-            title = one.device.removeprefix("/dev/")
-            serial = tr("serial number {number}", number=one.serial_number) if one.serial_number else ""
-            # Drivers often repeat the manufacturer in the product name.
-            maker = "" if one.maker and one.maker.casefold() in one.description.casefold() else one.maker
-            product = "" if one.description == title else one.description
-            kind = tr("flight controller") if is_flight_controller(one.identity) else ""
-            detail = _listed(kind, maker, serial) or (tr("no serial number") if product else tr("built in"))
-            is_connected = target is not None and target.device == one.device
-            choices.append(PortChoice(one.device, one.identity, title, product, detail, is_connected))
+        connected = "" if target is None else target.device
         is_demo = target is not None and target.is_simulated
-        choices.append(PortChoice(SIMULATED_PORT, "", tr("Simulated module"), is_connected=is_demo))
-        self.list.show_choices(choices)
+        rows = [_row_of(one, connected) for one in watcher.ports]
+        self._show_rows([*rows, PortRow(SIMULATED_PORT, "", tr("Simulated module"), is_connected=is_demo)])
         # Once for each connection: the panel names the port and the rate that are in use.
-        connected = None if target is None else (target.key, port.connection.baud_rate)
-        if connected != self._connected:
-            self._connected = connected
+        in_use = None if target is None else (target.key, port.connection.baud_rate)
+        if in_use != self._in_use:
+            self._in_use = in_use
             if target is not None:
-                if not self.list.choose(target.key) and not self.list.choose(target.device):
+                if not self.choose(target.key) and not self.choose(target.device):
                     self.other.setText(target.device)
                     self.list.clearSelection()
                 self._show_rate(port.connection.baud_rate)
-        if self.list.chosen is None and not self.other.text():
-            last = self._last
-            if last is None or not self.list.choose(last.identity or last.device):
-                adapters = [one.identity for one in watcher.ports if one.identity]
-                if len(adapters) == 1:
-                    self.list.choose(adapters[0])
+        if self.chosen is None and not self.other.text():
+            last, adapters = self._last, [one.identity for one in watcher.ports if one.identity]
+            is_listed = last is not None and self.choose(last.identity or last.device)
+            if not is_listed and len(adapters) == 1:
+                self.choose(adapters[0])
         self.empty.setVisible(not watcher.ports)
         none = tr("No serial port. Plug the adapter in; try another cable or its driver.")
         found = none if watcher.is_current else tr(NOT_LISTED)
         self.empty.setText(found if watcher.has_listed else tr("Looking for ports…"))
         self._show_state()
 
+    def _show_rows(self, rows: list[PortRow]) -> None:
+        """The selected port stays selected while it is listed."""
+        if rows == self.rows:
+            return
+        chosen, self.rows = self.chosen, rows
+        with QSignalBlocker(self.list):
+            self.list.clear()
+            for row in rows:
+                self.list.addItem(row.item())
+        if chosen is not None:
+            self.choose(chosen.key)
+        self.list.updateGeometry()
+        self.list.itemSelectionChanged.emit()
+
+    @property
+    def chosen(self) -> PortRow | None:
+        places = [index.row() for index in self.list.selectedIndexes()]
+        return self.rows[places[0]] if places else None
+
+    def choose(self, key: str) -> bool:
+        """Selects the row with this key; whether there is one."""
+        keys = [row.key for row in self.rows]
+        if key in keys:
+            self.list.setCurrentRow(keys.index(key))
+        return key in keys
+
     def chosen_target(self) -> Target | None:
         """The target that Connect would open, None while nothing is chosen."""
-        rate, typed, choice = int(self.rate.currentData()), self.other.text().strip(), self.list.chosen
+        rate, typed, choice = int(self.rate.currentData()), self.other.text().strip(), self.chosen
         if choice is None and not typed:
             return None
         device, identity = (typed, "") if typed or choice is None else (choice.device, choice.identity)
@@ -255,7 +246,7 @@ class ConnectPanel(QScrollArea):
             self.connect_wanted.emit(target)
 
     def _choose(self) -> None:
-        if self.list.chosen is not None:
+        if self.chosen is not None:
             self.other.clear()
         self._show_state()
 
@@ -293,5 +284,5 @@ class ConnectPanel(QScrollArea):
     def _on_hidden(self) -> None:
         self._watcher.watch(False)
         if self.isHidden():  # not only minimised
-            self._connected = None
+            self._in_use = None
         self.shown.emit()

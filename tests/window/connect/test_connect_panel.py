@@ -51,8 +51,7 @@ OPEN = Connection(PortState.OPEN, "/dev/ttyUSB0", 115200)
 
 def rows(assembly: Assembly) -> dict[str, str]:
     """The rows of the port list: device -> title."""
-    ports = assembly.window.panel.list
-    return {choice.device: choice.title for choice in map(ports.choice_at, range(ports.count()))}
+    return {row.device: row.title for row in assembly.window.panel.rows}
 
 
 def phase(assembly: Assembly) -> Phase:
@@ -84,12 +83,12 @@ def test_each_trouble_has_its_sentence_and_its_next_step() -> None:
 def test_a_port_plugged_in_meanwhile_is_listed(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
     ports = ListedPorts(ADAPTER)
     with window(qapp, tmp_path, listed=ports) as assembly:
-        listed = assembly.window.panel.list
+        panel = assembly.window.panel
         qtbot.waitUntil(lambda: ADAPTER.device in rows(assembly))
-        spoken = listed.item(0).data(Qt.ItemDataRole.AccessibleTextRole)
+        spoken = panel.list.item(0).data(Qt.ItemDataRole.AccessibleTextRole)
         assert all(part in spoken for part in ("ttyUSB0", "CP2102", "Silicon Labs", "0001"))
-        assert given(listed.chosen).device == ADAPTER.device  # the only adapter
-        assert listed.choice_at(1).device == SIMULATED_PORT
+        assert given(panel.chosen).device == ADAPTER.device  # the only adapter
+        assert panel.rows[1].device == SIMULATED_PORT
         ports.now.append(SECOND_ADAPTER)
         qtbot.waitUntil(lambda: SECOND_ADAPTER.device in rows(assembly))
 
@@ -180,13 +179,13 @@ def test_the_panel_names_the_port_and_the_rate_that_are_in_use(
         for _ in range(2):
             panel.show()
             qtbot.waitUntil(panel.isVisible)
-            assert given(panel.list.chosen).device == SECOND_ADAPTER.device
+            assert given(panel.chosen).device == SECOND_ADAPTER.device
             assert panel.rate.currentData() == rate
             assert panel.state_label.text() == f"ttyACM0 · {rate} baud: The module answers."
-            panel.list.choose(ADAPTER.identity)  # another one may be chosen
+            panel.choose(ADAPTER.identity)  # another one may be chosen
             panel.rate.setCurrentIndex(panel.rate.findData(9600))
             panel.refresh()
-            assert given(panel.list.chosen).device == ADAPTER.device
+            assert given(panel.chosen).device == ADAPTER.device
             assert panel.rate.currentData() == 9600
             assert panel.state_label.text() == f"ttyACM0 · {rate} baud: The module answers."  # not that of the row
             panel.hide()
