@@ -60,8 +60,9 @@ class SimulatorPanel(QWidget):
         form.setHorizontalSpacing(Space.M)
         form.setVerticalSpacing(Space.S)
         form.setFieldGrowthPolicy(QFormLayout.FieldGrowthPolicy.AllNonFixedFieldsGrow)
-        form.addRow(label_for(self.tilt, tr("Tilt")), self.tilt)
-        form.addRow(label_for(self.cell, tr("Cell")), self.cell)
+        for dial, title in ((self.tilt, tr("Tilt")), (self.cell, tr("Cell"))):
+            form.addRow(label_for(dial, title), dial)
+            form.addRow(dial.range)
         form.addRow(in_row((self.drop, 1), self.fall_height, spacing=Space.S))
         self.bay = self._box("bay", tr("Bay open"), lambda bench, on: bench.set_world(bay_is_open=on))
         self.charger = self._box("charger", tr("External power"), lambda bench, on: bench.set_charger(is_plugged_in=on))

@@ -155,7 +155,8 @@ def label_for(widget: QWidget, title: str) -> QLabel:
 class Dial(QWidget):
     """A slider and a number for one value; `turned` is emitted only for changes by the user.
 
-    A number that cannot be used stays as it was typed, with the range beside it; `value` and the slider stay as before.
+    A number that cannot be used stays as it was typed; `value` and the slider stay as before. Whoever shows the dial
+    gives `range`, which stands only then, a place of its own: beside the slider it would take the room from it.
     """
 
     turned = Signal(float)
@@ -173,7 +174,7 @@ class Dial(QWidget):
         self.unit = named(QLabel(kind.unit), f"{name}_unit", "muted")
         self.range = named(QLabel(), f"{name}_range", "danger")
         self.range.hide()
-        in_row((self.slider, 1), self.range, self.box, self.unit, of=self, spacing=Space.S, margins=0)
+        in_row((self.slider, 1), self.box, self.unit, of=self, spacing=Space.S, margins=0)
         self.setFocusProxy(self.slider)
         self.slider.valueChanged.connect(self._on_step)
         self.box.edited.connect(self._typed)

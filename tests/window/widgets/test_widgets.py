@@ -30,7 +30,7 @@ from ui.plots.gauge import TiltGauge
 from ui.simulator.panel import SimulatorPanel
 from ui.style.icons import Icon
 from ui.style.theme import LIGHT
-from ui.widgets.controls import ElidedLabel, control, scroll_area, set_role
+from ui.widgets.controls import ElidedLabel, control, in_column, scroll_area, set_role
 from ui.widgets.number_line import Dial, NumberKind, NumberLine
 from ui.widgets.readout import Freshness, Readout
 
@@ -242,12 +242,13 @@ def test_every_value_of_the_module_can_be_typed(command: Command) -> None:
 
 
 def test_a_dial_keeps_its_value_while_what_is_typed_cannot_be_used(qtbot: QtBot) -> None:
-    dial = Dial("tilt", NumberKind.of(0, 180, 1, "°", 0))
-    qtbot.addWidget(dial)
+    dial, around = Dial("tilt", NumberKind.of(0, 180, 1, "°", 0)), QWidget()
+    in_column(dial, dial.range, of=around)
+    qtbot.addWidget(around)
     turned: list[float] = []
     dial.turned.connect(turned.append)
     dial.set_value(60)
-    dial.show()
+    around.show()
     dial.box.selectAll()
     qtbot.keyClicks(dial.box, "650")
     assert dial.box.text() == "650"

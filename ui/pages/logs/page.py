@@ -11,7 +11,16 @@ from typing import Final, cast
 
 from PySide6.QtCore import Qt
 from PySide6.QtGui import QAction
-from PySide6.QtWidgets import QBoxLayout, QLabel, QStackedWidget, QToolBar, QToolButton, QWhatsThis, QWidget
+from PySide6.QtWidgets import (
+    QBoxLayout,
+    QLabel,
+    QPushButton,
+    QStackedWidget,
+    QToolBar,
+    QToolButton,
+    QWhatsThis,
+    QWidget,
+)
 
 from app.flights.judge import ASSUMPTIONS, RULES
 from app.flights.judging import FlightGroup, fire_map
@@ -36,18 +45,7 @@ from protocol.translatable import marked
 from ui.core.background_task import Running
 from ui.files.file_dialogs import AskMany, AskPath, ask_flight_logs, ask_folder, ask_path, default_name
 from ui.forms.tables import RowsTable, SearchedRows
-from ui.pages.logs.rows import (
-    COLUMNS,
-    SIDES,
-    LogColumn,
-    LogRow,
-    LogsWork,
-    Reading,
-    button,
-    limits_text,
-    row_text,
-    sides_text,
-)
+from ui.pages.logs.rows import COLUMNS, SIDES, LogColumn, LogRow, LogsWork, Reading, limits_text, row_text, sides_text
 from ui.pages.logs.thresholds import FireMapView, ProposalBar, ThresholdPanel, bounds_lines
 from ui.pages.logs.viewer import LogView
 from ui.services.context import Services
@@ -55,7 +53,7 @@ from ui.services.page import Page, WaysBack
 from ui.session.page_job import PageJob
 from ui.style.icons import Icon, icon
 from ui.style.theme import Meaning, RowHeight, Space, is_text_large, scaled
-from ui.widgets.controls import Shortcut, in_column, in_row, named, set_role, stacked
+from ui.widgets.controls import control, in_column, in_row, named, set_role, stacked
 from ui.widgets.notice_bar import Choice, Notice
 from ui.widgets.visibility_timer import VisibilityTimer
 
@@ -158,8 +156,8 @@ class LogsPage(Page):
                 self.exporting = shown
 
     def _lay_out(self) -> None:
-        opening = button("logs_open", tr("Open…"), Icon.FOLDER, self.choose_files, "primary")
-        Shortcut(opening, "Ctrl+O")
+        opening = control(QPushButton(tr("Open…")), "logs_open", keys="Ctrl+O", picture=Icon.FOLDER, role="primary")
+        opening.clicked.connect(self.choose_files)
         header = self.make_header(tr("Logs"), self.list.search, opening)
         folder = header.add_rare("logs_open_folder", tr("Open folder…"), self.choose_folder)
         folder.setShortcut("Ctrl+Shift+O")

@@ -13,7 +13,6 @@ from typing import Final, NamedTuple
 
 from PySide6.QtCore import QObject, Signal
 from PySide6.QtGui import QFontMetrics, QIcon
-from PySide6.QtWidgets import QPushButton
 
 from app.flights.judge import TriggerLimits
 from app.flights.judging import Answer, FlightGroup, FlightOutcome, FlightSummary, ThresholdProposal, propose
@@ -26,9 +25,8 @@ from protocol.messages import Source
 from protocol.translatable import marked
 from ui.core.background_task import BackgroundTask, Running
 from ui.forms.tables import TableColumn
-from ui.style.icons import Icon, icon, set_icon_size
-from ui.style.theme import IconSize, Meaning, font
-from ui.widgets.controls import named
+from ui.style.icons import Icon, icon
+from ui.style.theme import Meaning, font
 
 
 class LogFile(NamedTuple):
@@ -45,21 +43,6 @@ class LogFile(NamedTuple):
     @property
     def is_waiting(self) -> bool:
         return self.flight is None and self.why_not is None
-
-
-class LogRow(NamedTuple):
-    """A line of the list: a log, a recording in the library, or both."""
-
-    name: str
-    label: str  # By which it can be told from the others
-    log: LogFile  # Waits as long as a recording was not read
-    entry: RecordingEntry | None
-    outcome: FlightOutcome | None  # Of its flight with the chosen thresholds
-
-    @property
-    def why_not(self) -> UserMessage | None:
-        """Why it could not be read."""
-        return self.log.why_not or (None if self.entry is None else self.entry.trouble)
 
 
 class Reading:
@@ -118,7 +101,7 @@ class LogsWork(QObject):
     def unread(self) -> list[LogFile]:
         return [log for log in self.logs.values() if log.why_not is not None]
 
-    def rows(self) -> list[LogRow]:
+    def rows(self) -> list["LogRow"]:
         entries = {str(entry.path): entry for entry in self.entries}
         read = (log.name for log in self.logs.values() if not log.is_waiting)
         names = list(dict.fromkeys((*entries, *read)))
@@ -156,15 +139,14 @@ class LogsWork(QObject):
 
     def poll(self) -> None:
         """Takes over the logs that were read since."""
-        done = self.loading.done
-        if not done:
-            return
-        while done:
-            log = done.popleft()
-            known = self.logs.get(log.name, log)
-            self.logs[log.name] = log._replace(group=known.group)
-            self.loading.read += 1
-        self.changed.emit()
+        loading = self.loading
+        is_new = bool(loading.done)
+        while loading.done:
+            log = loading.done.popleft()
+            self.logs[log.name] = log._replace(group=self.logs.get(log.name, log).group)
+            loading.read += 1
+        if is_new:
+            self.changed.emit()
 
     def cancel(self) -> None:
         """Returns at once; logs already read stay, logs being read are dropped."""
@@ -222,6 +204,8 @@ class LogsWork(QObject):
         self.changed.emit()
 
 
+# Rows
+
 # How a person puts logs on a side: tip, key and picture.
 SIDES: Final = {
     FlightGroup.MUST_NOT: (marked("An ordinary flight: it must not fire."), "N", Icon.NOT_TRIGGERED),
@@ -258,6 +242,125 @@ def verdict_of(outcome: FlightOutcome, group: FlightGroup) -> Verdict:
             return _NOT_JUDGED
 
 
+class LogRow(NamedTuple):
+    """A line of the list: a log, a recording in the library, or both."""
+
+    name: str
+    label: str  # By which it can be told from the others
+    log: LogFile  # Waits as long as a recording was not read
+    entry: RecordingEntry | None
+    outcome: FlightOutcome | None  # Of its flight with the chosen thresholds
+
+    @property
+    def why_not(self) -> UserMessage | None:
+        """Why it could not be read."""
+        return self.log.why_not or (None if self.entry is None else self.entry.trouble)
+
+    @property
+    def verdict(self) -> Verdict | None:
+        """Nothing is said of a recording that was not read yet."""
+        if self.outcome is not None:
+            return verdict_of(self.outcome, self.log.group)
+        return None if self.why_not is None else _UNREAD
+
+    @property
+    def began_at(self) -> datetime | None:
+        return self.log.changed_at if self.entry is None else self.entry.started_at
+
+    @property
+    def length_s(self) -> float:
+        """-1 where it is unknown."""
+        if self.log.flight is not None:
+            return self.log.flight.duration_s
+        return -1.0 if self.entry is None or self.entry.trouble is not None else self.entry.duration_s
+
+
+def _time_text(row: LogRow) -> str:
+    return "—" if row.began_at is None else f"{row.began_at.astimezone():%Y-%m-%d %H:%M}"
+
+
+def _kind_icon(row: LogRow) -> QIcon:
+    """A recording, or a flight log; what a recording is besides."""
+    entry = row.entry
+    if entry is None:
+        return icon(Icon.MAP)
+    if entry.trouble is not None or entry.was_cut_off:
+        return icon(Icon.WARNING, Meaning.ATTENTION)
+    if entry.is_running:
+        return icon(Icon.RECORD)
+    return icon(Icon.SIMULATOR if entry.is_simulated else Icon.RECORDINGS)
+
+
+def _answer(row: LogRow) -> str:
+    if row.verdict is None:
+        return ""
+    fires = row.outcome is not None and row.verdict.word == _FIRES.word
+    return moment_text(row.outcome.at_s) if fires and row.outcome is not None else tr(row.verdict.word)
+
+
+def _answer_order(row: LogRow) -> float:
+    """What is not as expected first, then by time; what is not known last."""
+    if row.verdict is None:
+        return 1e10
+    at_s = 1e8 if row.outcome is None else min(row.outcome.at_s, 1e8)
+    return at_s if row.verdict.meaning is not None else 1e9 + at_s
+
+
+def _widest_answer() -> str:
+    words = (tr(_UNREAD.word), tr(_NOT_JUDGED.word), tr(_LATE.word), "8:88:88.8")
+    return max(words, key=QFontMetrics(font()).horizontalAdvance)
+
+
+class LogColumn(IntEnum):
+    NAME = 0
+    WHEN = 1
+    LENGTH = 2
+    ANSWER = 3
+    SIDE = 4
+
+
+COLUMNS: Final = (
+    TableColumn[LogRow](
+        marked("Log"),
+        lambda row: clean(row.label, longest=80),
+        picture=_kind_icon,
+        widest=lambda: "survey-00.csv",
+        stretches=True,
+    ),
+    TableColumn[LogRow](
+        marked("Time"),
+        _time_text,
+        lambda row: 0.0 if row.began_at is None else row.began_at.timestamp(),
+        widest=lambda: "0000-00-00 00:00",
+    ),
+    TableColumn[LogRow](
+        marked("Duration"),
+        lambda row: "—" if row.length_s < 0 else stopwatch(row.length_s),
+        lambda row: row.length_s,
+        is_right=True,
+        widest=lambda: "88:88",
+        is_spare=True,
+    ),
+    TableColumn[LogRow](
+        marked("Fires"),
+        _answer,
+        _answer_order,
+        picture=lambda row: None if row.verdict is None else icon(row.verdict.icon, row.verdict.meaning),
+        ink=lambda row: None if row.verdict is None else row.verdict.meaning,
+        widest=_widest_answer,
+    ),
+    TableColumn[LogRow](
+        marked("Side"),
+        lambda row: "" if row.log.group is FlightGroup.UNSORTED else capitalised(tr(row.log.group.value)),
+        picture=lambda row: None if row.log.group is FlightGroup.UNSORTED else icon(SIDES[row.log.group][2]),
+        widest=lambda: capitalised(tr(FlightGroup.MUST_NOT.value)),
+    ),
+)
+
+
+# Texts
+
+
 def short_name(name: str) -> str:
     return clean(Path(name).stem or name, longest=80)
 
@@ -265,6 +368,11 @@ def short_name(name: str) -> str:
 def moment_text(at_s: float) -> str:
     """Time since the beginning of the log: "12.3 s", "3:07.2"."""
     return f"{at_s:.1f} s" if at_s < 60 else f"{stopwatch(at_s)}.{int(at_s * 10) % 10}"
+
+
+def limits_text(limits: TriggerLimits) -> str:
+    angle, force_g, time_s = limits.attitude_threshold_deg, limits.freefall_acceleration_g, limits.freefall_time_s
+    return f"{angle:.0f}° · {force_g:.1f} g · {time_s:.2f} s"
 
 
 def outcome_text(flight: FlightSummary, outcome: FlightOutcome) -> str:
@@ -275,12 +383,12 @@ def outcome_text(flight: FlightSummary, outcome: FlightOutcome) -> str:
         return capitalised(tr("no trigger"))
     words = {Source.ATTITUDE: tr("attitude"), Source.FREEFALL: tr("free fall")}
     why = " · ".join(word for source, word in words.items() if source in outcome.sources)
-    parts = [tr("Fires at {time}: {why}", time=moment_text(outcome.at_s), why=why)]
+    fires = tr("Fires at {time}: {why}", time=moment_text(outcome.at_s), why=why)
     if not outcome.is_before_impact:
-        parts.append(tr("after the impact"))
-    elif flight.loss_s is not None and outcome.at_s >= flight.loss_s:
-        parts.append(tr("{delay:.2f} s after the loss of control", delay=outcome.at_s - flight.loss_s))
-    return join_names(parts)
+        return join_names((fires, tr("after the impact")))
+    if flight.loss_s is None or outcome.at_s < flight.loss_s:
+        return fires
+    return join_names((fires, tr("{delay:.2f} s after the loss of control", delay=outcome.at_s - flight.loss_s)))
 
 
 def row_text(row: LogRow) -> str:
@@ -306,130 +414,14 @@ def sides_text(rows: list[LogRow]) -> tuple[str, bool]:
     texts, is_bad = [], False
     for group in (FlightGroup.MUST_NOT, FlightGroup.MUST):
         outcomes = [row.outcome for row in rows if row.outcome is not None and row.log.group is group]
-        if not (total := len(outcomes)):
-            continue
+        total, text = len(outcomes), ""
         if group is FlightGroup.MUST:
             count = sum(outcome.is_before_impact for outcome in outcomes)
             text, is_wrong = tr("{count} of {total} fire in time", count=count, total=total), count < total
         else:
             count = sum(outcome.answer is Answer.FIRES for outcome in outcomes)
             text, is_wrong = tr("{count} of {total} fire", count=count, total=total), count > 0
-        is_bad |= is_wrong
-        texts.append(labelled(capitalised(tr(group.value)), text))
+        if outcomes:
+            is_bad |= is_wrong
+            texts.append(labelled(capitalised(tr(group.value)), text))
     return " · ".join(texts), is_bad
-
-
-def limits_text(limits: TriggerLimits) -> str:
-    angle, force_g, time_s = limits.attitude_threshold_deg, limits.freefall_acceleration_g, limits.freefall_time_s
-    return f"{angle:.0f}° · {force_g:.1f} g · {time_s:.2f} s"
-
-
-def button(name: str, text: str, picture: Icon, slot: object, role: str = "") -> QPushButton:
-    made = named(QPushButton(icon(picture, is_on_primary=role == "primary"), text), name, role)
-    set_icon_size(made, IconSize.TEXT)
-    made.clicked.connect(slot)
-    return made
-
-
-# Columns
-
-
-class LogColumn(IntEnum):
-    NAME = 0
-    WHEN = 1
-    LENGTH = 2
-    ANSWER = 3
-    SIDE = 4
-
-
-def _when(row: LogRow) -> datetime | None:
-    return row.log.changed_at if row.entry is None else row.entry.started_at
-
-
-def _time_text(row: LogRow) -> str:
-    when = _when(row)
-    return "—" if when is None else f"{when.astimezone():%Y-%m-%d %H:%M}"
-
-
-def _length_s(row: LogRow) -> float:
-    """-1 where it is unknown."""
-    if row.log.flight is not None:
-        return row.log.flight.duration_s
-    return -1.0 if row.entry is None or row.entry.trouble is not None else row.entry.duration_s
-
-
-def _kind_icon(row: LogRow) -> QIcon:
-    """A recording, or a flight log; what a recording is besides."""
-    entry = row.entry
-    if entry is None:
-        return icon(Icon.MAP)
-    if entry.trouble is not None or entry.was_cut_off:
-        return icon(Icon.WARNING, Meaning.ATTENTION)
-    if entry.is_running:
-        return icon(Icon.RECORD)
-    return icon(Icon.SIMULATOR if entry.is_simulated else Icon.RECORDINGS)
-
-
-def _verdict(row: LogRow) -> Verdict | None:
-    """Nothing is said of a recording that was not read yet."""
-    if row.outcome is not None:
-        return verdict_of(row.outcome, row.log.group)
-    return None if row.why_not is None else _UNREAD
-
-
-def _answer(row: LogRow) -> str:
-    verdict = _verdict(row)
-    if row.outcome is not None and verdict is not None and verdict.word == _FIRES.word:
-        return moment_text(row.outcome.at_s)
-    return "" if verdict is None else tr(verdict.word)
-
-
-def _answer_order(row: LogRow) -> float:
-    """What is not as expected first, then by time; what is not known last."""
-    verdict = _verdict(row)
-    if verdict is None:
-        return 1e10
-    at_s = 1e8 if row.outcome is None else min(row.outcome.at_s, 1e8)
-    return at_s if verdict.meaning is not None else 1e9 + at_s
-
-
-COLUMNS: Final = (
-    TableColumn[LogRow](
-        marked("Log"),
-        lambda row: clean(row.label, longest=80),
-        picture=_kind_icon,
-        widest=lambda: "survey-00.csv",
-        stretches=True,
-    ),
-    TableColumn[LogRow](
-        marked("Time"),
-        _time_text,
-        lambda row: 0.0 if (when := _when(row)) is None else when.timestamp(),
-        widest=lambda: "0000-00-00 00:00",
-    ),
-    TableColumn[LogRow](
-        marked("Duration"),
-        lambda row: "—" if _length_s(row) < 0 else stopwatch(_length_s(row)),
-        _length_s,
-        is_right=True,
-        widest=lambda: "88:88",
-        is_spare=True,
-    ),
-    TableColumn[LogRow](
-        marked("Fires"),
-        _answer,
-        _answer_order,
-        picture=lambda row: None if (verdict := _verdict(row)) is None else icon(verdict.icon, verdict.meaning),
-        ink=lambda row: None if (verdict := _verdict(row)) is None else verdict.meaning,
-        widest=lambda: max(
-            (tr(_UNREAD.word), tr(_NOT_JUDGED.word), tr(_LATE.word), "8:88:88.8"),
-            key=QFontMetrics(font()).horizontalAdvance,
-        ),
-    ),
-    TableColumn[LogRow](
-        marked("Side"),
-        lambda row: "" if row.log.group is FlightGroup.UNSORTED else capitalised(tr(row.log.group.value)),
-        picture=lambda row: None if row.log.group is FlightGroup.UNSORTED else icon(SIDES[row.log.group][2]),
-        widest=lambda: capitalised(tr(FlightGroup.MUST_NOT.value)),
-    ),
-)

@@ -9,19 +9,19 @@ import pyqtgraph as pg
 from numpy.typing import NDArray
 from PySide6.QtCore import QEvent, QPointF, QRectF, QSize, Qt, Signal
 from PySide6.QtGui import QColor, QKeyEvent, QMouseEvent, QPixmap
-from PySide6.QtWidgets import QFrame, QGridLayout, QLabel, QScrollArea, QSizePolicy, QWidget
+from PySide6.QtWidgets import QFrame, QGridLayout, QLabel, QPushButton, QScrollArea, QSizePolicy, QWidget
 
 from app.flights.judge import TriggerLimits
 from app.flights.judging import LEAST, MOST, TILTS_DEG, TIMES_S, Answer, DefaultsResult, FlightGroup
 from app.text.i18n import tr
 from app.text.messages import capitalised, join_names, labelled
 from protocol.catalogue import BY_NAME
-from ui.pages.logs.rows import LogsWork, button, limits_text, short_name
+from ui.pages.logs.rows import LogsWork, limits_text, short_name
 from ui.plots.charts import StaticPlot
 from ui.services.context import DraftExchange
 from ui.style.icons import Icon
 from ui.style.theme import IconSize, Meaning, Space, Theme, current, scaled
-from ui.widgets.controls import IconLabel, in_column, in_row, named, text_label
+from ui.widgets.controls import IconLabel, control, in_column, in_row, named, text_label
 from ui.widgets.notice_bar import Notice, NoticeBar
 from ui.widgets.number_line import Dial, NumberKind, label_for
 
@@ -57,6 +57,9 @@ class ThresholdPanel(QWidget):
             grid.addWidget(dial, row, 1)
             dial.judged.connect(self.judged)
             dial.turned.connect(self._choose)
+        # What may be typed has its own line, with room kept for it: no slider is squeezed, and nothing moves.
+        grid.addLayout(in_column(*(dial.range for _, _, dial in rows), spacing=0), len(rows), 0, 1, 2)
+        grid.setRowMinimumHeight(len(rows), self.fontMetrics().lineSpacing())
 
     @property
     def is_wrong(self) -> bool:
@@ -235,8 +238,8 @@ class ProposalBar(QFrame):
         self.head = text_label("logs_proposal_head", "strong", is_selectable=True)
         self.lines = text_label("logs_proposal_lines", "small", is_selectable=True)
         self.strip = named(NoticeBar(), "logs_notice")
-        self.take = button("logs_take", tr("Try proposal"), Icon.CHECK, self._try)
-        self.use = button("logs_use", tr("Use in Settings"), Icon.SETTINGS, self._use)
+        self.take = control(QPushButton(tr("Try proposal")), "logs_take", picture=Icon.CHECK, slot=self._try)
+        self.use = control(QPushButton(tr("Use in Settings")), "logs_use", picture=Icon.SETTINGS, slot=self._use)
         self.use.setToolTip(tr("Nothing is sent."))
         self._summary = summary = QWidget()
         texts = in_column(self.head, self.lines, 1, spacing=0)

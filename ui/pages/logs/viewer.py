@@ -2,51 +2,107 @@
 
 import shlex
 import time
+from contextlib import suppress
 from pathlib import Path
-from typing import Final
+from typing import Final, NamedTuple
 
 import numpy as np
 from PySide6.QtCore import Qt, Signal
-from PySide6.QtWidgets import QFrame, QLineEdit, QWidget
+from PySide6.QtWidgets import QFrame, QLineEdit, QPushButton, QWidget
 
 from app.flights.flight_log import FlightLog, Floats
 from app.flights.judge import MAX_GAP_S, TriggerLimits
-from app.flights.judging import FlightGroup, summarise
+from app.flights.judging import FlightGroup, FlightSummary, summarise
 from app.flights.read_log import flight_of_recording, read_flight_log
 from app.flights.table import CsvColumns, parse_line, role_words
 from app.limits.limits import LimitsInUse
 from app.recordings.excerpt import LimitSteps
 from app.recordings.library import entry_of, entry_text
 from app.recordings.markers import ModuleLimits
-from app.recordings.recording import Recording, open_recording
+from app.recordings.recording import open_recording
 from app.samples.samples import Readable
 from app.text.i18n import tr
 from app.text.messages import UserError, clean, error_text
 from protocol.translatable import marked
 from ui.core.background_task import BackgroundTask
-from ui.pages.logs.rows import LogRow, button, outcome_text, row_text, short_name, verdict_of
+from ui.pages.logs.rows import LogRow, outcome_text, row_text, short_name, verdict_of
 from ui.plots.lanes import Lane, Mark, Scale, Span, acceleration_lane, mark_of, measured_lanes, tilt_lane
 from ui.plots.time_plot import TimePlot
 from ui.style.icons import Icon
 from ui.style.theme import IconSize, Meaning, Space
-from ui.widgets.controls import ElidedLabel, IconLabel, in_column, in_row, named, text_label
+from ui.widgets.controls import ElidedLabel, IconLabel, control, in_column, in_row, named, text_label
 
 _WINDOW_S: Final = 10.0
 # Makes the plots, which show the time of day, show the time since the log began.
 _MIDNIGHT_S: Final = time.mktime((2001, 1, 1, 0, 0, 0, 0, 0, -1))
-# What was read of a log; one of the two may be missing.
-Opened = tuple[Recording | None, FlightLog | None]
 
 
-def read(path: Path, columns: CsvColumns | None) -> Opened:
-    """Raises `UserError`."""
+class Opened(NamedTuple):
+    """What was read of a log, as it is shown."""
+
+    lanes: tuple[Lane, ...]
+    bounds: Span
+    wall_offset_s: float
+    marks: list[Mark]
+    # What stands in the file.
+    details: list[str]
+    # None: a recording holds nothing to judge.
+    flight: FlightSummary | None
+    # Its beginning on the clock of the plots.
+    start_s: float
+
+
+def read(path: Path, columns: CsvColumns | None, limits: TriggerLimits, in_use: LimitsInUse) -> Opened:
+    """With the thresholds that are tried. Raises `UserError`."""
     if path.suffix.lower() != ".mcap":
-        return None, read_flight_log(path, columns)
+        return _of_flight(read_flight_log(path, columns), limits)
     recording = open_recording(entry_of(path))
-    try:
-        return recording, flight_of_recording(recording)
-    except UserError:  # it holds nothing to judge
-        return recording, None
+    # The module's own thresholds are in the text above.
+    tried, held = _chosen(limits, recording.start_s), recording.last()
+    tried.lights = recording.lights
+    had = (
+        "" if held.fires_deg is None else f"{held.fires_deg:g}°",
+        "" if held.free_fall_g is None else f"{held.free_fall_g:g} g",
+        "" if held.free_fall_s is None else f"{held.free_fall_s:.2f} s",
+    )
+    details = [tr("On the module: {value}", value=" · ".join(filter(None, had)))] if any(had) else []
+    if recording.damage is not None:
+        details.append(recording.damage.translated())
+    lanes = measured_lanes(recording, in_use, tried, LimitSteps())
+    marks = [mark_of(marker) for marker in recording.markers]
+    opened = Opened(lanes, Span(recording.start_s, recording.end_s), recording.wall_offset_s, marks, details, None, 0.0)
+    with suppress(UserError):
+        log = flight_of_recording(recording)
+        return opened._replace(flight=summarise(log), start_s=log.start_s)
+    return opened
+
+
+def _of_flight(log: FlightLog, limits: TriggerLimits) -> Opened:
+    def series(values: Floats) -> Readable:
+        is_known = np.isfinite(values)
+        return Readable(log.time_s[is_known], values[is_known].astype(np.float32))
+
+    first_s, last_s = float(log.time_s[0]), float(log.time_s[-1])
+    chosen = _chosen(limits, first_s)
+    lanes = [
+        tilt_lane(series(log.tilt_deg), (chosen.fires, None), (chosen.rearms, None), gap_s=MAX_GAP_S),
+        acceleration_lane(series(log.specific_force_g), (chosen.falls, None), gap_s=MAX_GAP_S),
+    ]
+    if log.altitude_m is not None and np.isfinite(log.altitude_m).any():
+        low, high = float(np.nanmin(log.altitude_m)), float(np.nanmax(log.altitude_m))
+        room = max(0.5, (high - low) * 0.1)
+        scales = (Scale(low - room, high + room, 0.0),)
+        lanes.append(Lane(marked("Altitude"), "m", series(log.altitude_m), scales, weight=1.2, gap_s=1.0))
+    marks = [mark_of(reset) for reset in log.resets]
+    return Opened(tuple(lanes), Span(0.0, max(log.duration_s, last_s)), _MIDNIGHT_S, marks, [], summarise(log), 0.0)
+
+
+def _chosen(limits: TriggerLimits, start_s: float) -> LimitSteps:
+    """The thresholds that are tried, all the time."""
+    tilt_deg, force_g, time_s = limits[:3]
+    steps = LimitSteps()
+    steps.put(start_s, ModuleLimits(tilt_deg, limits.reset_angle_deg, force_g, time_s))
+    return steps
 
 
 class LogView(QWidget):
@@ -63,17 +119,17 @@ class LogView(QWidget):
         self._limits = TriggerLimits()
         self.plot: TimePlot | None = None
         self._reading: BackgroundTask[Opened] = BackgroundTask("dps-s log", self)
-        self.back = button("log_back", tr("All logs"), Icon.CHEVRON_LEFT, self.close_log)
-        self.back.setToolTip("Esc")
+        back = QPushButton(tr("All logs"))
+        self.back = control(back, "log_back", tip="Esc", picture=Icon.CHEVRON_LEFT, slot=self.close_log)
         self.name = named(ElidedLabel(), "log_name", "title")
         self.picture = IconLabel("log_icon", IconSize.NOTICE)
         self.verdict = text_label("log_verdict", "strong", is_selectable=True)
         self.details = text_label("log_details", "small", is_selectable=True)
         self.columns = QWidget()
-        self.line = named(QLineEdit(), "log_columns")
-        self.line.setAccessibleName(tr("Columns"))
+        self.line = control(QLineEdit(), "log_columns", says=tr("Columns"))
         self.line.returnPressed.connect(self._choose_columns)
-        self.read = button("log_read", tr("Read"), Icon.CHECK, self._choose_columns, "primary")
+        self.read = control(QPushButton(tr("Read")), "log_read", picture=Icon.CHECK, role="primary")
+        self.read.clicked.connect(self._choose_columns)
         self.fault = text_label("log_fault", "danger")
         verdict = in_row((self.picture, Qt.AlignmentFlag.AlignTop), (self.verdict, 1))
         in_row((self.line, 1), self.read, of=self.columns, margins=0)
@@ -106,7 +162,7 @@ class LogView(QWidget):
             if not isinstance(error, UserError):
                 raise error
 
-        self._reading.run(lambda _running: read(Path(row.name), log.columns), self._show, fail)
+        self._reading.run(lambda _: read(Path(row.name), log.columns, limits, self._in_use), self._show, fail)
 
     def clear(self) -> None:
         self._reading.cancel()
@@ -133,58 +189,38 @@ class LogView(QWidget):
 
     def _show(self, opened: Opened) -> None:
         """The verdict is what the list would say now, with the thresholds that are tried."""
-        row, (recording, log) = self._row, opened
+        row, flight, start_s = self._row, opened.flight, opened.start_s
         if row is None:
             return
-        details, marks, moment_s = [self.details.text()], list[Mark](), None
-        start_s = 0.0 if recording is None or log is None else log.start_s
-        if recording is not None:
-            bounds, offset_s = Span(recording.start_s, recording.end_s), recording.wall_offset_s
-            # The thresholds that are tried; the module's own ones are in the text above.
-            tried, held = _chosen(self._limits, recording.start_s), recording.last()
-            tried.lights = recording.lights
-            lanes = measured_lanes(recording, self._in_use, tried, LimitSteps())
-            marks += map(mark_of, recording.markers)
-            had = (
-                "" if held.fires_deg is None else f"{held.fires_deg:g}°",
-                "" if held.free_fall_g is None else f"{held.free_fall_g:g} g",
-                "" if held.free_fall_s is None else f"{held.free_fall_s:.2f} s",
-            )
-            if any(had):
-                details.append(tr("On the module: {value}", value=" · ".join(filter(None, had))))
-            details.append("" if recording.damage is None else recording.damage.translated())
-        elif log is not None:
-            bounds, offset_s = Span(0.0, max(log.duration_s, float(log.time_s[-1]))), _MIDNIGHT_S
-            lanes = _flight_lanes(log, self._limits)
-            marks += map(mark_of, log.resets)
-        if log is None:
+        details, marks = [self.details.text(), *opened.details], opened.marks
+        moments_s: list[float] = []
+        if flight is None:
             self._say(Icon.UNKNOWN, tr("no status reports"), Meaning.ATTENTION)
         else:
-            flight = summarise(log)
             outcome = flight.outcome(self._limits)
             verdict = verdict_of(outcome, row.log.group)
             group = "" if row.log.group is FlightGroup.UNSORTED else f" · {tr(row.log.group.value)}"
             self._say(verdict.icon, outcome_text(flight, outcome) + group, verdict.meaning)
-            details += [clean(problem.translated()) for problem in log.problems]
+            details += [clean(problem.translated()) for problem in flight.problems]
             if outcome.sources:
-                moment_s = outcome.at_s
+                moments_s.append(outcome.at_s)
                 marks.append(Mark(outcome.at_s + start_s, marked("fires"), Icon.PARACHUTE, verdict.meaning))
             if flight.loss_s is not None:
-                moment_s = flight.loss_s if moment_s is None else moment_s
+                moments_s.append(flight.loss_s)
                 word = marked("control lost (estimate)")
                 marks.append(Mark(flight.loss_s + start_s, word, Icon.WARNING, Meaning.ATTENTION))
             if flight.impact_s is not None:
-                marks.append(Mark(flight.impact_s + start_s, marked("impact"), Icon.DROP, None))
+                marks.append(Mark(flight.impact_s + start_s, marked("impact"), Icon.DROP))
         self._show_details(*details)
         self.details.setToolTip(row_text(row))
-        plot = self.plot = TimePlot(lanes, wall_offset_s=offset_s, bounds=bounds)
+        plot = self.plot = TimePlot(opened.lanes, wall_offset_s=opened.wall_offset_s, bounds=opened.bounds)
         plot.add_marks(marks)
         self._room.addWidget(plot)
         self._card.show()
-        if moment_s is not None:
+        for moment_s in moments_s[:1]:
             plot.time_range.choose_length(_WINDOW_S)
             plot.time_range.show_instant(moment_s + start_s)
-        plot.draw(bounds.end_s)
+        plot.draw(opened.bounds.end_s)
 
     def _choose_columns(self) -> None:
         try:
@@ -195,27 +231,3 @@ class LogView(QWidget):
             return
         if self._row is not None:
             self.columns_chosen.emit(self._row.name, columns)
-
-
-def _chosen(limits: TriggerLimits, start_s: float) -> LimitSteps:
-    """The thresholds that are tried, all the time."""
-    tilt_deg, force_g, time_s = limits[:3]
-    steps = LimitSteps()
-    steps.put(start_s, ModuleLimits(tilt_deg, limits.reset_angle_deg, force_g, time_s))
-    return steps
-
-
-def _flight_lanes(log: FlightLog, limits: TriggerLimits) -> tuple[Lane, ...]:
-    def series(values: Floats) -> Readable:
-        is_known = np.isfinite(values)
-        return Readable(log.time_s[is_known], values[is_known].astype(np.float32))
-
-    chosen = _chosen(limits, float(log.time_s[0]))
-    tilt = tilt_lane(series(log.tilt_deg), (chosen.fires, None), (chosen.rearms, None), gap_s=MAX_GAP_S)
-    force = acceleration_lane(series(log.specific_force_g), (chosen.falls, None), gap_s=MAX_GAP_S)
-    if log.altitude_m is None or not np.isfinite(log.altitude_m).any():
-        return tilt, force
-    low, high = float(np.nanmin(log.altitude_m)), float(np.nanmax(log.altitude_m))
-    room = max(0.5, (high - low) * 0.1)
-    scales = (Scale(low - room, high + room, 0.0),)
-    return tilt, force, Lane(marked("Altitude"), "m", series(log.altitude_m), scales, weight=1.2, gap_s=1.0)

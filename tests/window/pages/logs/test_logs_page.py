@@ -285,7 +285,13 @@ def test_map_and_list_follow_a_threshold(desk: Desk) -> None:
     desk.qtbot.keyClicks(page.thresholds.tilt.box, "45")
     assert page.work.limits.attitude_threshold_deg == 45
     assert page.proposal.use.isEnabled()
+    let_lay_out(page)
+    before = places(page.thresholds)
     desk.qtbot.keyClicks(page.thresholds.tilt.box, "0")  # 450°
+    let_lay_out(page)
+    assert moved(before, places(page.thresholds)) == []  # no slider is squeezed
+    assert page.thresholds.tilt.range.isVisible()
+    assert not cut_off(page.thresholds)
     assert (page.thresholds.tilt.box.text(), page.work.limits.attitude_threshold_deg) == ("450", 45)
     assert not page.proposal.use.isEnabled()
     desk.qtbot.keyClick(page.thresholds.tilt.box, Qt.Key.Key_Backspace)
