@@ -2152,6 +2152,10 @@
         <translation>程序</translation>
     </message>
     <message>
+        <source>Proposal</source>
+        <translation>建议</translation>
+    </message>
+    <message>
         <source>Proposal: {limits}</source>
         <translation>建议：{limits}</translation>
     </message>
@@ -4548,10 +4552,6 @@
     <message>
         <source>{count} of {total} fire in time</source>
         <translation>{total} 次中 {count} 次及时触发</translation>
-    </message>
-    <message>
-        <source>{count} of {total} logs</source>
-        <translation>{count}/{total} 个日志</translation>
     </message>
     <message>
         <source>{count} of {total} not judged.</source>

@@ -200,12 +200,14 @@ class PageJob(QObject):
         then: Callable[[Result], object],
         refused: Callable[[Exception], str],
         *,
+        cancelled: Callable[[], object] = bool,
         writes: bool = True,
         can_cancel: bool = True,
         cause: str = "",
     ) -> None:
         """Does it in the background; `then` says what came of it, `refused` why nothing did. What `writes` goes on when
-        the window closes; cancelled, it learns that and says what it had done by then. Reading ends at once."""
+        the window closes; cancelled, it learns that and says what it had done by then. Reading ends at once, and then
+        `cancelled` is called."""
         task: BackgroundTask[Result] = BackgroundTask("dps-s file", self, finished_at_close=writes, for_once=True)
 
         def end(result: Result) -> None:
@@ -224,6 +226,7 @@ class PageJob(QObject):
             if not writes:
                 task.cancel()
                 fail(ExportCancelled())
+                cancelled()
 
         if not self._tasks:
             self._said.clear()  # else what came of those that ended meanwhile must still be read

@@ -87,7 +87,7 @@ def test_several_files_dropped_on_any_page_open_all_and_each_that_cannot_be_read
         assert drop(assembly.window, profile, flight, tmp_path / "a.xyz", tmp_path / "page.ulg")
         qtbot.waitUntil(lambda: settings.panel is not None)
         qtbot.waitUntil(logs.isVisible)
-        qtbot.waitUntil(lambda: not logs.work.task.is_running)
+        qtbot.waitUntil(lambda: not logs.work.is_reading)
         assert [row.outcome is not None for row in logs.work.rows()] == [True, False, False]
         said = notice_text(logs.strip)
         assert said.startswith("2 of 3 not read.")

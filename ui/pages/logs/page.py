@@ -45,7 +45,7 @@ from protocol.translatable import marked
 from ui.core.background_task import Running
 from ui.files.file_dialogs import AskMany, AskPath, ask_flight_logs, ask_folder, ask_path, default_name
 from ui.forms.tables import RowsTable, SearchedRows
-from ui.pages.logs.rows import COLUMNS, SIDES, LogColumn, LogRow, LogsWork, Reading, limits_text, row_text, sides_text
+from ui.pages.logs.rows import COLUMNS, SIDES, LogColumn, LogRow, LogsWork, limits_text, row_text, sides_text
 from ui.pages.logs.thresholds import FireMapView, ProposalBar, ThresholdPanel, bounds_lines
 from ui.pages.logs.viewer import LogView
 from ui.services.context import Services
@@ -57,8 +57,8 @@ from ui.widgets.controls import control, in_column, in_row, named, set_role, sta
 from ui.widgets.notice_bar import Choice, Notice
 from ui.widgets.visibility_timer import VisibilityTimer
 
-# For progress of reading, while the page is visible; each tenth time the recordings are listed again.
-_POLL_MS: Final = 200
+# The recordings, while the page is visible.
+_LIST_MS: Final = 2000
 _MAP_PX: Final = 280
 _LEAST_LIST_PX: Final = 160
 # Of files that cannot be read; the reason of each is in its row, too.
@@ -70,12 +70,12 @@ class LogsPage(Page):
 
     def __init__(self, services: Services) -> None:
         super().__init__("logs")
-        self.work = LogsWork(services.storage.library, self)
+        self.result = PageJob(self, is_of_module=False)
+        self.work = LogsWork(services.storage.library, self.result)
         self.ask_files: AskMany = ask_flight_logs
         self.ask_folder: AskMany = ask_folder
         self.ask_path: AskPath = ask_path
         self._folder = Path.home()
-        self.result = PageJob(self, is_of_module=False)
         self.table: RowsTable[LogRow] = RowsTable(
             "logs_table",
             tr("Logs"),
@@ -99,12 +99,11 @@ class LogsPage(Page):
         self.view = LogView(services.in_use)
         # What a person opened last is one file, which is shown once it is read.
         self._is_single = False
-        self._polls = 0
         self._make_actions()
         self._lay_out()
         work = self.work
         work.changed.connect(self.refresh_list)
-        work.loading_ended.connect(self._end_loading)
+        work.ended.connect(self._end_loading)
         self.thresholds.chosen.connect(work.choose)
         self.thresholds.judged.connect(self.proposal.refresh)
         self.map.chosen.connect(
@@ -115,15 +114,15 @@ class LogsPage(Page):
         self.view.closed.connect(self._show_list)
         self.view.columns_chosen.connect(self._read_with)
         self.result.changed.connect(self._refresh_notice)
-        self.result.changed.connect(self._refresh_actions)
         self.proposal.use.clicked.connect(lambda: self.page_wanted.emit("settings"))
-        VisibilityTimer(self, self._tick, every_ms=_POLL_MS)
+        VisibilityTimer(self, self._list_again, every_ms=_LIST_MS)
         self.refresh_list()
 
     def _make_actions(self) -> None:
         """For the chosen logs, in a bar above the list and in its menu."""
 
         def move(group: FlightGroup) -> None:
+            self._is_single = False
             self.work.move([row.name for row in self.table.chosen()], group)
 
         self.bar = named(QToolBar(), "logs_actions")
@@ -206,6 +205,7 @@ class LogsPage(Page):
     def _open_chosen(self) -> None:
         rows = self.table.chosen()
         if len(rows) == 1:
+            self._is_single = False
             self.open_row(rows[0])
 
     def _show_list(self) -> None:
@@ -218,16 +218,28 @@ class LogsPage(Page):
         heads = {log.name: log.head for log in unread}
         self.open_files([Path(log.name) for log in unread if log.head == heads.get(name)], columns)
 
-    def _end_loading(self, ended: Reading) -> None:
-        self.result.set_notice(partial(self._ended_notice, ended))
+    def _end_loading(self, names: list[str]) -> None:
+        self.result.set_notice(partial(self._read_notice, names), "logs")
         self.refresh_list()
-        self.table.choose(lambda row: row.name in ended.names)
+        self.table.choose(lambda row: row.name in names)
         chosen = self.table.chosen()
         if chosen:
             self.table.scrollTo(self.table.selectionModel().selectedRows()[0])
-        if self._is_single and len(chosen) == 1 and not ended.was_cancelled:
+        if self._is_single and len(chosen) == 1:
             self.open_row(chosen[0])
         self._is_single = False
+
+    def _read_notice(self, names: list[str]) -> Notice | None:
+        """Each that could not be read, as long as it is there; None where everything was read."""
+        if not names:
+            return Notice(Meaning.INFORMATION, tr("No logs found."))
+        unread = [log for log in self.work.unread() if log.name in names]
+        lines = [tr("{count} of {total} not read.", count=len(unread), total=len(names))]
+        for log in unread[:_REASONS_SHOWN]:
+            if log.why_not is not None:
+                why = clean(log.why_not.translated(), longest=400)
+                lines.append(labelled(clean(Path(log.name).name, longest=80), why))
+        return Notice(Meaning.ATTENTION, "\n".join(lines)) if unread else None
 
     # Showing
 
@@ -246,34 +258,7 @@ class LogsPage(Page):
         self._refresh_actions()
 
     def _refresh_notice(self) -> None:
-        loading = self.work.loading
-        if self.work.task.is_running:
-            text = tr("Reading logs…")
-            if loading.total is not None:
-                text = tr("{what} ({done} of {total})", what=text, done=loading.read, total=loading.total)
-            cancel = Choice("cancel_logs", tr("Cancel"), self.work.cancel)
-            self.proposal.show_notices([Notice(Meaning.INFORMATION, text, (cancel,))])
-        else:
-            self.proposal.show_notices(self.result.notices)
-
-    def _ended_notice(self, ended: Reading) -> Notice | None:
-        """None where everything was read."""
-        if ended.why:
-            return Notice(Meaning.ATTENTION, tr("Failed: {why}.", why=ended.why))
-        if ended.was_cancelled:
-            read = [] if ended.total is None else [tr("{count} of {total} logs", count=ended.read, total=ended.total)]
-            return Notice(Meaning.INFORMATION, join_sentences((tr("Cancelled."), *read)))
-        if not ended.names:
-            return Notice(Meaning.INFORMATION, tr("No logs found."))
-        unread = [log for log in self.work.unread() if log.name in ended.names]
-        if not unread:
-            return None
-        lines = [tr("{count} of {total} not read.", count=len(unread), total=len(ended.names))]
-        for log in unread[:_REASONS_SHOWN]:
-            if log.why_not is not None:
-                why = clean(log.why_not.translated(), longest=400)
-                lines.append(labelled(clean(Path(log.name).name, longest=80), why))
-        return Notice(Meaning.ATTENTION, "\n".join(lines), dismiss=self.result.dismiss)
+        self.proposal.show_notices(self.result.notices)
 
     def _explain(self) -> None:
         used = size_text(sum(entry.size_bytes for entry in self.work.entries))
@@ -284,12 +269,9 @@ class LogsPage(Page):
         text = "".join(f"<p>{sentence}</p>" for sentence in sentences)
         QWhatsThis.showText(self.mapToGlobal(self.rect().center()), text, self)
 
-    def _tick(self) -> None:
-        self.work.poll()
-        if self._polls % 10 == 0 and not self.work.listing.is_running:
+    def _list_again(self) -> None:
+        if not self.work.listing.is_running:
             self.work.list_again()
-        self._polls += 1
-        self._refresh_notice()
 
     # What is done with the chosen ones
 
@@ -298,14 +280,13 @@ class LogsPage(Page):
 
     def _refresh_actions(self) -> None:
         rows, entries = self.table.chosen(), self._entries()
-        is_idle = not self.result.is_busy
         is_recording = len(entries) == 1 == len(rows) and entries[0].trouble is None
         for action in self.action.values():
             action.setEnabled(bool(rows))
         self.action["open"].setEnabled(len(rows) == 1)
-        self.action["export"].setEnabled(is_idle and is_recording)
+        self.action["export"].setEnabled(is_recording)
         removing = self.action["remove"]
-        removing.setEnabled(is_idle and bool(rows) and not any(entry.is_running for entry in entries))
+        removing.setEnabled(bool(rows) and not any(entry.is_running for entry in entries))
         removing.setText(tr("Delete…") if entries else tr("Remove"))
 
     def _export(self) -> None:
@@ -323,9 +304,8 @@ class LogsPage(Page):
                 text = join_sentences([saved_text(path, done.rows), *damage])
                 self.result.notify_saved(path, text, Meaning.ATTENTION if damage else Meaning.GOOD)
 
-            if not self.result.is_busy:
-                doing = tr("Exporting {name}", name=path.name)
-                self.result.begin(doing, work, end, partial(not_written, path))
+            doing = tr("Exporting {name}", name=path.name)
+            self.result.begin(doing, work, end, partial(not_written, path), cause=str(path))
 
         title = tr("Recording of {time}", time=when_text(entry))
         self.ask_path(self, title, self._folder / name, "*.csv;;*.mcap", save)
@@ -372,7 +352,6 @@ class LogsPage(Page):
     def ways_back(self) -> WaysBack:
         return (
             (self._stack.currentWidget() is self.view, self.view.close_log),
-            (self.work.task.is_running, self.work.cancel),
             (self.result.is_busy, self.result.cancel_files),
             (self.result.said, self.result.dismiss),
         )

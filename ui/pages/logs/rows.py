@@ -25,15 +25,18 @@ from protocol.messages import Source
 from protocol.translatable import marked
 from ui.core.background_task import BackgroundTask, Running
 from ui.forms.tables import TableColumn
+from ui.session.page_job import PageJob
 from ui.style.icons import Icon, icon
 from ui.style.theme import Meaning, font
+
+_UNSORTED: Final = FlightGroup.UNSORTED
 
 
 class LogFile(NamedTuple):
     """A file that was opened, or is to be: then it has neither a flight nor a reason why not."""
 
     name: str  # Its path
-    group: FlightGroup = FlightGroup.UNSORTED
+    group: FlightGroup = _UNSORTED
     columns: CsvColumns | None = None  # With which a table was read; None: recognised by name
     flight: FlightSummary | None = None
     why_not: UserMessage | None = None  # It could not be read
@@ -45,54 +48,26 @@ class LogFile(NamedTuple):
         return self.flight is None and self.why_not is None
 
 
-class Reading:
-    """Files and folders to read, but what is `skipped`: it is already there. Its thread writes `names`, `total`
-    (None until they are counted) and `done`."""
-
-    def __init__(
-        self, paths: Iterable[Path] = (), columns: CsvColumns | None = None, skipped: Iterable[str] = ()
-    ) -> None:
-        self._paths, self._columns, self._skipped = tuple(paths), columns, frozenset(skipped)
-        self.total: int | None = None
-        self.names: tuple[str, ...] = ()
-        self.done: deque[LogFile] = deque()
-        self.read = 0  # Of `done`, what was taken over
-        self.was_cancelled = False
-        self.why = ""  # An error of the operating system
-
-    def run(self, running: Running) -> None:
-        found = list(find_logs(self._paths))
-        self.names = tuple(map(str, found))
-        paths = [path for path in found if str(path) not in self._skipped]
-        self.total = len(paths)
-        for path, flight, why_not, head in summarise_logs(paths, self._columns, is_cancelled=running.is_cancelled):
-            try:
-                changed_at = datetime.fromtimestamp(path.stat().st_mtime, UTC)
-            except (OSError, ValueError):  # it is in an archive, or gone
-                changed_at = None
-            log = LogFile(str(path), FlightGroup.UNSORTED, self._columns, flight, why_not, head, changed_at)
-            self.done.append(log)
-
-
 class LogsWork(QObject):
-    """Reads orders one after another, and keeps what was read. `loading_ended` has the `Reading`."""
+    """Reads files and folders one after another as a `job` of the page, and keeps what was read."""
 
     changed = Signal()
-    loading_ended = Signal(object)
+    ended = Signal(object)  # Everything was read: the names of these logs, also of those that were there before
 
-    def __init__(self, library: RecordingLibrary, parent: QObject) -> None:
-        super().__init__(parent)
-        self.library = library
+    def __init__(self, library: RecordingLibrary, job: PageJob) -> None:
+        super().__init__(job)
+        self.library, self._job = library, job
         self.entries: tuple[RecordingEntry, ...] = ()
         self.listing: BackgroundTask[tuple[RecordingEntry, ...]] = BackgroundTask("dps-s recordings", self)
         self.logs: dict[str, LogFile] = {}
         self.limits = TriggerLimits()
         self.proposal: ThresholdProposal | None = None
-        # The present one, or the last.
-        self.loading = Reading()
-        self._orders: deque[Reading] = deque()
-        self.task: BackgroundTask[None] = BackgroundTask("dps-s logs", self)
         self.proposing: BackgroundTask[ThresholdProposal] = BackgroundTask("dps-s thresholds", self)
+        # What is to be read; the thread takes it from here, and puts there what it has read.
+        self._orders: deque[tuple[tuple[Path, ...], CsvColumns | None]] = deque()
+        self._done: deque[LogFile] = deque()
+        self.is_reading = False
+        job.changed.connect(self._take)
 
     def side(self, group: FlightGroup) -> list[FlightSummary]:
         """Without what could not be read."""
@@ -127,45 +102,59 @@ class LogsWork(QObject):
 
     def open(self, paths: Iterable[Path], columns: CsvColumns | None = None) -> None:
         """Reads files and folders, without logs that are already there; a recording may have grown."""
+        self._orders.append((tuple(paths), columns))
+        if not self.is_reading:
+            self._begin()
+
+    def _begin(self) -> None:
         recordings = {str(entry.path) for entry in self.entries}
-        read = [log.name for log in self.logs.values() if log.flight is not None and log.name not in recordings]
-        self._orders.append(Reading(paths, columns, read))
-        self._begin_next()
+        known = {log.name for log in self.logs.values() if log.flight is not None} - recordings
+        orders, done = self._orders, self._done
 
-    def _begin_next(self) -> None:
-        if self._orders and not self.task.is_running:
-            self.loading = self._orders.popleft()
-            self.task.run(self.loading.run, lambda _none: self._end(), self._end)
+        def read(running: Running) -> list[str]:
+            names: list[str] = []
+            while orders:
+                paths, columns = orders.popleft()
+                found = list(find_logs(paths))
+                names += map(str, found)
+                wanted = [path for path in found if str(path) not in known]
+                logs = summarise_logs(wanted, columns, is_cancelled=running.is_cancelled)
+                for number, (path, flight, why_not, head) in enumerate(logs, 1):
+                    done.append(LogFile(str(path), _UNSORTED, columns, flight, why_not, head, _changed_at(path)))
+                    running.share = number / len(wanted)
+            return names
 
-    def poll(self) -> None:
+        def end(names: list[str]) -> None:
+            self.is_reading = False
+            self._change()
+            self.ended.emit(names)
+            if self._orders:  # its thread was about to end
+                self._begin()
+
+        def refused(error: Exception) -> str:
+            self._stop()
+            return tr("Failed: {why}.", why=error_text(error))
+
+        self.is_reading = True
+        doing = tr("Reading logs…")
+        self._job.begin(doing, read, end, refused, cancelled=self._stop, writes=False, cause="logs")
+
+    def _take(self) -> None:
         """Takes over the logs that were read since."""
-        loading = self.loading
-        is_new = bool(loading.done)
-        while loading.done:
-            log = loading.done.popleft()
+        is_new = bool(self._done)
+        while self._done:
+            log = self._done.popleft()
             self.logs[log.name] = log._replace(group=self.logs.get(log.name, log).group)
-            loading.read += 1
         if is_new:
             self.changed.emit()
 
-    def cancel(self) -> None:
-        """Returns at once; logs already read stay, logs being read are dropped."""
-        if self.task.is_running:
-            self._orders.clear()
-            self.task.cancel()
-            self.loading.was_cancelled = True
-            self._end()
-
-    def _end(self, error: Exception | None = None) -> None:
-        self.poll()
-        ended, self.loading = self.loading, Reading()  # what its thread still reads is discarded
+    def _stop(self) -> None:
+        """Logs already read stay; what the thread still reads is nobody's."""
+        self.is_reading = False
+        self._take()
+        self._orders.clear()
+        self._orders, self._done = deque(), deque()
         self._change()
-        if error is not None:
-            ended.why = error_text(error)
-        self.loading_ended.emit(ended)
-        self._begin_next()
-        if error is not None and not isinstance(error, OSError):
-            raise error
 
     # What a person chooses
 
@@ -204,13 +193,20 @@ class LogsWork(QObject):
         self.changed.emit()
 
 
+def _changed_at(path: Path) -> datetime | None:
+    try:
+        return datetime.fromtimestamp(path.stat().st_mtime, UTC)
+    except (OSError, ValueError):  # it is in an archive, or gone
+        return None
+
+
 # Rows
 
 # How a person puts logs on a side: tip, key and picture.
 SIDES: Final = {
     FlightGroup.MUST_NOT: (marked("An ordinary flight: it must not fire."), "N", Icon.NOT_TRIGGERED),
     FlightGroup.MUST: (marked("It crashed: it must fire."), "M", Icon.PARACHUTE),
-    FlightGroup.UNSORTED: (marked("On neither side"), "U", Icon.UNKNOWN),
+    _UNSORTED: (marked("On neither side"), "U", Icon.UNKNOWN),
 }
 
 
@@ -351,8 +347,8 @@ COLUMNS: Final = (
     ),
     TableColumn[LogRow](
         marked("Side"),
-        lambda row: "" if row.log.group is FlightGroup.UNSORTED else capitalised(tr(row.log.group.value)),
-        picture=lambda row: None if row.log.group is FlightGroup.UNSORTED else icon(SIDES[row.log.group][2]),
+        lambda row: "" if row.log.group is _UNSORTED else capitalised(tr(row.log.group.value)),
+        picture=lambda row: None if row.log.group is _UNSORTED else icon(SIDES[row.log.group][2]),
         widest=lambda: capitalised(tr(FlightGroup.MUST_NOT.value)),
     ),
 )
@@ -414,14 +410,13 @@ def sides_text(rows: list[LogRow]) -> tuple[str, bool]:
     texts, is_bad = [], False
     for group in (FlightGroup.MUST_NOT, FlightGroup.MUST):
         outcomes = [row.outcome for row in rows if row.outcome is not None and row.log.group is group]
-        total, text = len(outcomes), ""
+        total = len(outcomes)
         if group is FlightGroup.MUST:
             count = sum(outcome.is_before_impact for outcome in outcomes)
             text, is_wrong = tr("{count} of {total} fire in time", count=count, total=total), count < total
         else:
             count = sum(outcome.answer is Answer.FIRES for outcome in outcomes)
             text, is_wrong = tr("{count} of {total} fire", count=count, total=total), count > 0
-        if outcomes:
-            is_bad |= is_wrong
-            texts.append(labelled(capitalised(tr(group.value)), text))
+        is_bad |= is_wrong
+        texts += [labelled(capitalised(tr(group.value)), text)] if outcomes else []
     return " · ".join(texts), is_bad

@@ -9,7 +9,7 @@ import pyqtgraph as pg
 from numpy.typing import NDArray
 from PySide6.QtCore import QEvent, QPointF, QRectF, QSize, Qt, Signal
 from PySide6.QtGui import QColor, QKeyEvent, QMouseEvent, QPixmap
-from PySide6.QtWidgets import QFrame, QGridLayout, QLabel, QPushButton, QScrollArea, QSizePolicy, QWidget
+from PySide6.QtWidgets import QFrame, QGridLayout, QLabel, QPushButton, QSizePolicy, QWidget
 
 from app.flights.judge import TriggerLimits
 from app.flights.judging import LEAST, MOST, TILTS_DEG, TIMES_S, Answer, DefaultsResult, FlightGroup
@@ -21,7 +21,7 @@ from ui.plots.charts import StaticPlot
 from ui.services.context import DraftExchange
 from ui.style.icons import Icon
 from ui.style.theme import IconSize, Meaning, Space, Theme, current, scaled
-from ui.widgets.controls import IconLabel, control, in_column, in_row, named, text_label
+from ui.widgets.controls import IconLabel, control, in_column, in_row, named, scroll_area, text_label
 from ui.widgets.notice_bar import Notice, NoticeBar
 from ui.widgets.number_line import Dial, NumberKind, label_for
 
@@ -87,10 +87,9 @@ _KEYS: Final = {
     Qt.Key.Key_PageDown: (-10, 0),
 }
 _TIME_STEP_S: Final = 0.05
-_EDGE_DEG: Final = 0.5
-# Lower and upper edge of the times and of the tilts.
+# Lower and upper edge of the cells, by times and by tilts.
 _TIME_EDGES_S: Final = (float(TIMES_S[0]) - _TIME_STEP_S / 2, float(TIMES_S[-1]) + _TIME_STEP_S / 2)
-_TILT_EDGES_DEG: Final = (float(TILTS_DEG[0]) - _EDGE_DEG, float(TILTS_DEG[-1]) + _EDGE_DEG)
+_TILT_EDGES_DEG: Final = (float(TILTS_DEG[0]) - 0.5, float(TILTS_DEG[-1]) + 0.5)
 Cells = NDArray[np.float64]
 
 
@@ -153,15 +152,10 @@ class FireMapView(StaticPlot):
         """Moves the cross; `text` is the accessible text."""
         self._limits = limits
         self.announce(text)
-        tilt, time_s = self._bounded(limits.attitude_threshold_deg, limits.freefall_time_s)
+        tilt, time_s = _on_map(limits.attitude_threshold_deg, limits.freefall_time_s)
         for line in self.cross:
             line.setPos(tilt if line.angle == 0 else time_s)
         self.handle.setPos(time_s, tilt)
-
-    def _bounded(self, tilt_deg: float, time_s: float) -> tuple[float, float]:
-        (first, last), (low, high) = _TIME_EDGES_S, _TILT_EDGES_DEG
-        tilt = min(max(tilt_deg, low + _EDGE_DEG), high - _EDGE_DEG)
-        return tilt, round(min(max(time_s, first + _TIME_STEP_S / 2), last - _TIME_STEP_S / 2), 2)
 
     # Drawing
 
@@ -204,7 +198,7 @@ class FireMapView(StaticPlot):
     def choose_at(self, place: QPointF) -> None:
         """Chooses the thresholds at a place: whole degrees, steps of 0.05 s."""
         at = self.view.mapSceneToView(place)
-        self.chosen.emit(*self._bounded(round(at.y()), round(at.x() / _TIME_STEP_S) * _TIME_STEP_S))
+        self.chosen.emit(*_on_map(round(at.y()), round(at.x() / _TIME_STEP_S) * _TIME_STEP_S))
 
     def mousePressEvent(self, event: QMouseEvent) -> None:
         if event.button() == Qt.MouseButton.LeftButton:
@@ -219,12 +213,18 @@ class FireMapView(StaticPlot):
         steps = _KEYS.get(Qt.Key(event.key()))
         if steps is not None:
             tilt = self._limits.attitude_threshold_deg + steps[0]
-            self.chosen.emit(*self._bounded(tilt, self._limits.freefall_time_s + steps[1] * _TIME_STEP_S))
+            self.chosen.emit(*_on_map(tilt, self._limits.freefall_time_s + steps[1] * _TIME_STEP_S))
         else:
             super().keyPressEvent(event)
 
 
-_LINES = 5
+def _on_map(tilt_deg: float, time_s: float) -> tuple[float, float]:
+    """The nearest thresholds on the map."""
+    tilt, time = np.clip(tilt_deg, TILTS_DEG[0], TILTS_DEG[-1]), np.clip(time_s, TIMES_S[0], TIMES_S[-1])
+    return float(tilt), round(float(time), 2)
+
+
+_LINES: Final = 5
 
 
 class ProposalBar(QFrame):
@@ -244,13 +244,10 @@ class ProposalBar(QFrame):
         self._summary = summary = QWidget()
         texts = in_column(self.head, self.lines, 1, spacing=0)
         in_row((self.picture, Qt.AlignmentFlag.AlignTop), (texts, 1), of=summary, margins=(Space.S, 0))
-        area, content = QScrollArea(), QWidget()
-        area.setFrameShape(QFrame.Shape.NoFrame)
-        area.setWidgetResizable(True)
-        area.setHorizontalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAlwaysOff)
-        area.setFocusPolicy(Qt.FocusPolicy.NoFocus)
-        area.setWidget(content)
+        content = QWidget()
         in_column(summary, self.strip, of=content, spacing=0, margins=0)
+        area = scroll_area(content, "logs_proposal_area", tr("Proposal"), is_vertical=True)
+        area.setFrameShape(QFrame.Shape.NoFrame)
         for ground in (content, area.viewport()):
             ground.setAutoFillBackground(False)
         area.setFixedHeight(_LINES * self.fontMetrics().lineSpacing() + Space.S)

@@ -126,7 +126,7 @@ class LogView(QWidget):
         self.verdict = text_label("log_verdict", "strong", is_selectable=True)
         self.details = text_label("log_details", "small", is_selectable=True)
         self.columns = QWidget()
-        self.line = control(QLineEdit(), "log_columns", says=tr("Columns"))
+        self.line = named(QLineEdit(), "log_columns", says=tr("Columns"))
         self.line.returnPressed.connect(self._choose_columns)
         self.read = control(QPushButton(tr("Read")), "log_read", picture=Icon.CHECK, role="primary")
         self.read.clicked.connect(self._choose_columns)

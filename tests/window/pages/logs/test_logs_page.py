@@ -68,7 +68,7 @@ class Desk(Driver):
 
     def wait_read(self) -> None:
         work = self.page.work
-        self.until(lambda: not work.task.is_running and not work.proposing.is_running)
+        self.until(lambda: not work.is_reading and not work.proposing.is_running)
 
     def list_again(self, count: int) -> None:
         """Refresh the list of recordings; wait until there are `count` rows and nothing reads it any more."""
@@ -202,15 +202,15 @@ def test_cancel_is_immediate_and_late_results_change_nothing(
     monkeypatch.setattr(work_module, "summarise_logs", slowly)
     desk.page.open_files(paths)
     assert has_begun.wait(30)
-    desk.qtbot.waitUntil(lambda: desk.notice() == "Reading logs… (1 of 3)")
+    desk.qtbot.waitUntil(lambda: desk.notice() == "Reading logs…: 33 %")
     desk.page.open_files([write_csv(tmp_path / "waits.csv", tilted("", 20))])
-    press(desk.qtbot, desk.page.strip.button("cancel_logs"))  # without waiting
-    assert desk.notice() == "Cancelled. 1 of 3 logs"
+    press(desk.qtbot, desk.page.strip.button("cancel"))  # without waiting
+    assert desk.notice() == "Cancelled."
     assert desk.on(UNSORTED) == [str(paths[0])]
     may_end.set()
     assert has_ended.wait(30)
     QApplication.processEvents()
-    desk.page.work.poll()
+    desk.page.work._take()
     assert desk.on(UNSORTED) == [str(paths[0])]
 
 
