@@ -106,7 +106,7 @@ def run(args: argparse.Namespace) -> int:
             _take_each(bench, store, troubles, args)
         except (KeyboardInterrupt, StoreTrouble, console.OutputLost) as error:
             trouble = error
-        rows = store.write(bench.rows).result()  # behind what is still being kept
+        rows = store.read(bench.rows)
         paper = PAPERS[args.tape]
         is_written = args.labels is None or console.wrote(
             args.labels, lambda: write_batch_labels(args.labels, rows, paper, args.printer)

@@ -83,6 +83,8 @@ TABLES = (
 )
 # For what is still to be written at `close`.
 CLOSE_LIMIT_S = 5.0
+# How long reading waits for the opening: a disk that never answers must not keep a check from its verdict.
+OPENING_LIMIT_S = 5.0
 # How often it is looked whether the copy of the day was made, in a program that is open for days.
 COPY_EVERY_S = 600.0
 # For the copy that is still being made at `close`; else it is made at the next opening.
@@ -424,7 +426,10 @@ class Store:
     def read(self, work: Callable[[Facts], Result]) -> Result:
         """In this thread. Waits for the opening, so not in the window's before that. Raises `StoreTrouble`."""
         self.start()
-        self.opened.result()
+        try:
+            self.opened.result(OPENING_LIMIT_S)
+        except TimeoutError:
+            raise StoreTrouble(StoreFault.OPENING, self.path) from None
         try:
             with closing(connect_to_read(self.path)) as connection:
                 return work(Facts(connection, self.station, self._now))

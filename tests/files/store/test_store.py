@@ -117,6 +117,22 @@ def test_closing_has_a_limit_and_says_whether_all_was_written(folder: Path) -> N
         assert said(store) == ["M-07"]
 
 
+def test_reading_waits_no_longer_than_its_limit_for_a_disk_that_never_answers(
+    folder: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    release = threading.Event()
+    monkeypatch.setattr("app.store.fact_store.open_file", lambda _path: release.wait())
+    monkeypatch.setattr("app.store.fact_store.OPENING_LIMIT_S", 0.1)
+    store = Store(folder)
+    try:
+        with pytest.raises(StoreTrouble) as refused:
+            store.read(lambda facts: facts.station)
+    finally:
+        release.set()
+        store.close()
+    assert refused.value.fault is StoreFault.OPENING
+
+
 @pytest.mark.skipif(sys.platform == "win32", reason="Windows has no such rights")
 def test_its_folder_is_for_this_user_only(folder: Path) -> None:
     folder.mkdir(mode=0o777)
