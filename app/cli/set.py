@@ -3,7 +3,8 @@
 All values are checked before the first one is sent; if one is invalid nothing is sent and the exit code is 2. Each set
 is sent once and read back, and all settings are read again at the end. What cannot be read back is only acknowledged.
 A value that takes protection away, or is against the vendor's advice, is written with --accept-risk only: without it
-nothing is opened, and the exit code is 2. The baud rate comes last, as the conversation ends with it.
+nothing is opened, and the exit code is 2. The baud rate needs no such consent, and comes last, as the conversation ends
+with it.
 Exit code 1 if a setting was not verified, another one changed, or the conversation ended meanwhile; 3 if nothing could
 be sent for that; 4 if questions are answered twice, as by two modules. --dry-run only reads, and shows before → after;
 exit code 4 if a setting was not read.

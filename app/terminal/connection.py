@@ -24,6 +24,7 @@ from app.system.clock import steady_time
 from app.terminal.console import USUAL_RATE, Refused, check_signals, note, notify, signals_noted, state
 from app.text.i18n import tr
 from app.text.messages import ErrorCode, join_sentences
+from protocol.catalogue import ACTIVATION
 from protocol.events import Answered, EndReason, Sent, Unanswered
 
 if TYPE_CHECKING:
@@ -75,6 +76,7 @@ class OpenPort:
         self.has_seen_triggered = False
         # A procedure runs, and a set or an act of it has left.
         self._is_running = self.has_left = False
+        self.has_activated = False
         # Of the conversation that this command is about; 0 before the module was greeted.
         self.number = 0
 
@@ -157,7 +159,22 @@ class OpenPort:
                 if len(here) == 1:
                     self.worker.open(here[0], rate, adapter=self._adapter or port)
             self.wait()
-        locked = self._owed.outcome() if self._owed is not None and self._owed.is_done else None
+        self._say_locked()
+
+    def lock_what_was_broken_off(self) -> None:
+        """After Ctrl-C, when an activation has left: lock it within ten seconds, or until Ctrl-C comes again."""
+        state.signal = None
+        self.worker.submit(self._make_lock(is_owed=False), is_urgent=True)
+        ends_at = steady_time() + OWED_LIMIT_S
+        with suppress(KeyboardInterrupt):
+            while steady_time() < ends_at and not (self._owed is not None and self._owed.is_done):
+                self.wait()
+        self._say_locked()
+
+    def _say_locked(self) -> None:
+        locked = None
+        with suppress(PortError, Interrupted):  # without an open port it was never sent
+            locked = self._owed.outcome() if self._owed is not None and self._owed.is_done else None
         if locked is not None and locked.is_locked:
             notify(join_sentences((tr("LOCK was sent after the interruption."), locked.sentence)))
         else:
@@ -168,11 +185,11 @@ class OpenPort:
         self.worker.stop(0.2 if self.connection.state is PortState.OPENING else STOP_LIMIT_S)
         self.drain()
 
-    def _make_lock(self) -> "Job[Locked]":
-        # In the worker's thread.
+    def _make_lock(self, *, is_owed: bool = True) -> "Job[Locked]":
+        # An owed one is made in the worker's thread.
         from app.procedures.lock import lock
 
-        self._owed = Job(lock(self._journal, is_owed=True), outlives=True)
+        self._owed = Job(lock(self._journal, is_owed=is_owed), outlives=True)
         return self._owed
 
     def _receive(self, batch: Batch) -> None:
@@ -182,8 +199,10 @@ class OpenPort:
         self._is_lock_owed = batch.owed_lock is not None
         is_reported = batch.conversation.reported[0] is True
         self.has_seen_triggered |= is_reported or any(sample.triggered for sample in batch.samples)
+        sent = [event.request for event in batch.events if isinstance(event, Sent)]
+        self.has_activated |= ACTIVATION.set(True) in sent
         if self._is_running:
-            self.has_left |= any(isinstance(event, Sent) and not event.request.is_repeatable for event in batch.events)
+            self.has_left |= any(not request.is_repeatable for request in sent)
         for on_batch in self.listeners:
             on_batch(batch)
 
@@ -217,8 +236,11 @@ def connected(
                 raise trouble from error  # which names the port
             raise
         except KeyboardInterrupt:
+            is_locking = journal is not None and opened.has_activated
+            if is_locking:  # who breaks an activation off wants no module that fires
+                opened.lock_what_was_broken_off()
             opened.close()  # which tells the rest of what was sent
-            if opened.has_left:
+            if opened.has_left and not is_locking:
                 notify(tr("Interrupted; may have been carried out."))
             raise
         finally:

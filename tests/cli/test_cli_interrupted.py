@@ -1,6 +1,7 @@
 """The conversation ends in the middle of a command: it says so, and sends nothing to whoever answers next."""
 
 import json
+import signal
 from collections.abc import Callable
 from contextlib import closing
 from pathlib import Path
@@ -134,6 +135,26 @@ def test_where_nobody_answers_any_more_it_is_said_that_nothing_is_locked(port: s
     at(bench_of(port), "active", lambda bench: bench.change(mute=True), number=2)
     printed = dps_s(["activate", "--port", port, "--yes"], 1)
     assert "ACTIVE, not locked." in printed.err
+
+
+@pytest.mark.parametrize("words", ["activate", "preflight --activate --records-reviewed"])
+@pytest.mark.promise("l")
+def test_ctrl_c_after_an_activation_has_left_locks(words: str, port: str, dps_s: Program, wire: list[bytes]) -> None:
+    bench = bench_of(port)
+    at_frame(bench, 1, lambda: signal.raise_signal(signal.SIGINT), code=BY_NAME["activation"].code)
+    printed = dps_s([*words.split(), "--port", port, "--yes"], 130)
+    assert sets(wire)[-2:] == ["activation", "activation"]
+    assert not bench.module.state.is_active
+    assert "LOCK was sent after the interruption. The module reports LOCKED." in printed.err
+
+
+def test_ctrl_c_where_nobody_answers_any_more_says_that_nothing_is_locked(port: str, dps_s: Program) -> None:
+    def break_off() -> None:
+        bench_of(port).unplug()
+        signal.raise_signal(signal.SIGINT)
+
+    at_frame(bench_of(port), 1, break_off, code=BY_NAME["activation"].code)
+    assert "ACTIVE, not locked." in dps_s(["activate", "--port", port, "--yes"], 130).err
 
 
 def test_after_an_end_lock_is_said_of_the_module_that_answers_now(port: str, dps_s: Program) -> None:
