@@ -183,15 +183,13 @@ class Attention(QObject):
         if differs:
             parts.append(tr("Settings: {what}.", what="; ".join(text.translated() for text in differs)))
 
-        def decline() -> None:
-            module.doubted_name = port.last_name = ""
-            port.update_view()
-
         said = marked("It is {module} all the same") if module.doubted_name else marked("It is {module}")
         yes = tr(said, module=name)
         same = Choice("name_same", yes, partial(module.name_it, name), is_step=True)
         meaning = Meaning.ATTENTION if against else Meaning.INFORMATION
-        return Notice(meaning, join_sentences(parts), (same, Choice("name_other", tr("Another module"), decline)))
+        # What is known so far may have been taken for the former one's: all of it is read again.
+        other = Choice("name_other", tr("Another module"), port.treat_as_another)
+        return Notice(meaning, join_sentences(parts), (same, other))
 
     def _interruptions(self, port: Port) -> Iterator[Notice]:
         """One of all conversations that ended, once the link's own notice no longer says it."""

@@ -255,7 +255,10 @@ def test_a_check_that_is_interrupted_says_so_and_leaves_a_report(rig: OnBench) -
     assert (report.module, given(report.text).in_english()) == ("M-07", "Pre-flight: The module restarted.")
     bar = rig.assembly.window.notice_bar
     rig.until(lambda: bar.button("name_other") is not None)
+    before = port.module.number
     rig.click(bar.button("name_other"))
+    rig.until(lambda: port.module.number == before + 1 and port.module.is_read)  # nothing is taken for the former one's
+    assert (port.module.name, bar.button("name_other")) == ("", None)
     rig.until(lambda: "Pre-flight: The module restarted." in notice_text(bar))
     given(given(bar.notice).dismiss)()
     assert port.interruptions.remainders == ()

@@ -66,7 +66,7 @@ def test_edits_of_a_named_module_are_taken_over_by_none_that_is_not_said_to_be_i
     type_into(one, "freefall_time", "1.2")
     restart(one)
     choose(one, "name_other", one.assembly.window.notice_bar)
-    assert "First say that it is M-07." in foot(one)
+    one.until(lambda: "First say that it is M-07." in foot(one))
     for name in ("", "M-08", "M-07"):
         say_name(one, name)
         assert take_over(one).isEnabled() is (name == "M-07")
