@@ -80,7 +80,7 @@ class Command(NamedTuple):
     @property
     def key(self) -> str:
         """Name with its unit, as in JSON and profiles: "light_threshold_v"."""
-        return self.name + (self.reply.suffix if self.reply is not None else "")
+        return self.name + (self.reply.suffix if isinstance(self.reply, Quantity) else "")
 
     @property
     def reply_codes(self) -> frozenset[int]:

@@ -51,15 +51,11 @@ class Quantity(NamedTuple):
     def decimals(self) -> int:
         return next(places for places in count() if 10**places % self.per_unit == 0)
 
-    @property
-    def maximum(self) -> float:
-        return 255 / self.per_unit
-
     def decode(self, raw: int) -> Value:
         return raw if self.per_unit == 1 else raw / self.per_unit
 
     def encode(self, value: Value) -> int:
-        """Byte for `value`; raises `ValueRefused` off the range 0 … `maximum` or between two steps."""
+        """Byte for `value`; raises `ValueRefused` off the range of a byte or between two steps."""
         exact = Decimal("nan" if isinstance(value, bool) else str(value))
         if not exact.is_finite():
             raise ValueRefused(NUMBER_NEEDED)
@@ -86,7 +82,6 @@ class Flag(NamedTuple):
 
     true: int = 0x01
     lenient: bool = False
-    suffix: str = ""
 
     @property
     def false(self) -> int:
@@ -114,7 +109,6 @@ class Choice(NamedTuple):
 
     values: Mapping[int, int]  # code on the wire -> value
     unit: str
-    suffix: str = ""
 
     @property
     def allowed(self) -> frozenset[int]:
@@ -137,8 +131,6 @@ class Choice(NamedTuple):
 
 class Done(NamedTuple):
     """A byte that is always 01 and says only "understood" (12, 25)."""
-
-    suffix: str = ""
 
     @property
     def allowed(self) -> frozenset[int]:

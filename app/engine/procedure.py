@@ -186,7 +186,7 @@ class Job(Generic[Result]):
         self._on_progress = on_progress
         self._result: Result | None = None
         self._is_cancelled = self._is_cancel_delivered = False
-        self._resume_at = 0.0
+        self._resume_at = inf
         self._done = threading.Event()
 
     def cancel(self) -> None:
@@ -223,9 +223,7 @@ class Job(Generic[Result]):
 
     def due_at(self, now: float) -> float:
         """When to look at it again if nothing arrives."""
-        if isinstance(self.effect, Pause):
-            return self._resume_at
-        return now + AWAIT_POLL_S if self.is_awaiting else inf
+        return now + AWAIT_POLL_S if self.is_awaiting else self._resume_at
 
     # How it goes on
 
@@ -237,9 +235,8 @@ class Job(Generic[Result]):
     def tick(self, now: float) -> None:
         """Resume it if its `Pause` or `Await` has ended."""
         effect = self.effect
-        if isinstance(effect, Await):
-            if effect.future.done() or now >= self._resume_at:
-                self.resume(effect.future.done(), now)
+        if isinstance(effect, Await) and (effect.future.done() or now >= self._resume_at):
+            self.resume(effect.future.done(), now)
         elif isinstance(effect, Pause) and now >= self._resume_at:
             self.resume(now, now)
 
@@ -303,7 +300,7 @@ class Job(Generic[Result]):
         except Exception as error:  # noqa: BLE001  a bug in a procedure ends this job, not the session
             self._end(None, error)
             return
-        self.effect = effect
+        self.effect, self._resume_at = effect, inf
         if isinstance(effect, Pause):
             self._resume_at = now + effect.seconds
         elif isinstance(effect, Await):

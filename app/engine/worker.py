@@ -197,9 +197,6 @@ class Worker:
     def _work(self) -> None:
         while not self._is_stopping:
             self._turn()
-        self._end_session(EndReason.CLOSED)
-        self._is_urgent = True
-        self._publish()
 
     def _turn(self) -> None:
         """Carry out one order, or else do one step on the port; then hand over what happened."""
@@ -214,9 +211,9 @@ class Worker:
                 self._is_urgent = True
             self._collect()
         except PortError as error:
-            self._lose_port(error)
+            self._close_at_once(EndReason.PORT_LOST, error)
         except Exception as error:  # noqa: BLE001  the one place: a bug closes the port instead of ending the thread
-            self._lose_port(None)
+            self._close_at_once(EndReason.PORT_LOST)
             report_uncaught_error(error)
         self._publish()
 
@@ -301,8 +298,8 @@ class Worker:
     # Ends
 
     def _end(self) -> None:
-        self._close_in_order()
         self._is_stopping = True
+        self._close_in_order()
 
     def _close_in_order(self) -> None:
         # Close the port after urgent jobs (LOCK) have run and the background has undone its changes.
@@ -317,25 +314,20 @@ class Worker:
                 self._collect()
                 self._publish()
         except PortError as error:
-            self._lose_port(error)
-            return
-        self._end_session(EndReason.CLOSED)
-        self._set_connection(self._connection._replace(state=PortState.CLOSED))
+            self._close_at_once(EndReason.PORT_LOST, error)
+        else:
+            self._close_at_once(EndReason.CLOSED)
 
-    def _end_session(self, reason: EndReason) -> None:
+    def _close_at_once(self, reason: EndReason, trouble: PortError | None = None) -> None:
+        # `trouble`: None also for a bug, after which nothing is known of the port either.
         session = self._session
-        if session is None:
-            return
-        session.close(reason)
-        self._collect()
-        if session.conversation is not None:
-            self._conversation = session.conversation_view(self._clock())
-        self._session = self._line = None
-
-    def _lose_port(self, error: PortError | None) -> None:
-        # `error`: None for a bug, after which nothing is known of the port either.
-        self._end_session(EndReason.PORT_LOST)
-        self._set_connection(self._connection._replace(state=PortState.CLOSED, trouble=error))
+        if session is not None:
+            session.close(reason)
+            self._collect()
+            if session.conversation is not None:
+                self._conversation = session.conversation_view(self._clock())
+            self._session = self._line = None
+        self._set_connection(self._connection._replace(state=PortState.CLOSED, trouble=trouble))
 
     def _set_connection(self, connection: Connection) -> None:
         _log.debug("%s: %s, %s", connection.port, connection.state.value, connection.trouble)

@@ -139,9 +139,6 @@ class ThreadlessWorker(worker.Worker):
             while not self._is_stopping:
                 self.turn()
             self._has_ended = True
-            self._end_session(EndReason.CLOSED)
-            self._is_urgent = True
-            self._publish()
         return True
 
 
