@@ -245,20 +245,17 @@ class SimulatedModule:
         tilt_deg, acceleration_g = self.world.motion(now_s)
         return SensorSample(now_s, abs(tilt_deg - self.memory.zero_tilt_deg), acceleration_g)
 
-    def light(self, _now_s: float) -> int:
+    def light(self) -> int:
         return to_byte(self.world.light_v * TENTH_VOLT.per_unit)
 
-    def voltage(self, _now_s: float) -> int:
+    def voltage(self) -> int:
         return to_byte(self.world.voltage_v * CELL_VOLT.per_unit)
-
-    def reports_active(self, _now_s: float) -> bool:
-        return self.state.is_active
 
     def status(self, now_s: float) -> bytes:
         sample = self.measure(now_s)
         tilt = to_byte(sample.tilt_deg)
         acceleration = to_byte(sample.acceleration_g * TENTH_G.per_unit)
-        return encode_long(STATUS_CODE, bytes((tilt, acceleration, self.is_triggered, self.reports_active(now_s))))
+        return encode_long(STATUS_CODE, bytes((tilt, acceleration, self.is_triggered, self.state.is_active)))
 
     # Power
 
@@ -324,8 +321,8 @@ class SimulatedModule:
             sources=sources,
             is_connected=now_s - self._heard_s <= HOST_SILENT_S,
             is_charging=self.world.has_external_power,
-            light=self.light(now_s),
-            voltage=self.voltage(now_s),
+            light=self.light(),
+            voltage=self.voltage(),
         )
         self.memory.records.append(data)
         self.world.open_parachute(now_s)
@@ -466,13 +463,13 @@ class SimulatedModule:
     def _value(self, name: str, now_s: float) -> int:
         match name:
             case "light":
-                return self.light(now_s)
+                return self.light()
             case "cell_voltage":
-                return self.voltage(now_s)
+                return self.voltage()
             case "charging":
                 return self.world.has_external_power
             case "active":
-                return self.reports_active(now_s)
+                return self.state.is_active
             case "triggered":
                 return self.is_triggered
             case "zero_sensor":

@@ -22,6 +22,7 @@ from app.cli.commands import ENTRIES
 from app.cli.schema import SCHEMAS, schema_of
 from app.procedures.history import History
 from app.simulator.bench import SimulatedBench
+from app.simulator.setup import Setup
 from app.store.rows import PreflightCheck
 from app.terminal import console
 from app.terminal.console import RATES
@@ -29,7 +30,6 @@ from protocol.catalogue import BAUD_RATES
 from protocol.messages import TriggerRecord, decode_record, decode_request
 from tests.cli.test_program import half_width
 from tests.support.cli_line import Program, faults
-from tests.support.line.odd_module import OddSetup
 from tests.support.records.stored import open_store
 from tests.support.thorough import some
 from tests.support.virtual_cli import VirtualCli
@@ -153,7 +153,7 @@ def test_every_example_says_what_the_page_says(tmp_path: Path, monkeypatch: pyte
     monkeypatch.chdir(tmp_path)
     text, judge, cli = PAGE.read_text(encoding="utf-8"), doctest.OutputChecker(), VirtualCli()
     with cli.in_time():
-        cli.served[SHOWN_PORT] = SimulatedBench(OddSetup(history=2, empty_slots="none"))
+        cli.served[SHOWN_PORT] = SimulatedBench(Setup(history=2))
         for block in _BLOCK.findall(text):
             found = []
             for line, said in examples_in(block):

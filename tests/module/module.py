@@ -227,10 +227,11 @@ class Module:
             kept += [empty] * (MOST_RECORDS - len(kept))
         if not kept:
             return []
+        lost = self.options.lost_records.get(len(self.log.got(RECORDS)), frozenset())
         first = self._next_record % len(kept)
         chosen = kept[first : first + self.options.records_at_once]
         self._next_record = (first + len(chosen)) % len(kept)
-        return [with_sum(FROM_MODULE + body) for body in chosen]
+        return [with_sum(FROM_MODULE + body) for number, body in enumerate(chosen, 1) if number not in lost]
 
     # What it does.
 

@@ -18,6 +18,8 @@ class Options:
     records_at_once: int = 9  # E6: so many for each query; the next query brings the next ones
     record_gap_s: float = 0.0
     empty_slot: int | None = 0x00  # E7: what never used slots are full of; None: they are not sent
+    # By the number of the query: the numbers of the records that are lost, both from 1.
+    lost_records: dict[int, frozenset[int]] = field(default_factory=dict)
     activation_survives: bool = False  # E15: a restart, as the next two
     flags_survive: bool = True  # E8: 16 and 17
     baud_answer: str = "old"  # E9: at the "old" or "new" rate, or "none"

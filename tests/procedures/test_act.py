@@ -26,7 +26,7 @@ from tests.module.wire import Question
 from tests.support.journals import FakeJournal
 from tests.support.line.frames import at_each_frame
 from tests.support.line.module_line import ModuleRig
-from tests.support.line.sim_line import Rig, engine_view, settled_rig
+from tests.support.line.sim_line import AnyRig, Rig, engine_view, settled_rig
 
 READY: dict[Act, dict[str, Any]] = {
     Act.ACTIVATE: {},
@@ -38,7 +38,7 @@ READY: dict[Act, dict[str, Any]] = {
 """A module in the state in which the act is allowed."""
 
 
-def do(rig: Rig, act: Act, journal: FakeJournal | None = None, **more: Any) -> Performed:
+def do(rig: AnyRig, act: Act, journal: FakeJournal | None = None, **more: Any) -> Performed:
     more.setdefault("permit", rig.permit(act))
     return rig.run(perform(act, journal or FakeJournal(), **more))
 
@@ -185,7 +185,7 @@ def test_an_act_whose_answer_was_lost_is_confirmed_by_the_report(act: Act) -> No
 
 
 def test_a_module_that_goes_on_answering_is_not_switched_off() -> None:
-    done = do(settled_rig(shuts_down=False), Act.SHUTDOWN)
+    done = do(ModuleRig(Options(ignored_sets={0x12: -1})).begin(), Act.SHUTDOWN)
     assert done.outcome is Outcome.REFUSED
     assert done.sentence == "The module still answers: not switched off."
 
@@ -218,12 +218,21 @@ def test_an_intent_that_is_never_durable_is_given_up() -> None:
 # Two modules on one line
 
 
-@pytest.mark.parametrize("mute", ["31", "32/2", "32/3", "31,32/2"])
+@pytest.mark.parametrize("silent_from", [{0x31: 2}, {0x32: 2}, {0x32: 3}, {0x31: 2, 0x32: 2}])
 @pytest.mark.promise("f")
-def test_not_fired_needs_every_witness(mute: str) -> None:
-    rig = settled_rig(active=True, mute_codes=mute, double_codes="32", double_ms="25")
-    rig.bench.module.fire = lambda *_args: False  # type: ignore[method-assign]
+def test_not_fired_needs_every_witness(silent_from: dict[int, int]) -> None:
+    rig = ModuleRig(Options(query_copies={0x32: [0.025]})).begin()
+    rig.module.settings[ACTIVATION] = 1
+
+    def fall_silent(question: Question) -> None:
+        first = silent_from.get(question.code)
+        if first is not None and len(rig.module.log.got(question.code)) + 1 >= first:
+            rig.module.options.lost_queries[question.code] = -1
+
+    rig.module.at_frame = fall_silent
+    rig.module.trigger = lambda *_args: None  # type: ignore[method-assign]
     assert do(rig, Act.DEPLOY).outcome is not Outcome.REFUSED
+    assert rig.module.log.sets(0x11)
 
 
 @pytest.mark.promise("a")

@@ -10,14 +10,16 @@ from app.procedures.write import SettingChange, WriteContext, WriteFault, WriteR
 from app.safety.journal import REQUESTS, Act, Outcome
 from protocol.catalogue import BY_NAME
 from protocol.events import EndReason
+from tests.module.options import Options
 from tests.support.journals import FakeJournal
 from tests.support.line.frames import at_each_frame
-from tests.support.line.sim_line import Rig, settled_rig
+from tests.support.line.module_line import ModuleRig
+from tests.support.line.sim_line import AnyRig, settled_rig
 
 CHANGES = [SettingChange(BY_NAME[name], value) for name, value in (("freefall_time", 1.2), ("light_threshold", 2.0))]
 
 
-def act(which: Act, rig: Rig, journal: FakeJournal) -> Procedure[Performed]:
+def act(which: Act, rig: AnyRig, journal: FakeJournal) -> Procedure[Performed]:
     return perform(which, journal, permit=rig.permit(which))
 
 
@@ -87,22 +89,20 @@ def test_an_act_that_left_is_unknown(which: Act) -> None:
 @pytest.mark.parametrize(
     ("end", "outcome"),
     [
-        (lambda _rig: None, Outcome.CONFIRMED),
-        (lambda rig: rig.bench.restart(), Outcome.UNKNOWN),
+        (lambda rig: rig.module.be_silent(rig.clock(), 60.0), Outcome.CONFIRMED),
+        (lambda rig: rig.module.restart(rig.clock(), off_s=0.0), Outcome.UNKNOWN),
         (lambda rig: rig.session.treat_as_another(), Outcome.UNKNOWN),
         (lambda rig: rig.session.close(EndReason.PORT_LOST), Outcome.UNKNOWN),
     ],
     ids=["silent", "restarted", "another", "port lost"],
 )
 def test_only_silence_after_the_acknowledgement_confirms_a_shutdown(
-    end: Callable[[Rig], object], outcome: Outcome
+    end: Callable[[ModuleRig], object], outcome: Outcome
 ) -> None:
-    rig = settled_rig(shuts_down=False)
+    rig = ModuleRig(Options(ignored_sets={0x12: -1})).begin()
     job = rig.job(act(Act.SHUTDOWN, rig, FakeJournal()))
-    rig.step_until(lambda: REQUESTS[Act.SHUTDOWN].encode() in rig.acts)
+    rig.step_until(lambda: rig.module.log.sets(0x12))
     rig.step_for(0.1)
-    if outcome is Outcome.CONFIRMED:
-        rig.bench.change(mute=True)
     end(rig)
     if not rig.line.is_closed:
         rig.step_until(lambda: job.has_ended, limit_s=3.0)

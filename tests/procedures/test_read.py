@@ -7,6 +7,7 @@ A light threshold by measurement, whichever way light moves the reading.
 
 from collections import Counter
 from collections.abc import Callable
+from copy import deepcopy
 from itertools import product
 from typing import Any
 
@@ -15,7 +16,7 @@ import pytest
 from app.engine.conversation import Interrupted
 from app.engine.procedure import Ask, Procedure
 from app.procedures.act import perform
-from app.procedures.history import read_history
+from app.procedures.history import History, read_history
 from app.procedures.light import (
     ENOUGH_SAMPLES,
     Band,
@@ -28,11 +29,12 @@ from app.procedures.light import (
 from app.procedures.read import READABLE, read_everything, read_settings, who_is_there
 from app.procedures.write import SettingChange, WriteContext, write_all
 from app.safety.journal import REQUESTS, Act
-from app.simulator.module import record_frame
 from protocol.catalogue import BY_NAME
+from tests.module.module import Module
 from tests.module.options import Options
+from tests.module.wire import FROM_MODULE, with_sum
 from tests.support.journals import FakeJournal
-from tests.support.line.module_line import ModuleRig
+from tests.support.line.module_line import ModuleRig, Wear
 from tests.support.line.sim_line import Rig, settled_rig
 from tests.support.thorough import some
 
@@ -160,35 +162,42 @@ def test_who_is_there_begins_behind_a_fence() -> None:
     assert next(who_is_there()) == Ask(BY_NAME["active"].query(), is_fenced=True)
 
 
-RECORD_LIES: tuple[dict[str, Any], ...] = (
-    {"drop_records": "1/2,1/3,1/4,1/5"},
-    {"drop_records": "2/1"},
-    {"drop_records": "1/2,2/3,3/4"},
-    {"drop_records": "1/1,2/1,3/1,4/1,5/1,6/1,7/1,8/1,9/1"},
-    {"mute_codes": "35"},
-    {"mute_codes": "35/2"},
-    {"double_codes": "35"},
-    {"double_codes": "35", "double_ms": "30"},
-    {"double_codes": "01,35", "double_ms": "5"},
-    {"drop": "0.1"},
-    {"drop": "0.3"},
-    {"corrupt": "0.004"},
-    {"corrupt": "0.02"},
-    {"lag_ms": "700"},
+FIRST, SECOND, THIRD, EVERY = frozenset((1,)), frozenset((2,)), frozenset((3,)), frozenset(range(1, 10))
+RECORD_LIES: tuple[tuple[dict[str, Any], Wear], ...] = (
+    ({"lost_records": dict.fromkeys((2, 3, 4, 5), FIRST)}, Wear()),
+    ({"lost_records": {1: SECOND}}, Wear()),
+    ({"lost_records": {2: FIRST, 3: SECOND, 4: THIRD}}, Wear()),
+    ({"lost_records": {1: EVERY}}, Wear()),
+    ({"lost_records": dict.fromkeys(range(2, 9), EVERY)}, Wear()),
+    ({"lost_queries": {0x35: -1}}, Wear()),
+    ({"query_copies": {0x35: [0.0]}}, Wear()),
+    ({"query_copies": {0x35: [0.03]}}, Wear()),
+    ({"query_copies": {0x01: [0.005], 0x35: [0.005]}}, Wear()),
+    ({}, Wear(loss=0.1)),
+    ({}, Wear(loss=0.3)),
+    ({}, Wear(turned_bytes=0.004)),
+    ({}, Wear(turned_bytes=0.02)),
+    ({}, Wear(lag_s=0.7)),
 )
-RECORD_DIALECTS: tuple[dict[str, Any], ...] = tuple(
-    {"records": records, "empty_slots": empty} for records in ("together", "spaced")
-    for empty in ("none", "zeros", "ones")
-)  # fmt: skip
+RECORD_DIALECTS = tuple(product((0.0, 0.02), (None, 0x00, 0xFF)))
 
 
-def record_faults(options: dict[str, Any]) -> list[str]:
+def module_with(count: int, **options: Any) -> Module:
+    """It has fired so often."""
+    module = Module(Options(**deepcopy(options)), now=1000.0)
+    for number in range(count):
+        module.trigger(1060.0 + 90 * number, 1 << number % 4)
+    module.triggered = False
+    return module
+
+
+def record_faults(module: Module, wear: Wear, seed: int) -> list[str]:
     """What one reading of the history claims of the records that the module holds, and is not so."""
-    rig = Rig({"uptime": 60, "noise": 0} | options)
+    rig = ModuleRig(modules=(module,), wear=wear, seed=seed)
     rig.step_for(1.0)
     if not rig.conversation.is_going:
         return []
-    held = Counter(record_frame(data) for data in rig.bench.module.memory.records)
+    held = Counter(with_sum(FROM_MODULE + body) for body in module.records)
     try:
         history = rig.run(read_history())
     except Interrupted:
@@ -206,16 +215,20 @@ def record_faults(options: dict[str, Any]) -> list[str]:
     return found
 
 
-@pytest.mark.parametrize("lie", RECORD_LIES, ids=str)
+@pytest.mark.parametrize(("lie", "wear"), RECORD_LIES, ids=str)
 @pytest.mark.promise("f")
-def test_no_lie_loses_or_invents_a_record(lie: dict[str, Any]) -> None:
-    for number, (quirks, count) in some(enumerate(product(RECORD_DIALECTS, (0, 1, 9))), one_in=4):
-        assert record_faults({**quirks, **lie, "history": count, "seed": number}) == [], (lie, quirks, count)
+def test_no_lie_loses_or_invents_a_record(lie: dict[str, Any], wear: Wear) -> None:
+    for number, ((gap_s, empty), count) in some(enumerate(product(RECORD_DIALECTS, (0, 1, 9))), one_in=4):
+        module = module_with(count, record_gap_s=gap_s, empty_slot=empty, **lie)
+        assert record_faults(module, wear, number) == [], (lie, wear, gap_s, empty, count)
+
+
+def history_of(count: int, **options: Any) -> History:
+    return ModuleRig(modules=(module_with(count, **options),)).begin().run(read_history())
 
 
 def test_a_record_that_came_once_and_was_lost_later_is_still_listed() -> None:
-    rig = settled_rig(history=1, **{"drop-records": "1/2,1/3,1/4,1/5", "empty-slots": "zeros"})
-    history = rig.run(read_history())
+    history = history_of(1, lost_records=dict.fromkeys((2, 3, 4, 5), FIRST))
     assert [one.raw for one in history.seen_once] == [one.raw for one in history.all]
     assert len(history.all) == 1
     assert not history.is_confirmed
@@ -223,14 +236,14 @@ def test_a_record_that_came_once_and_was_lost_later_is_still_listed() -> None:
 
 @pytest.mark.promise("f")
 def test_a_line_that_doubles_heartbeats_confirms_no_history() -> None:
-    history = settled_rig(history=1, double_codes="01", double_ms="2").run(read_history())
+    history = history_of(1, query_copies={0x01: [0.002]})
     assert len(history.records) == 1
     assert not history.is_confirmed
 
 
 @pytest.mark.promise("f")
 def test_a_query_that_is_never_answered_is_unknown_and_never_none() -> None:
-    history = settled_rig(history=3, **{"mute-codes": "35"}).run(read_history())
+    history = history_of(3, lost_queries={0x35: -1})
     assert (history.is_answered, history.is_confirmed, history.all) == (False, False, ())
 
 

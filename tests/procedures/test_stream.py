@@ -15,6 +15,8 @@ from app.store.acts import StreamMemory
 from app.store.fact_store import Store
 from protocol.catalogue import SERIAL_OUTPUT, Request
 from protocol.events import Sent
+from tests.module.options import Options
+from tests.support.line.module_line import ModuleRig
 from tests.support.line.sim_line import Rig
 from tests.support.patience import PATIENCE_S
 from tests.support.records.stored import open_store
@@ -65,14 +67,14 @@ def test_a_stream_is_switched_on_after_listening_and_off_at_the_end(rate: int, l
     assert not rig.bench.module.is_streaming
 
 
-@pytest.mark.parametrize("stream", ["acknowledged", "silent"])
-def test_a_module_that_does_not_stream_is_polled(stream: str) -> None:
-    rig = watched(stream=stream)
+@pytest.mark.parametrize("options", [Options(stream_hz=0), Options(stream_hz=0, lost_sets={0x13: -1})])
+def test_a_module_that_does_not_stream_is_polled(options: Options) -> None:
+    rig = ModuleRig(options, background=lambda: watch(StreamSwitch())).begin()
     rig.step_for(6)
-    rig.session.take_samples()
+    before = len(rig.module.log.got(0x32))
     rig.step_for(2)
-    assert len(rig.session.take_samples()) > 15
-    assert sets(rig).count(ON) == 1
+    assert len(rig.module.log.got(0x32)) - before > 15
+    assert [entry.frame for entry in rig.module.log.sets()].count(ON.encode()) == 1
 
 
 def test_everything_is_read_first_and_kept_fresh() -> None:

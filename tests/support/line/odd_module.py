@@ -1,11 +1,10 @@
-"""The simulated module with the dialects that the vendor's table leaves open, and with faults that no product shows.
+"""The simulated module with more faults than the product shows, for what runs on `sim://`.
 
-Every simulated module of the test's process is one (`install`), and honest until an option says otherwise. What the
-product itself does with other dialects is tried against `tests.module`.
+Every simulated module of the test's process is one (`install`), and honest until an option says otherwise. Dialects and
+lies are tried against `tests.module`.
 """
 
 import random
-from collections import Counter
 from collections.abc import Callable, Mapping
 from dataclasses import asdict, dataclass, fields
 from functools import partial
@@ -16,36 +15,21 @@ from app.simulator import bench as benches
 from app.simulator import setup as setups
 from app.simulator.bench import Clock, SimulatedBench, Wire
 from app.simulator.module import (
-    ACCEPTED,
     BITS_PER_BYTE,
     BOOT_GAP_S,
-    EMPTY_SLOT,
     LIGHT_BAY_CLOSED_V,
     LIGHT_BAY_OPEN_V,
     Memory,
     Physics,
     SimulatedModule,
-    record_frame,
     to_byte,
 )
 from app.simulator.setup import Setup, number, one_of, option, switch
-from protocol.catalogue import FLAG, INVERTED, LOCK, MAX_RECORDS, RECORD_CODE, TENTH_VOLT, Request
-from protocol.fields import Flag
+from protocol.catalogue import INVERTED, TENTH_VOLT, Request
 from protocol.messages import encode_reply
 
-Mark = int | tuple[int, int]
-"""A code or number, or one with the n-th time."""
 MAX_GARBAGE_LENGTH = 12
-RECORD_GAP_S = 0.02
-FAILED = 0x00
-IN_MEMORY: Final = {
-    0x15: "light_threshold", 0x20: "attitude_threshold", 0x21: "freefall_acceleration", 0x22: "freefall_time",
-    0x24: "baud_code",
-}  # fmt: skip
-IN_STATE: Final[Mapping[int, tuple[str, Flag]]] = {
-    0x10: ("is_active", FLAG), 0x13: ("serial_output_is_on", FLAG),
-    0x16: ("attitude_is_enabled", INVERTED), 0x17: ("freefall_is_enabled", INVERTED),
-}  # fmt: skip
+WAYS: Final = {way: way for way in ("to-host", "to-module", "both")}
 
 
 def as_text(value: object) -> str:
@@ -55,61 +39,23 @@ def as_text(value: object) -> str:
     return setups.as_text(value)
 
 
-def _word(*words: str) -> Any:
-    """One of these, by default the first."""
-    return one_of(words[0], "a dialect", "|".join(words), dict(zip(words, words, strict=True)))
+def _codes(text: str) -> frozenset[int]:
+    return frozenset(int(code, 16) for code in text.replace(",", " ").split())
 
 
-def _code(default: int) -> Any:
-    return option(default, "a dialect", "CODE", partial(int, base=16))
-
-
-def _marks(base: int) -> Any:
-    def parse(text: str) -> frozenset[Mark]:
-        parts = [part.partition("/") for part in text.replace(",", " ").split()]
-        return frozenset((int(what, base), int(time)) if time else int(what, base) for what, _, time in parts)
-
-    return option(frozenset(), "a lie", "MARK,…", parse)
-
-
-_quirk: Callable[[], Any] = partial(switch, "a dialect")
 _share: Callable[[], Any] = partial(number, 0.0, "a fault", "SHARE", 0, 1)
-_milliseconds: Callable[[], Any] = partial(number, 0.0, "a fault", "MS", 0, 10_000)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class OddSetup(Setup):
-    """Names in brackets are explained in `docs/protocol.md`."""
-
     noise: float = number(0.0, "of the sensors; 1 is typical", "N", 0, 100)
-    ack: str = _word("echo", "one")
-    """(E2)"""
-    voltage_code: int = _code(0x35)
-    """(E3)"""
-    freefall_ack: int = _code(0x16)
-    """(E4)"""
-    records: str = _word("together", "spaced")
-    """(E6)"""
-    empty_slots: str = _word("zeros", "ones", "none")
-    """(E7)"""
-    light_inverted: bool = _quirk()
-    """(E11)"""
-    stream: str = _word("yes", "acknowledged", "silent")
-    stream_at_boot: bool = _quirk()
-    refuses: bool = _quirk()
-    locks: bool = switch("a lie", default=True)
-    shuts_down: bool = switch("a lie", default=True)
-    mute_codes: frozenset[Mark] = _marks(16)
-    """Ignored; `35/2`: from the second time on."""
-    drop_records: frozenset[Mark] = _marks(10)
-    """By number; `1/2`: in the second reply only."""
-    double_codes: frozenset[Mark] = _marks(16)
-    double_ms: float = _milliseconds()
-    """After the reply to one of these codes comes again."""
+    light_inverted: bool = switch("a dialect (E11)")
+    stream_at_boot: bool = switch("a dialect")
+    refuses: bool = switch("no setting changes")
+    mute_codes: frozenset[int] = option(frozenset(), "not answered and not carried out", "CODE,…", _codes)
     garbage: float = _share()
-    direction: str = _word("to-host", "to-module", "both")
-    """Of drop, corrupt and garbage."""
-    delay_ms: float = _milliseconds()
+    direction: str = one_of("to-host", "of drop, corrupt and garbage", "|".join(WAYS), WAYS)
+    delay_ms: float = number(0.0, "a fault", "MS", 0, 10_000)
     echo: bool = switch("a fault")
 
 
@@ -140,14 +86,6 @@ def odd(module: SimulatedModule) -> OddSetup:
     return module.setup
 
 
-def read_raw(module: SimulatedModule, code: int) -> int:
-    """The present byte of a setting or a state."""
-    if code in IN_MEMORY:
-        return int(getattr(module.memory, IN_MEMORY[code]))
-    name, field = IN_STATE[code]
-    return field.encode(getattr(module.state, name))
-
-
 def forget_settings(memory: Memory) -> None:
     """Make its settings those of a new module."""
     fresh = Memory()
@@ -164,105 +102,34 @@ def restart_silently(bench: SimulatedBench, now_s: float) -> None:
 
 
 class OddModule(SimulatedModule):
-    """Carries out a set as its dialect says, and changes the reply on its way out."""
-
     def __init__(self, world: Physics, setup: Setup | None = None, *, memory: Memory | None = None) -> None:
-        self._acknowledgement: int | None = None
-        """D4 of the reply to the set that is carried out, in place of what an honest module says."""
-        self._answering = 0
-        """The code of the request that is carried out."""
-        self._asked = Counter[int]()
-        """How often each code was asked for."""
         if not isinstance(setup, OddSetup):
             setup = OddSetup(**({} if setup is None else asdict(setup)))
         self._noise = random.Random(setup.seed)
         super().__init__(world, setup, memory=memory)
 
     def obey(self, request: Request, now_s: float) -> None:
-        setup, code = odd(self), request.command.code
-        self._asked[code] += 1
-        if any(code == mark or (isinstance(mark, tuple) and mark[0] == code and self._asked[code] >= mark[1])
-               for mark in setup.mute_codes):  # fmt: skip
+        command = request.command
+        if command.code in odd(self).mute_codes:
             return
-        before = len(self._out)
-        if code == 0x12 and not setup.shuts_down:
-            self.send(encode_reply(code, ACCEPTED), now_s)
+        if odd(self).refuses and request.is_set and command.is_setting:
+            self.send(encode_reply(command.code, self._held(request)), now_s)
         else:
-            self.carry_out(request, now_s)
-        for sent in list(self._out)[before:] if code in setup.double_codes else ():
-            self.plan(now_s + setup.double_ms / 1000, partial(self.send_while_on, sent.data, self._booted_s))
+            super().obey(request, now_s)
 
-    def carry_out(self, request: Request, now_s: float) -> None:
-        setup = odd(self)
-        code = request.command.code
-        self._answering = code
-        if code == RECORD_CODE:
-            self._send_records(now_s)
-        elif code != 0x13 or setup.stream != "silent":
-            super().obey(self._kept(request), now_s)
-        self._acknowledgement = None
-        self._answering = 0
-        if code == 0x13 and setup.stream == "acknowledged":
-            self.stop_stream()
-
-    def _kept(self, request: Request) -> Request:
-        """The set that is really carried out."""
-        setup, code = odd(self), request.command.code
-        if not request.is_set or not (code in IN_MEMORY or code in IN_STATE):
-            return request
-        old = read_raw(self, code)
-        by_one = setup.ack == "one" and request.command.acknowledged_by_one
-        if setup.refuses and request.data != old:
-            self._acknowledgement = FAILED if by_one else old
-            return request._replace(data=old)
-        self._acknowledgement = ACCEPTED if by_one else request.data
-        return request if setup.locks or request != LOCK else request._replace(data=old)
-
-    def send(self, data: bytes, now_s: float) -> None:
-        setup = odd(self)
-        if len(data) == 6 and self._answering:
-            code, value = data[2], data[4]
-            if self._acknowledgement is not None:
-                value = self._acknowledgement
-            if self._answering == 0x17:
-                code = setup.freefall_ack
-            if self._answering == 0x34:
-                code = setup.voltage_code
-            if code != 0x01:
-                data = encode_reply(code, value)
-        super().send(data, now_s)
-
-    def _send_records(self, now_s: float) -> None:
-        setup = odd(self)
-        pass_number = self._asked[RECORD_CODE]
-        dropped = {mark if isinstance(mark, int) else mark[0] for mark in setup.drop_records
-                   if isinstance(mark, int) or mark[1] == pass_number}  # fmt: skip
-        frames = [record_frame(data) for number, data in enumerate(self.memory.records, 1) if number not in dropped]
-        fill = {"zeros": EMPTY_SLOT, "ones": b"\xff" * len(EMPTY_SLOT)}.get(setup.empty_slots)
-        if fill is not None:
-            frames += [record_frame(fill)] * (MAX_RECORDS - len(frames))
-        for position, frame in enumerate(frames):
-            if setup.records == "together":
-                self.send(frame, now_s)
-            else:
-                self.plan(now_s + position * RECORD_GAP_S, partial(self.send_while_on, frame, self._booted_s))
-
-    def send_while_on(self, data: bytes, booted_s: float, now_s: float) -> None:
-        """Send it, unless the module was switched off since it was planned."""
-        if self.is_on and self._booted_s == booted_s:
-            self.send(data, now_s)
-
-    # Power
+    def _held(self, request: Request) -> int:
+        """The byte that stands, with which a set is refused."""
+        name = request.command.name
+        if name in ("attitude_trigger", "freefall_trigger"):
+            return INVERTED.encode(getattr(self.state, name.replace("trigger", "is_enabled")))
+        return int(getattr(self.memory, name))
 
     def power_on(self, now_s: float) -> None:
         setup = odd(self)
         super().power_on(now_s)
         if setup.stream_at_boot:
             self.state.serial_output_is_on = True
-        if self.state.serial_output_is_on:
             self._stream_due_s = now_s + 2 * BOOT_GAP_S + 1 / setup.rate
-
-    # Sensor
 
     def measure(self, now_s: float) -> SensorSample:
         sample = super().measure(now_s)
@@ -276,7 +143,7 @@ class OddModule(SimulatedModule):
     def _hiss(self, typical: float) -> float:
         return self._noise.gauss(0.0, typical * odd(self).noise)
 
-    def light(self, now_s: float) -> int:
+    def light(self) -> int:
         volts = self.world.light_v + self._hiss(0.03)
         if odd(self).light_inverted:
             volts = LIGHT_BAY_CLOSED_V + LIGHT_BAY_OPEN_V - volts

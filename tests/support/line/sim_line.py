@@ -14,7 +14,7 @@ from app.safety.journal import Act
 from app.safety.permit import Origin, Permit
 from app.simulator.bench import SimulatedBench
 from protocol.catalogue import Hazard, Layout, Request
-from protocol.events import Counters, EndReason
+from protocol.events import Counters
 from protocol.messages import Frame, decode_request
 from protocol.stale_replies import FlagAnswers, ToldValues
 from protocol.stream import StreamParser

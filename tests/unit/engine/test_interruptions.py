@@ -8,8 +8,9 @@ import pytest
 from app.engine.conversation import Interrupted
 from app.engine.procedure import Ask, Inspect, Pause, Procedure, UseRate
 from app.procedures.lock import lock
-from protocol.catalogue import ACTIVATION, BY_NAME, HEARTBEAT, STATUS, Request
+from protocol.catalogue import ACTIVATION, BY_NAME, HEARTBEAT, LOCK, STATUS, Request
 from protocol.events import Answered, Began, Ended, EndReason, Unanswered
+from tests.support.line.frames import at_each_frame
 from tests.support.line.odd_module import restart_silently
 from tests.support.line.sim_line import Rig, settled_rig
 from tests.unit.protocol.link_bench import BOOTS
@@ -247,7 +248,8 @@ def test_an_activation_that_was_locked_since_leaves_none_owed() -> None:
 
 @pytest.mark.promise("j")
 def test_lock_itself_is_owed_when_the_port_is_lost() -> None:
-    rig = settled_rig(locks=False, active=True)
+    rig = settled_rig(active=True)
+    at_each_frame(rig.bench, lambda request: request != LOCK)
     rig.job(lock(), is_urgent=True, outlives=True)
     rig.step_for(0.2)
     lost(rig)

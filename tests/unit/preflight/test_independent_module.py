@@ -13,9 +13,10 @@ from app.preflight.checks import Case, CheckResult, Person
 from app.preflight.evidence import Evidence
 from app.preflight.run import activate_ready, run_preflight
 from app.preflight.verdict import Assessment, Verdict, assess
+from app.procedures.write import WriteFault
 from app.safety.journal import Act, Outcome
 from app.settings.profiles import Profile
-from app.text.messages import UserError
+from app.text.messages import UserError, message
 from protocol.catalogue import BY_NAME
 from tests.module.options import Options
 from tests.support.journals import FakeJournal
@@ -80,6 +81,21 @@ def test_a_second_answer_about_what_drifts_blocks_ready(code: int, text: str) ->
         assert assessment.verdict is Verdict.NO_GO, after_s
 
 
+# Dialects
+
+
+@pytest.mark.parametrize("options", [
+    Options(acknowledged_by_one={0x21, 0x22}, voltage_code=0x34, freefall_code=0x17, empty_slot=0xFF),
+    Options(voltage_code=0x35, freefall_code=0x16, record_gap_s=0.02, empty_slot=None),
+    Options(delay_s=0.04, record_gap_s=0.02),
+])  # fmt: skip
+def test_every_dialect_of_a_sound_module_is_ready(options: Options) -> None:
+    rig = ModuleRig(options)
+    assert check(rig)[1].verdict is Verdict.READY
+    assert [entry.code for entry in rig.module.log.sets()] == [FREEFALL, ATTITUDE]
+    assert rig.module.log.acts() == []
+
+
 # 30 and 31
 
 
@@ -139,6 +155,12 @@ def test_on_a_good_line_both_are_enabled_and_it_is_ready(code: int) -> None:
     assert (rig.module.settings[ATTITUDE], rig.module.settings[FREEFALL]) == (0, 0)
     times = [entry.at_s for entry in rig.module.log.sets() if entry.code in KEYS]
     assert (times[1] - times[0] < 1.0) is (code == 0x17), "16 directly after a 17 that was answered under 17"
+
+
+def test_a_line_that_repeats_an_acknowledgement_leaves_it_unknown() -> None:
+    evidence, assessment = check(disabled(Options(copies={ATTITUDE: [0.4], FREEFALL: [0.4]})))
+    assert assessment.verdict is Verdict.NO_GO
+    assert {flag.why for flag in evidence.flags.values()} == {message(WriteFault.REPEATED.value)}
 
 
 @pytest.mark.parametrize("how", ["lost_sets", "lost_answers"])

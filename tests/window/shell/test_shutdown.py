@@ -135,7 +135,7 @@ def test_a_driver_that_never_returns(
         ({"stream_at_boot": True, "rate": 1440}, read_everything),
         ({"delay_ms": 900}, read_everything),
         ({"mute": True}, find_rate),
-        ({"history": 9, "records": "spaced"}, read_history),
+        ({"history": 9, "delay_ms": 100}, read_history),
         ({"garbage": 0.5, "rate": 200, "stream_at_boot": True}, find_rate),
     ],
     ids=["a stream at line rate", "a slow module", "finding the rate", "reading the records", "garbage"],
