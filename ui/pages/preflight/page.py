@@ -149,17 +149,13 @@ class PreflightForm(QWidget):
         self.ask_open(self, self._services.preferences.profile_folder, self.use_profile)
 
     def _fill_menu(self) -> None:
-        def add(name: str, text: str, act: Callable[[], object]) -> None:
-            action = named(self.menu.addAction(text), f"preflight_profile_{name}")
-            action.setToolTip(text)
-            action.triggered.connect(lambda _is_checked=False: act())
-
-        self.menu.clear()
-        add("none", tr("Vendor's advice"), lambda: self._use(None, None))
-        add_recent(self.menu, "preflight_profile", self._services.preferences.recent_profiles, self.use_profile)
-        self.menu.addSeparator()
-        add("open", tr("Open profile…"), self.choose_file)
-        add("edit", tr("New profile…") if self.profile is None else tr("Edit profile…"), self.edit_wanted.emit)
+        menu, edit = self.menu, tr("New profile…") if self.profile is None else tr("Edit profile…")
+        menu.clear()
+        named(menu.addAction(tr("Vendor's advice"), lambda: self._use(None, None)), "preflight_profile_none")
+        add_recent(menu, "preflight_profile", self._services.preferences.recent_profiles, self.use_profile)
+        menu.addSeparator()
+        named(menu.addAction(tr("Open profile…"), self.choose_file), "preflight_profile_open")
+        named(menu.addAction(edit, self.edit_wanted.emit), "preflight_profile_edit")
 
 
 class PreflightPage(Page):

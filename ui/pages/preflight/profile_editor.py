@@ -13,8 +13,8 @@ from app.settings.profiles import LIMITS, ActivatedBy, ManualLine, Profile, Prof
 from app.text.i18n import tr
 from app.text.messages import in_brackets, labelled, not_written
 from ui.files.file_dialogs import AskPath, ask_path
-from ui.style.theme import Meaning, Space, scaled
-from ui.widgets.controls import Shortcut, in_column, in_row, named, scroll_area, set_role
+from ui.style.theme import Meaning, Space
+from ui.widgets.controls import Shortcut, in_column, in_row, named, scroll_area
 from ui.widgets.notice_bar import Choice, Notice, NoticeBar
 from ui.widgets.number_line import NumberKind, NumberLine, WheelGuard
 
@@ -49,7 +49,6 @@ class ProfileEditor(QWidget):
         self.service = named(QCheckBox(tr("Overdue service is NO-GO")), "profile_service")
         self.service.setChecked(one.is_service_required)
         self._form.addRow(self.service)
-        self._ranges: dict[NumberLine, QLabel] = {}
         self._form.addRow(named(QLabel(tr("Limits")), "profile_caption", "caption"))
         self.limits: dict[str, NumberLine] = {}
         titles = {check.id: tr(check.title) for check in CHECKS}
@@ -57,14 +56,16 @@ class ProfileEditor(QWidget):
             # In steps finer than any of use, so that what a file says is kept as it is.
             kind = NumberKind.of(limit.low, limit.high, 0.0001, limit.shown.partition("}")[2].strip(), 4)
             title = f"{titles[limit.check]} {'≤' if limit.is_maximum else '≥'}"
-            line = self.limits[name] = self._add_number(f"profile_limit_{name}", title, kind)
+            most = limit.shown.format(limit.high)
+            line = self.limits[name] = self._add_number(f"profile_limit_{name}", title, kind, f"{limit.low:g}", most)
             line.setPlaceholderText(limit.shown.format(limit.usual))  # what holds while it is empty
             line.show_text(f"{one.limits[name]:.10g}" if name in one.limits else "")
         self._form.addRow(named(QLabel(tr("Guided tests")), "profile_caption", "caption"))
         days = NumberKind.of(1, profiles.MAX_TEST_DAYS, 1, tr("days"), 0)
         self.tests: dict[GuidedKind, NumberLine] = {}
         for test, title in TITLES.items():
-            line = self.tests[test] = self._add_number(f"profile_test_{test.value}", f"{tr(title)} ≤", days)
+            most = f"{profiles.MAX_TEST_DAYS} {days.unit}"
+            line = self.tests[test] = self._add_number(f"profile_test_{test.value}", f"{tr(title)} ≤", days, "1", most)
             line.show_number(one.tests_within_days.get(test))
         self._form.addRow(named(QLabel(tr("Manual checks")), "profile_manual_caption", "caption"))
         self.manual: list[tuple[QLineEdit, QCheckBox]] = []
@@ -89,15 +90,13 @@ class ProfileEditor(QWidget):
         self._unedited = self.profile
         self.refresh()
 
-    def _add_number(self, name: str, title: str, kind: NumberKind) -> NumberLine:
+    def _add_number(self, name: str, title: str, kind: NumberKind, least: str, most: str) -> NumberLine:
         line = named(NumberLine(kind, start=float(kind.low), may_be_empty=True), name)
-        text = tr("{low} to {high}", low=f"{float(kind.low):g}", high=f"{float(kind.high):g}")
-        self._ranges[line] = named(QLabel(text), f"{name}_range")
-        self._ranges[line].setMinimumWidth(scaled(84))  # so that all fields end at one edge
-        line.setAccessibleName(title + in_brackets(kind.unit) if kind.unit else title)
-        line.setAccessibleDescription(text)
+        span = tr("{low} to {high}", low=least, high=most)
+        line.setAccessibleName(title)
+        line.setAccessibleDescription(span)
         line.edited.connect(self.refresh)
-        self._form.addRow(line.accessibleName(), in_row((line, 1), self._ranges[line], spacing=Space.S))
+        self._form.addRow(title + in_brackets(span), line)
         return line
 
     def _add_manual(self, item: ManualLine) -> None:
@@ -130,10 +129,9 @@ class ProfileEditor(QWidget):
     def refresh(self) -> None:
         if len(self.manual) < profiles.MAX_ITEMS and (not self.manual or self.manual[-1][0].text().strip()):
             self._add_manual(ManualLine(""))  # one more is typed there
-        for line, span in self._ranges.items():
-            set_role(span, "danger" if line.is_wrong else "muted")
+        lines = (*self.limits.values(), *self.tests.values())
         # Said also where the field is out of sight.
-        wrong = [labelled(one.accessibleName(), span.text()) for one, span in self._ranges.items() if one.is_wrong]
+        wrong = [labelled(one.accessibleName(), one.accessibleDescription()) for one in lines if one.is_wrong]
         self.strip.show_notice(Notice(Meaning.ATTENTION, wrong[0]) if wrong else None)
         self.setWindowModified(bool(wrong) or self.profile != self._unedited)  # closing the window asks, too
         self.save.setEnabled(not wrong and (self.isWindowModified() or self._path is None))

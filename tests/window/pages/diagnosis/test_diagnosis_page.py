@@ -91,53 +91,40 @@ def test_the_button_finds_the_rate(qtbot: QtBot, qapp: QApplication, tmp_path: P
         assert not page.why.act.isVisible()
 
 
-def test_without_a_port_and_with_one_that_is_not_there_a_port_is_to_be_chosen(
-    qtbot: QtBot, qapp: QApplication, tmp_path: Path
+def test_a_port_that_cannot_be_opened_leads_to_a_command_or_to_the_list_of_ports(
+    qtbot: QtBot, qapp: QApplication, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
+    found = [AdapterFacts(group="dialout"), AdapterFacts(group=None)]
+    monkeypatch.setattr("ui.pages.diagnosis.why.facts_about", lambda _port: found[0])
     with diagnosis(qtbot, qapp, tmp_path) as (assembly, page):
+        ports, panel = assembly.ports, assembly.window.panel
         assert cause_of(page) is None
         assert page.why.act.text() == "Choose a port"
-        assembly.ports.connect_to(Target(str(tmp_path / "none"), 115200))
+        target = Target(str(tmp_path / "tty"), 115200, "0403:6001")
+        ports.connect_to(target)
+        assert page.why.evidence().facts == AdapterFacts()
         qtbot.waitUntil(lambda: cause_of(page) == "missing")
-        panel = assembly.window.panel
         panel.hide()
         press(qtbot, page.why.act)
         assert panel.isVisible()
         page.why.choose_wanted.emit()
         assert panel.isVisible()  # shown, never toggled
-
-
-def test_a_command_is_shown_and_copied(
-    qtbot: QtBot, qapp: QApplication, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    facts = AdapterFacts(group="dialout")
-    monkeypatch.setattr("ui.pages.diagnosis.why.facts_about", lambda _port: facts)
-    with diagnosis(qtbot, qapp, tmp_path) as (assembly, page):
-        target = Target(str(tmp_path / "tty"), 115200)
-        assembly.ports.connect_to(target)
-        qtbot.waitUntil(lambda: cause_of(page) == "missing")
+        panel.hide()
+        qtbot.waitUntil(lambda: page.why.evidence().facts == found[0])
         denied = PortError(PortTrouble.NOT_ALLOWED, target.device, "denied")
-        refused = assembly.ports.current.connection._replace(trouble=denied)
-        assembly.ports.current._on_batch(Batch(steady_time(), refused, ConversationView(), None))
+        refused = ports.current.connection._replace(trouble=denied)
+        ports.current._on_batch(Batch(steady_time(), refused, ConversationView(), None))
         qtbot.waitUntil(lambda: cause_of(page) == "no permission")
         if sys.platform.startswith("linux"):
-            assert "sudo usermod -aG dialout $USER" in page.why.next_step.text()
+            command = "sudo usermod -aG dialout $USER"
+            assert command in page.why.next_step.text()
             assert page.why.act.text() == "Copy"
             press(qtbot, page.why.act)
-            assert QApplication.clipboard().text() == "sudo usermod -aG dialout $USER"
-
-
-def test_what_the_system_says_of_one_adapter_is_not_said_of_another_one_of_the_same_name(
-    qtbot: QtBot, qapp: QApplication, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    found = [AdapterFacts(group="uucp"), AdapterFacts(group=None)]
-    monkeypatch.setattr("ui.pages.diagnosis.why.facts_about", lambda _port: found[0])
-    with diagnosis(qtbot, qapp, tmp_path) as (assembly, page):
-        for adapter in ("0403:6001", "0403:6015"):
-            assembly.ports.connect_to(Target(str(tmp_path / "tty"), 115200, adapter))
-            assert page.why.evidence().facts == AdapterFacts()
-            qtbot.waitUntil(lambda: page.why.evidence().facts == found[0])
-            found.pop(0)
+            assert QApplication.clipboard().text() == command
+        found.pop(0)
+        ports.connect_to(target._replace(identity="0403:6015"))  # another one of the same name
+        assert page.why.evidence().facts == AdapterFacts()
+        qtbot.waitUntil(lambda: page.why.evidence().facts == found[0])
 
 
 # Figures
@@ -224,33 +211,25 @@ def test_the_saved_bundle_equals_the_preview_and_is_made_again_for_another_modul
 # Errors of our own
 
 
-def raise_uncaught(error: Exception) -> None:
-    try:
-        raise error
-    except Exception as raised:  # noqa: BLE001
-        sys.excepthook(type(raised), raised, raised.__traceback__)
-
-
 def test_an_error_disarms_and_is_said_with_its_details(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
     with diagnosis(qtbot, qapp, tmp_path) as (assembly, page), ExitStack() as stack:
         bar, armed = assembly.window.notice_bar, assembly.armed
         stack.callback(catch_uncaught_errors(assembly.window.attention.report))
         armed.act = Act.DEPLOY
-        raise_uncaught(LookupError("a bug"))
-        assert armed.act is None
-        qtbot.waitUntil(lambda: "a bug" in notice_text(bar))
-        press(qtbot, bar.button("copy_details"))
-        assert "raise_uncaught" in QApplication.clipboard().text()
-        assert "Traceback" not in notice_text(bar)
-        press(qtbot, find(bar, QWidget, "notice_dismiss"))
-        qtbot.waitUntil(lambda: "a bug" not in notice_text(bar))
-        assert page.isVisible()
-        armed.act = Act.ACTIVATE
-        thread = threading.Thread(target=int, args=("no number",))
+        thread = threading.Thread(target=int, args=("no number",), name="falling")
         thread.start()
         thread.join()
         assert armed.act is None
         qtbot.waitUntil(lambda: "no number" in notice_text(bar))
+        press(qtbot, bar.button("copy_details"))
+        assert "Traceback" in QApplication.clipboard().text()
+        assert "Traceback" not in notice_text(bar)
+        press(qtbot, find(bar, QWidget, "notice_dismiss"))
+        qtbot.waitUntil(lambda: "no number" not in notice_text(bar))
+        assert page.isVisible()
+
+
+# Sharing
 
 
 @pytest.fixture
@@ -319,18 +298,17 @@ def test_a_readers_lock_is_that_of_the_window(rig: Rig, card: SharingCard) -> No
         hear(rig, client, 6)
 
 
-def test_it_ends_with_the_switch_and_with_the_port(rig: Rig, card: SharingCard) -> None:
+@pytest.mark.parametrize("is_port_closed", [False, True])
+def test_it_ends_with_the_switch_and_with_the_port(rig: Rig, card: SharingCard, is_port_closed: bool) -> None:
     with reader(card) as client:
         rig.until(lambda: "readers: 1" in card.state.text())
-        rig.click(card.switch)
-        assert hear(rig, client, 0) == b""
-    rig.click(card.switch)
-    with reader(card) as client:
-        rig.until(lambda: "readers: 1" in card.state.text())
-        rig.assembly.ports.current.disconnect_port()
+        if is_port_closed:
+            rig.assembly.ports.current.disconnect_port()
+        else:
+            rig.click(card.switch)
         rig.until(lambda: not card.switch.isChecked())
         assert hear(rig, client, 0) == b""
-        assert not card.switch.isEnabled()
+        assert card.switch.isEnabled() is not is_port_closed
 
 
 @pytest.mark.parametrize(
@@ -398,33 +376,24 @@ def traffic(qtbot: QtBot) -> Iterator[TrafficView]:
 def test_a_row_describes_its_frame_or_why_bytes_are_none(qapp: QApplication) -> None:
     voltage = bytes.fromhex("4175 34 01 BE F3")
     frame = Frame(Direction.MODULE_TO_HOST, voltage)
-    model = model_of(sent(), Received(frame, decode(voltage, BY_NAME["cell_voltage"].query()), Role.ANSWER, 1.01))
-    assert cell(model, 0, Column.KIND) == "sent"
+    reply = Received(frame, decode(voltage, BY_NAME["cell_voltage"].query()), Role.ANSWER, 1.01)
+    model = model_of(sent(), reply, *rejected(bytes(STREAMED[:-1] + bytes((STREAMED[-1] ^ 1,)))))
+    assert [cell(model, row, Column.KIND) for row in range(3)] == ["sent", "reply", "invalid"]
     assert cell(model, 0, Column.BYTES) == "42 61 34 01 00 35"
-    assert cell(model, 1, Column.KIND) == "reply"
     assert cell(model, 1, Column.MEANING) == "reply: cell voltage 3.80 V"
-    model = model_of(*rejected(bytes(STREAMED[:-1] + bytes((STREAMED[-1] ^ 1,)))))
-    index = model.index(0, Column.KIND)
-    assert index.data() == "invalid"
-    assert not index.data(Qt.ItemDataRole.DecorationRole).isNull()
-    assert index.data(Qt.ItemDataRole.ForegroundRole) is not None
-    assert "checksum" in cell(model, 0, Column.MEANING)
+    assert "checksum" in cell(model, 2, Column.MEANING)
+    assert model.index(2, Column.KIND).data(Qt.ItemDataRole.ForegroundRole) is not None
 
 
-def test_the_oldest_rows_are_dropped(qapp: QApplication) -> None:
+def test_the_oldest_rows_are_dropped_and_long_garbage_takes_several_rows_and_loses_nothing(qapp: QApplication) -> None:
     model = model_of(*streamed(MAX_ROWS - 1))
     model.append(streamed(11, first=MAX_ROWS))
     model.show_new()
     assert (model.rowCount(), model.rows[0].at, model.rows[-1].at) == (MAX_ROWS, 10.0, MAX_ROWS + 10)
-
-
-def test_a_long_run_of_garbage_takes_several_rows_and_loses_nothing(qapp: QApplication) -> None:
     garbage = bytes(range(48)) * 100
-    model = model_of(*rejected(garbage))
-    raws = [event.noise.raw for event in model.rows if isinstance(event, Rejected)]
-    assert len(raws) > 1
+    raws = [event.noise.raw for event in model_of(*rejected(garbage)).rows if isinstance(event, Rejected)]
     assert b"".join(raws) == garbage
-    assert max(map(len, raws)) <= MAX_ROW_BYTES
+    assert max(map(len, raws)) <= MAX_ROW_BYTES < len(garbage)
 
 
 def test_filter_and_search(traffic: TrafficView) -> None:
