@@ -19,7 +19,7 @@ if os.environ.get("LC_ALL") in ("C", "POSIX"):
     os.environ["LC_ALL"] = "C.UTF-8"  # else Qt warns, and Qt's warnings are failures
 
 import pytest
-from hypothesis import settings
+from hypothesis import HealthCheck, settings
 from hypothesis.database import DirectoryBasedExampleDatabase
 from pytestqt.qtbot import QtBot
 
@@ -55,10 +55,14 @@ odd_module.install()
 for wait in QtBot.waitUntil, QtBot.waitSignal:
     (wait.__kwdefaults__ or {})["timeout"] = round(PATIENCE_S * 1000)
 
-# The quick one tries the same examples each time. The other one has new ones each time, and keeps what failed.
+# New examples each time, and first those that failed once. How long one takes depends on what else the machine does, and
+# a folder of the test may be written to by one example after the other.
 KEPT = DirectoryBasedExampleDatabase(Path(__file__).parent.parent / "build" / "hypothesis")
-settings.register_profile("quick", max_examples=50, deadline=None, derandomize=True, database=None)
-settings.register_profile("thorough", max_examples=2000, deadline=None, database=KEPT, print_blob=True)
+UNCHECKED = (HealthCheck.too_slow, HealthCheck.function_scoped_fixture)
+settings.register_profile(
+    "quick", max_examples=50, deadline=None, database=KEPT, suppress_health_check=UNCHECKED, print_blob=True
+)
+settings.register_profile("thorough", settings.get_profile("quick"), max_examples=2000)
 settings.load_profile(os.environ.get("HYPOTHESIS_PROFILE", "quick"))
 
 

@@ -11,7 +11,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from hypothesis import HealthCheck, given, settings
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from app.flights.flight_log import FlightLog
@@ -295,7 +295,7 @@ def check(path: Path) -> FlightSummary | None:
 @given(
     st.binary(max_size=400), st.sampled_from([b"ULog\x01\x12\x35\x01" + bytes(8), b"\xa3\x95", b"\x89MCAP0\r\n", b""])
 )
-@settings(max_examples=150, suppress_health_check=[HealthCheck.function_scoped_fixture], deadline=None)
+@settings(max_examples=150)
 def test_files_that_only_begin_like_a_log(tmp_path: Path, data: bytes, begin: bytes) -> None:
     path = tmp_path / "log.csv"
     path.write_bytes(begin + data)

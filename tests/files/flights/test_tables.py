@@ -9,7 +9,7 @@ from typing import NamedTuple
 
 import numpy as np
 import pytest
-from hypothesis import HealthCheck, given, settings
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from app.flights.flight_log import FlightLog
@@ -250,7 +250,7 @@ TIMES = [(1.0, "time_s"), (1e3, "time_ms"), (1e3, "timestamp"), (1e6, "time (us)
 GAPS = st.tuples(st.integers(5, 70), st.integers(0, 30))
 
 
-@settings(max_examples=60, suppress_health_check=[HealthCheck.function_scoped_fixture], deadline=None)
+@settings(max_examples=60)
 @given(data=st.data())
 @pytest.mark.promise("g")
 def test_any_table_that_says_the_same_is_judged_the_same_or_refused(tmp_path: Path, data: st.DataObject) -> None:
