@@ -55,8 +55,8 @@ odd_module.install()
 for wait in QtBot.waitUntil, QtBot.waitSignal:
     (wait.__kwdefaults__ or {})["timeout"] = round(PATIENCE_S * 1000)
 
-# New examples each time, and first those that failed once. How long one takes depends on what else the machine does, and
-# a folder of the test may be written to by one example after the other.
+# New examples each time, and first those that failed once. How long one takes depends on what else the machine does;
+# each example may write into the same folder as the one before.
 KEPT = DirectoryBasedExampleDatabase(Path(__file__).parent.parent / "build" / "hypothesis")
 UNCHECKED = (HealthCheck.too_slow, HealthCheck.function_scoped_fixture)
 settings.register_profile(

@@ -4,6 +4,7 @@ What the program says is compared with what an independent module (`tests.module
 shown or called verified, READY, GO or done that is not so, and no frame changes the module that was not asked for.
 """
 
+import json
 import random
 from collections import Counter
 from collections.abc import Callable, Iterable, Iterator, Mapping
@@ -11,6 +12,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Final, NamedTuple
 
+from protocol.fields import Value
+from tests.campaigns.walk import truth
 from tests.module.module import (
     ACCELERATION,
     ACTIVATION,
@@ -31,23 +34,19 @@ from tests.module.options import Options
 from tests.support.virtual_cli import Ran, VirtualCli
 
 SEEN_AFTER_S: Final = 1.5  # what happened so shortly before the end may not have been seen any more
-NEW_RATE: Final = 57600
 LOWEST_CELL: Final = 0xB8  # 3.68 V; any limit that this program knows is above it
 SETTABLE: Final = (ACTIVATION, ATTITUDE_OFF, FREEFALL_OFF, ATTITUDE, ACCELERATION, TIME, LIGHT_THRESHOLD)
-# By key: the code, and what a unit is worth in D4.
-READ: Final[Mapping[str, tuple[int, float]]] = {
-    "attitude_threshold_deg": (ATTITUDE, 1),
-    "freefall_time_s": (TIME, 100),
-    "light_threshold_v": (LIGHT_THRESHOLD, 10),
-}
-# By key: what is typed, the code, and the byte that it means.
-WANTED: Final[Mapping[str, tuple[str, int, int]]] = {
-    "attitude_threshold_deg": ("65", ATTITUDE, 65),
-    "freefall_time_s": ("1.8", TIME, 180),
-    "light_threshold_v": ("2.0", LIGHT_THRESHOLD, 20),
-    "attitude_trigger": ("true", ATTITUDE_OFF, 0),
-    "freefall_trigger": ("false", FREEFALL_OFF, 1),
-}
+CODES: Final[Mapping[str, int]] = {
+    "attitude_threshold_deg": ATTITUDE, "freefall_acceleration_g": ACCELERATION, "freefall_time_s": TIME,
+    "light_threshold_v": LIGHT_THRESHOLD, "attitude_trigger": ATTITUDE_OFF, "freefall_trigger": FREEFALL_OFF,
+    "baud_rate": BAUD,
+}  # fmt: skip
+FLAGS: Final = ("attitude_trigger", "freefall_trigger")
+READABLE: Final = [key for key in CODES if key not in (*FLAGS, "baud_rate")]
+WANTED: Final[Mapping[str, Value]] = {
+    "attitude_threshold_deg": 65, "freefall_time_s": 1.8, "light_threshold_v": 2.0,
+    "attitude_trigger": True, "freefall_trigger": False, "baud_rate": 57600,
+}  # fmt: skip
 
 
 class Command(NamedTuple):
@@ -203,17 +202,14 @@ def _judge_conduct(ran: Ran, case: Case, may_set: tuple[int, ...]) -> Iterator[s
 
 
 def _judge_read(ran: Ran, case: Case) -> Iterator[str]:
-    settings, held = ran.said.get("settings", {}), case.module.settings
-    for key, (code, per_unit) in READ.items():
-        value = settings.get(key)
+    settings, holds = ran.said.get("settings", {}), truth(case.module)
+    for key in READABLE:
         # What a lying second answer says may be what is read; what changes meanwhile may be read before.
-        is_certain = code not in case.module.options.second and case.happening is None
-        if value is not None and is_certain and round(value * per_unit) != held[code]:
-            yield f"{key} is shown as {value}, and the module holds {held[code]}"
-    for key in ("attitude_trigger", "freefall_trigger"):
-        if settings.get(key) is not None:
-            yield f"{key} is shown, and nobody can know it"
-    if ran.returncode == 0 and (ran.said.get("errors") or None in [settings.get(key) for key in READ]):
+        is_certain = CODES[key] not in case.module.options.second and case.happening is None
+        if settings.get(key) not in (None, holds[key]) and is_certain:
+            yield f"{key} is shown as {settings[key]}, and the module holds {holds[key]}"
+    yield from (f"{key} is shown, and nobody can know it" for key in FLAGS if settings.get(key) is not None)
+    if ran.returncode == 0 and (ran.said.get("errors") or None in [settings.get(key) for key in READABLE]):
         yield "exit code 0 without everything"
 
 
@@ -228,15 +224,13 @@ def _judge_history(ran: Ran, case: Case) -> Iterator[str]:
 
 
 def _judge_set(ran: Ran, case: Case) -> Iterator[str]:
-    module = case.module
+    holds, log = truth(case.module), case.module.log
     for key, result in ran.said.get("results", {}).items():
-        _, code, byte = WANTED.get(key, ("", BAUD, 0))
-        held, wanted = (module.rate, NEW_RATE) if code == BAUD else (module.settings[code], byte)
-        if result.get("verified") and held != wanted and not case.happens_late(ran):
-            yield f"{key} is called verified, and the module holds {held}"
+        if result.get("verified") and holds[key] != WANTED[key] and not case.happens_late(ran):
+            yield f"{key} is called verified, and the module holds {holds[key]}"
         # E4: 17 may be acknowledged under 16.
-        answers = [entry for entry in module.log.sent() if entry.code in (code, module.options.freefall_code)]
-        if result.get("acknowledged") and not answers:
+        is_answered = log.sent(CODES[key]) or log.sent(case.module.options.freefall_code)
+        if result.get("acknowledged") and not is_answered:
             yield f"{key} is called acknowledged, and nothing was"
         if ran.returncode == 0 and result.get("verified") is False:
             yield f"exit code 0, and {key} is not verified"
@@ -281,18 +275,19 @@ def _judge_act(ran: Ran, case: Case) -> Iterator[str]:
 
 _CHECK: Final = "preflight --enable-triggers --records-reviewed --module M1"
 _BY_CHECK: Final = (ATTITUDE_OFF, FREEFALL_OFF, ACTIVATION)  # an active one is locked first
+
+
+def _set(*keys: str) -> Command:
+    words = " ".join(f"{key}={json.dumps(WANTED[key])}" for key in keys)
+    return Command(f"set {words} --accept-risk", _judge_set, tuple(CODES[key] for key in keys))
+
+
 COMMANDS: Final[Mapping[str, Command]] = {
     "read": Command("read", _judge_read),
     "history": Command("history", _judge_history),
-    "set": Command(
-        f"set {' '.join(f'{key}={WANTED[key][0]}' for key in READ)} --accept-risk",
-        _judge_set,
-        (ATTITUDE, TIME, LIGHT_THRESHOLD),
-    ),
-    "set triggers": Command(
-        "set attitude_trigger=true freefall_trigger=false --accept-risk", _judge_set, (ATTITUDE_OFF, FREEFALL_OFF)
-    ),
-    "set baud": Command(f"set baud_rate={NEW_RATE}", _judge_set, (BAUD,)),
+    "set": _set("attitude_threshold_deg", "freefall_time_s", "light_threshold_v"),
+    "set triggers": _set(*FLAGS),
+    "set baud": _set("baud_rate"),
     "check": Command(_CHECK, _judge_check, _BY_CHECK),
     "check and activate": Command(f"{_CHECK} --activate --yes", _judge_check, _BY_CHECK),
     "activate": Command("activate --yes", _judge_act, (ACTIVATION,)),

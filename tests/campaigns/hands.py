@@ -8,9 +8,10 @@ fault, and so is a LOCK that does not leave.
 import random
 import tempfile
 from collections import Counter
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass, field
+from functools import partial
 from pathlib import Path
 from typing import Final
 
@@ -21,11 +22,12 @@ from PySide6.QtWidgets import QApplication, QComboBox, QPushButton, QWidget
 from app.engine.target import Target
 from app.guided.results import GuidedKind
 from app.preflight.verdict import Standing
+from app.safety.journal import Act
 from app.simulator import bench as benches
 from app.text.i18n import set_language
 from protocol.catalogue import LOCK, Request
 from protocol.fields import Value
-from tests.campaigns.ledger import DEAD_S, HOLD, HOLD_S, WATCHED, Ledger
+from tests.campaigns.ledger import DEAD_S, DEPLOY, ENABLED, GO, HOLD, HOLD_S, UNLOCKED, WATCHED, Ledger
 from tests.support.line.odd_module import end_faults
 from tests.support.window.hand import KINDS, NO_BUTTON, NO_KEY, Hand, hand_at
 from tests.support.window.rig import TURN_S
@@ -47,7 +49,6 @@ FAULTS: Final[tuple[Mapping[str, object], ...]] = ({"drop": 0.2}, {"delay_ms": 2
 # Menus would grab the mouse, and the top bar would end the connection.
 UNSAFE_NAMES: Final = ("top_bar", "navigation", "status_line")
 UNSAFE_KINDS: Final = ("QMenuBar", "QToolButton", "QComboBox")
-CHECK_S: Final = 13.0  # longer than a pre-flight check takes
 WINDOW_LASTS: Final = 400  # sequences; the next window has another language and size
 
 
@@ -154,20 +155,18 @@ class Hands(Hand):
     def sequence(self) -> None:
         """Some random actions."""
         self.trail = []
+        actions: dict[Callable[[], None], float] = {
+            self._go_somewhere: 6, self.click: 7, self._double_click: 3, self.press: 2, self.release: 2,
+            self._pause: 6, self._press_key: 4, self._key_up: 3, self._repeat_key: 2, self._scroll: 1,
+            self._resize: 1, self._turn_page: 1, self._edit: 1, self._change_state: 1, self.press_lock: 0.5,
+            self._accident: 1,
+        }  # fmt: skip
+        with_free_hands = actions | {
+            self._whole_gesture: 1, self._hurry: 3, self._act_and_then: 2.5, self._write: 3,
+        }  # fmt: skip
         for _ in range(self.dice.randint(3, 9)):
-            actions = (
-                (self._go_somewhere, 6), (self.click, 7), (self._double_click, 3), (self.press, 2),
-                (self.release, 2), (self._pause, 6), (self._press_key, 4), (self._key_up, 3), (self._repeat_key, 2),
-                (self._scroll, 1), (self._resize, 1), (self._turn_page, 1), (self._edit, 1), (self._change_state, 1),
-                (self.press_lock, 0.5), (self._accident, 1),
-            )  # fmt: skip
-            whole = (
-                (self._whole_gesture, 1), (self._hurry, 3), (self._check, 0.15), (self._guided_test, 0.5),
-                (self._write, 3), (self._act_and_then, 2),
-            )  # fmt: skip
-            has_free_hands = not self.is_down and self._key is None
-            possible = [*actions, *whole] if has_free_hands else [*actions]
-            action = self.dice.choices([one for one, _ in possible], [weight for _, weight in possible])[0]
+            possible = actions if self.is_down or self._key is not None else with_free_hands
+            (action,) = self.dice.choices(list(possible), list(possible.values()))
             self.trail.append(action.__name__)
             action()
             self.look()
@@ -217,15 +216,15 @@ class Hands(Hand):
 
     # On purpose
 
-    def do_whole(self, one: QWidget) -> None:
-        """Press it as a careful person does, from elsewhere and after a while."""
+    def do_whole(self, one: QWidget, held_s: float = HOLD_S + 0.4) -> None:
+        """Press it as a careful person does, from elsewhere and after a while; `held_s`: of what is held."""
         self.move(QPoint(1, 60))
         self.wait(0.6)
         if one.isVisible():
             self.move(self.at(one))
             self.look()
             self.press()
-            self.wait(HOLD_S + 0.4 if one.objectName() == HOLD else 0.0)
+            self.wait(held_s if one.objectName() == HOLD else 0.0)
             self.release()
             self.look()
 
@@ -253,29 +252,6 @@ class Hands(Hand):
             self._key_up()
         else:
             self.click()
-
-    def _check(self) -> None:
-        """A whole pre-flight check of a locked module, which leads to the activation if it ends READY."""
-        self.bench.module.activate(is_active=False)
-        self.window.go_to("preflight")
-        self.preflight.show_view("checks")
-        if not self.preflight.enable.isVisible():
-            self.wait(CHECK_S)
-        self.do_whole(self.preflight.enable)
-        self.wait(CHECK_S)
-
-    def _guided_test(self) -> None:
-        """A guided test up to the activation, which takes a whole gesture, too."""
-        module, work = self.bench.module, self.guided.work
-        if self.is_reachable and module.is_on and not module.is_triggered:
-            self.window.go_to("preflight")
-            self.preflight.show_view("guided")
-            module.activate(is_active=False)
-            work.choose(GuidedKind.TILT)
-            work.state_safe(True)
-            self.wait(1.0)
-            work.start()
-            self.wait(3.0)
 
     def press_lock(self) -> None:
         """By its key, which counts whatever is open; it leaves at once."""
@@ -314,20 +290,16 @@ class Hands(Hand):
                     self.wait(TURN_S)
 
     def _act_and_then(self) -> None:
-        """Confirm an act on a module in order, and let something follow at once."""
+        """Complete an act at a module in order, perhaps on a slow line, and let something follow at once."""
         self.put_in_order()
-        self.window.go_to("commands")
-        self.turn()
-        confirm = self.dice.choice(list(self.commands.acts.values())).confirm
         if self.dice.random() < 0.5:
             self.bench.change(delay_ms=220.0)
             self.settings.work.read_all()
-        for button in (confirm.ask, confirm.go):
-            if button.isVisible() and button.isEnabled():
-                self.do_whole(button)
+        act = self.dice.choice(sorted(WHOLE))
+        WHOLE[act][0](self)
         self.wait(self.dice.choice((0.0, 0.02, 0.1)))
         follows = self.dice.choice((self.press_lock, self._accident, self.slip, self.restart))
-        self.trail.append(follows.__name__)
+        self.trail += [act, follows.__name__]
         follows()
         self.wait(3.0)
 
@@ -394,16 +366,89 @@ class Hands(Hand):
         while self.clock() < ends_at_s and not (ports.module.is_read and ports.current.is_active is is_active):
             self.wait(0.4)
 
-    def confirm(self, question: Confirm) -> None:
-        self.bring(question.ask)
-        self.do_whole(question.ask)
-        self.do_whole(question.go)
-
     def bring(self, one: QWidget) -> None:
         """Into sight, once it can be pressed."""
         self.until(lambda: one.isVisible() and one.isEnabled())
         bring_into_sight(one.parentWidget() or one)
         self.turn()
+
+
+# Whole gestures, each of which completes an act
+
+
+def confirm(hands: Hands, question: Confirm) -> None:
+    hands.bring(question.ask)
+    hands.do_whole(question.ask)
+    hands.do_whole(question.go)
+
+
+def confirm_act(hands: Hands, act: Act) -> None:
+    hands.window.go_to("commands")
+    confirm(hands, hands.commands.acts[act].confirm)
+
+
+def change_baud(hands: Hands) -> None:
+    hands.window.go_to("settings")
+    box = hands.settings.baud.editor
+    assert isinstance(box, QComboBox)
+    box.setCurrentIndex(box.findData(57600))
+    box.activated.emit(box.currentIndex())
+    confirm(hands, hands.settings.baud.confirm)
+
+
+def enable_in_a_check(hands: Hands) -> None:
+    hands.window.go_to("preflight")
+    hands.preflight.show_view("checks")
+    hands.bring(hands.preflight.enable)
+    hands.do_whole(hands.preflight.enable)
+
+
+def activate_after_a_check(hands: Hands) -> None:
+    enable_in_a_check(hands)
+    confirm(hands, hands.preflight.activation.confirm)
+
+
+def activate_in_the_tilt_test(hands: Hands) -> None:
+    hands.show_guided()
+    work = hands.guided.work
+    work.choose(GuidedKind.TILT)
+    work.state_safe(True)
+    hands.until(lambda: work.can_start)
+    work.start()
+    confirm(hands, hands.guided.activate.confirm)
+
+
+def write_to_an_active_module(hands: Hands) -> None:
+    hands.put_in_order(is_active=True)
+    hands.window.go_to("settings")
+    hands.settings.work.fill({"attitude_threshold_deg": 30})
+    hands.wait(0.4)
+    hands.press_write()
+
+
+def deploy(hands: Hands, *, held_s: float = HOLD_S + 0.4) -> None:
+    hands.put_in_order(is_active=True)
+    ritual = hands.commands.ritual
+    hands.window.go_to("commands")
+    hands.until(ritual.choose.isEnabled)
+    hands.do_whole(ritual.choose)
+    hands.do_whole(ritual.arm)
+    hands.do_whole(ritual.hold, held_s)
+
+
+# What is done, and what leaves for it.
+WHOLE: Final[Mapping[str, tuple[Callable[[Hands], None], tuple[str, ...]]]] = {
+    **{
+        f"act_{act.value}": (partial(confirm_act, act=act), (GO[f"act_{act.value}_go"],))
+        for act in (Act.ACTIVATE, Act.ZERO, Act.SHUTDOWN, Act.FORBID_DEPLOY)
+    },
+    "change of the baud rate": (change_baud, (GO["baud_go"],)),
+    "activation in the tilt test": (activate_in_the_tilt_test, (GO["guided_activate_go"],)),
+    "enabling in a check": (enable_in_a_check, ENABLED),
+    "activation after a check": (activate_after_a_check, (*ENABLED, GO["preflight_activate_go"])),
+    "write to an active module, against advice": (write_to_an_active_module, (UNLOCKED,)),
+    "deployment": (deploy, (DEPLOY,)),
+}
 
 
 @contextmanager
