@@ -148,7 +148,7 @@ def two_modules(facts: Facts, name: str, now: datetime) -> UserMessage | None:
     visits = ((one.at, one.row.station, one.content.boot_count) for one in recent)
     counted = ((at, station, count) for at, station, count in visits if count is not None)
     for (at, station, count), (at_before, station_before, before) in pairwise(counted):
-        has_gone_back = (count - before) % BOOTS >= BOOTS // 2
+        has_gone_back = (count - before) % BOOTS > BOOTS // 2
         # The time of two stations may differ by minutes: what they read so close together contradicts nothing.
         apart = datetime.fromisoformat(at) - datetime.fromisoformat(at_before)
         if has_gone_back and at[:10] > explained and (station == station_before or apart > CLOCKS):

@@ -13,6 +13,7 @@ from PySide6.QtCore import (
     QSize,
     QSortFilterProxyModel,
     Qt,
+    QTimer,
     Signal,
 )
 from PySide6.QtGui import QColor, QFontMetrics, QIcon, QKeyEvent, QResizeEvent
@@ -31,6 +32,7 @@ _ROW_ROLE: Final = Qt.ItemDataRole.UserRole + 1
 _PAD_PX: Final = 5
 _FRAME_PX: Final = 8
 _SEARCH_PX: Final = 140
+_MEASURED_ROWS: Final = 100
 
 
 @dataclass(frozen=True)
@@ -175,6 +177,26 @@ def list_rows(table: QTableView, *, row_px: int) -> None:
     table.setIconSize(QSize(scaled(IconSize.TEXT), scaled(IconSize.TEXT)))
 
 
+def wrap_rows(table: QTableView) -> None:
+    """Lets texts wrap. Only the rows in sight are measured: for thousands Qt would take seconds, and nobody could press
+    LOCK meanwhile."""
+    rows, bar, timer = table.verticalHeader(), table.verticalScrollBar(), QTimer(table, singleShot=True, interval=0)
+
+    def fit() -> None:
+        first, last = table.rowAt(0), table.rowAt(table.viewport().height() - 1)
+        if last < 0:  # they end above it
+            last = table.model().rowCount() - 1
+        for row in range(max(first, 0), last + 1):
+            table.resizeRowToContents(row)
+
+    table.setWordWrap(True)
+    rows.setMinimumSectionSize(rows.defaultSectionSize())
+    timer.timeout.connect(fit)
+    model, columns = table.model(), table.horizontalHeader()
+    for changed in (bar.valueChanged, bar.rangeChanged, columns.sectionResized, model.modelReset, model.dataChanged):
+        changed.connect(lambda *_: timer.start())
+
+
 class RowsTable(QTableView, Generic[Row]):
     """Makes a table of its columns; `says` is its accessible name, the rest as in `RowsModel`; without `tell` a row is
     read as its cells. Sorted by a column, newest or largest first, or not at all."""
@@ -207,6 +229,8 @@ class RowsTable(QTableView, Generic[Row]):
         if is_single:
             self.setSelectionMode(QTableView.SelectionMode.SingleSelection)
         self.doubleClicked.connect(lambda _index: self.opened.emit())
+        # Of longer lists Qt would measure a thousand rows, several times a change.
+        self.horizontalHeader().setResizeContentsPrecision(_MEASURED_ROWS)
         modes = QHeaderView.ResizeMode
         body, heads = QFontMetrics(font(Size.BODY)), QFontMetrics(font(Size.SMALL, is_bold=True))
         for place, column in enumerate(columns):

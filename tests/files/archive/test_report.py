@@ -99,7 +99,8 @@ def test_what_is_due_of_the_last_check(here: Store, checks: list[tuple[Preflight
     [
         ([(40, 3), (41, 2)], False),
         ([(40, 3), (39, 2)], True),
-        ([(250, 3), (100, 2)], False),
+        ([(250, 3), (122, 2)], False),
+        ([(250, 3), (123, 2)], True),
         ([(4, 3), (250, 2)], True),
         ([(40, 200), (39, 190)], False),
     ],
@@ -110,8 +111,8 @@ def test_two_modules_are_asked_about_where_the_boot_count_went_back(
     for count, days_ago in boots:
         add(here, visit(count), days_ago)
     assert asks(here) is is_asked
-    add(here, Serviced(service=ServiceKind.FIRMWARE, on=NOW.date(), due=None, who="Li"))
-    assert not asks(here)
+    add(here, Serviced(service=ServiceKind.FIRMWARE, on=(NOW - timedelta(days=2)).date(), due=None, who="Li"))
+    assert not asks(here), "also on the same day"
 
 
 @pytest.mark.parametrize(("minutes", "is_asked"), [(10, False), (20, True)])
@@ -172,6 +173,7 @@ def test_a_write_is_told_with_the_value_before_and_why(here: Store) -> None:
     write(here, Outcome.REFUSED, attitude_threshold_deg=70)
     write(here, Outcome.UNKNOWN, attitude_threshold_deg=75)
     write(here, Outcome.CONFIRMED, attitude_threshold_deg=80, attitude_trigger=True)
+    add(here, SettingsSeen(port="P", boot_count=4, settings=SETTINGS | {"attitude_threshold_deg": 80}), -0.01)
     events, told = history(here)
     assert told == [
         "Settings: Attitude threshold 60°, Free-fall time 1.20 s.",
@@ -179,8 +181,10 @@ def test_a_write_is_told_with_the_value_before_and_why(here: Store) -> None:
         "Attitude threshold 65° → 70°: refused.",
         "Attitude threshold 65° → 75°: may have been carried out.",
         "Attitude threshold 80°, Attitude trigger Enabled: confirmed.",
+        "Settings: Attitude threshold 80°, Free-fall time 1.20 s.",
     ]
-    assert [event.settings.get("attitude_threshold_deg") for event in events] == [60, 65, 65, None, 80]
+    assert [event.settings.get("attitude_threshold_deg") for event in events] == [60, 65, 65, None, 80, 80]
+    assert [event.settings.get("attitude_trigger") for event in events[-2:]] == [True, None], "it cannot be read"
     changed = settings_changed(events[0].settings, events[-1].settings)
     assert [one.in_english() for one in changed] == ["Attitude threshold 60° → 80°"]
     assert as_edits(events[0].settings) == SETTINGS

@@ -13,7 +13,6 @@ from PySide6.QtWidgets import (
     QComboBox,
     QDateEdit,
     QFormLayout,
-    QHeaderView,
     QLineEdit,
     QMenu,
     QPushButton,
@@ -42,7 +41,7 @@ from protocol.catalogue import DEFAULT_BAUD_RATE
 from protocol.translatable import marked
 from ui.core.background_task import BackgroundTask, Running
 from ui.files.file_dialogs import AskText, ask_path, ask_text
-from ui.forms.tables import RowsTable, TableColumn, select_row
+from ui.forms.tables import RowsTable, TableColumn, select_row, wrap_rows
 from ui.services.context import Services
 from ui.session.port import Port
 from ui.style.icons import Icon
@@ -145,8 +144,7 @@ class ArchivePanel(QWidget):
             # They scroll by themselves: the page need not be as high as they would like to be.
             table.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Ignored)
             table.setMinimumHeight(LEAST_ROWS * table.verticalHeader().defaultSectionSize())
-            table.setWordWrap(True)
-            table.verticalHeader().setSectionResizeMode(QHeaderView.ResizeMode.ResizeToContents)
+            wrap_rows(table)
         self.settings = text_label("archive_settings", "small", is_selectable=True)
         self.use = control(
             QPushButton(tr("Use in Settings")), "archive_use", picture=Icon.SETTINGS, slot=self._use_settings

@@ -1,6 +1,7 @@
 """The Fleet page over fake ports: no wrong row ever, LOCK for one and for all, several at once; the archive."""
 
 import random
+import time
 from collections.abc import Callable, Iterator
 from contextlib import closing
 from dataclasses import dataclass, field, replace
@@ -23,7 +24,7 @@ from app.preflight.verdict import assess
 from app.records.filing import Filed, local_now
 from app.records.record import make_record
 from app.settings.profiles import NO_PROFILE, Profile
-from app.store.rows import SaidNew, Serviced, ServiceKind, SettingsSeen, TriggerRecordSeen
+from app.store.rows import ActIntended, SaidNew, Serviced, ServiceKind, SettingsSeen, TriggerRecordSeen
 from protocol.events import EndReason
 from protocol.fields import Value
 from tests.files.records.test_filing import file_one
@@ -543,6 +544,29 @@ def test_a_file_brings_what_another_station_knows(qtbot: QtBot, assembly: Assemb
     assert [table.geometry() for table in (panel.modules, panel.life)] == before, "a table moved under the hand"
     panel.modules.selectRow(1)
     qtbot.waitUntil(lambda: panel.life.model().rowCount() > 2, timeout=WAIT_MS)
+
+
+def test_a_long_history_does_not_hold_the_window_and_what_is_in_sight_of_it_wraps(
+    qtbot: QtBot, assembly: Assembly
+) -> None:
+    """Two thousand entries held it for seconds, LOCK with it, as each was measured several times."""
+    intents = [
+        ActIntended(act="write", port="p", frame="", detail={"attitude_threshold_deg": number % 90}, note="why " * 60)
+        for number in range(2000)
+    ]
+    store_of(assembly.storage).write(lambda facts: [facts.add(intent, "M-07") for intent in intents]).result()
+    panel = shown(qtbot, assembly)
+    longest_s, ends_at = 0.0, time.monotonic() + PATIENCE_S
+    while panel.life.model().rowCount() < len(intents) and time.monotonic() < ends_at:
+        began_s = time.thread_time()
+        QApplication.processEvents()
+        longest_s = max(longest_s, time.thread_time() - began_s)
+    assert longest_s < 0.5
+    least_px = panel.life.verticalHeader().defaultSectionSize()
+    for place in (0, panel.life.verticalScrollBar().maximum() // 2):
+        panel.life.verticalScrollBar().setValue(place)
+        let_lay_out(panel)
+        assert panel.life.rowHeight(panel.life.rowAt(1)) > least_px
 
 
 def test_a_service_is_kept_under_the_module_for_which_it_was_begun(qtbot: QtBot, assembly: Assembly) -> None:
