@@ -42,6 +42,8 @@ _log = logging.getLogger(__name__)
 ACKNOWLEDGED_S = 0.06
 # Also an answer that a bridge holds back for more than a second counts; LOCK is sent again meanwhile.
 ANSWER_S = 2.0
+# The last answer is waited for so long after the last LOCK could be sent: who stands beside the module has to know.
+LAST_ANSWER_S = 0.8
 # Reports in a row that must agree.
 AGREEING = 2
 QUESTIONS = (ACTIVE.query(), STATUS.query())
@@ -203,7 +205,9 @@ def _lock_until_reported(journal: Journal, repeat: LockRepeat, proof: _Proof, en
             yield Report(min(repeat.sent, MAX_LOCKS) - 1, MAX_LOCKS, marked("Locking…"))
         if not is_last_answered:
             yield Pause(BREATH_S)
-        reply = yield Ask(QUESTIONS[question], limit_s=ANSWER_S, repeat=repeat)
+        left_s = ANSWER_S if repeat.until is None else repeat.until + LAST_ANSWER_S - view.now
+        limit_s = max(ACKNOWLEDGED_S, min(ANSWER_S, left_s))
+        reply = yield Ask(QUESTIONS[question], limit_s=limit_s, repeat=repeat)
         view = yield from proof.look()
         is_last_answered = proof.note(reply)
         question = 1 - question  # also unanswered, in case the module lacks it
@@ -215,7 +219,8 @@ def _lock_until_reported(journal: Journal, repeat: LockRepeat, proof: _Proof, en
                 return
         if proof.is_heard and not proof.says_locked:
             yield Pause(max(0.0, repeat.next_at - view.now))
-        if may_search and view.is_rate_in_doubt and view.now - silent_since > SILENT_S:
+        is_long_silent = view.now - silent_since > SILENT_S
+        if may_search and view.is_rate_in_doubt and is_long_silent and repeat.is_repeating(view.now):
             may_search = False
             yield from find_rate()
             view = yield from proof.look()
