@@ -134,7 +134,9 @@ def known_names(store: Store | None) -> StationNames:
 # The exchange
 
 
-class LeftOut(NamedTuple):
+class LeftOut(Struct, forbid_unknown_fields=True):
+    """Also as `dps-s archive sync --json` prints it."""
+
     id: str
     why: str
 

@@ -7,7 +7,6 @@ An activation that was interrupted after its frame had left is followed by LOCK,
 """
 
 import argparse
-from typing import Literal
 
 from app.procedures.act import Performed, perform
 from app.procedures.lock import Locked
@@ -25,7 +24,7 @@ class ActJson(Result):
     """`outcome`: what the module reported afterwards; "not sent" where a condition was not met."""
 
     act: str
-    outcome: Literal["confirmed", "refused", "unknown", "not sent"]
+    outcome: Outcome
     sentence: str
 
 
@@ -69,7 +68,7 @@ def print_outcome(args: argparse.Namespace, act: Act, done: Performed | Locked) 
     ):
         code = console.NO_LINK
     if args.json or code == console.SUCCESS:
-        console.emit(args, ActJson(act.value, done.outcome.value, done.sentence), [done.sentence])
+        console.emit(args, ActJson(act.value, done.outcome, done.sentence), [done.sentence])
     if code != console.SUCCESS:
         console.notify(done.sentence)
     return code

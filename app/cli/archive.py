@@ -8,12 +8,11 @@ import argparse
 from datetime import UTC, date, datetime
 from typing import Any
 
-import msgspec
 from msgspec import field
 
-from app.archive.archive import exchanged, status_of, sync
+from app.archive.archive import LeftOut, exchanged, status_of, sync
 from app.archive.places import is_server, server_url
-from app.archive.report import module_history, report
+from app.archive.report import HistoryEvent, module_history, report
 from app.modules.service import service_summary, serviced
 from app.records.filing import local_now
 from app.store.fact_store import Store
@@ -55,18 +54,13 @@ class ArchiveStatusJson(Result):
     stations_ahead: list[str]
 
 
-class LeftOutJson(Result):
-    id: str
-    why: str
-
-
 class SyncJson(Result):
     """`left_out`: rows of the other side that are no facts, where they are met for the first time that day."""
 
     place: str
     sent: Count
     received: Count
-    left_out: list[LeftOutJson]
+    left_out: list[LeftOut]
     left_out_count: Count
 
 
@@ -161,17 +155,16 @@ def run_status(args: argparse.Namespace, store: Store) -> int:
         last_sync_at=last_at,
         stations_ahead=list(map(shown_key, status.ahead)),
     )
-    rows = [
+    counts = [
         (tr("Records"), f"{status.facts}"),
-        (tr("Stations"), f"{len(answer.stations)}"),
+        (tr("Stations"), f"{len(status.stations)}"),
         (tr("Server"), place or "–"),
     ]
     own = in_brackets(labelled(tr("Records"), f"{status.own}"))
-    last = local_time(last_at or "–")
     page = [
-        *console.columns(rows, indent=2),
+        *console.columns(counts, indent=2),
         tr("This station: {fingerprint}", fingerprint=answer.station) + own,
-        tr("Not shared: {count}. Last: {time}.", count=not_shared, time=last),
+        tr("Not shared: {count}. Last: {time}.", count=not_shared, time=local_time(last_at or "–")),
     ]
     ahead = marked("{station} wrote with a clock that is ahead: that counts for nothing.")
     page += [tr(ahead, station=station) for station in answer.stations_ahead]
@@ -183,65 +176,65 @@ def run_sync(args: argparse.Namespace, store: Store) -> int:
     if address is None:
         raise console.Refused(tr("No server is set: give {example}.", example=SERVER))
     done = sync(store, address)
-    left_out = [LeftOutJson.of(one) for one in done.left_out]
     shown = server_url(address).shown if is_server(address) else address
-    answer = SyncJson(shown, done.sent, done.received, left_out, done.left_out_count)
+    answer = SyncJson(shown, done.sent, done.received, done.left_out, done.left_out_count)
     console.emit(args, answer, [tr("Sent: {sent}. Received: {received}.", sent=done.sent, received=done.received)])
     if not done.left_out_count:
         return console.SUCCESS
-    named = (f"  {one.id}: {one.why}" for one in left_out)
+    named = (f"  {one.id}: {one.why}" for one in done.left_out)
     console.notify("\n".join((tr("Left out, unreadable or altered: {count}.", count=done.left_out_count), *named)))
     return console.PARTIAL
 
 
 def run_report(args: argparse.Namespace, store: Store) -> int:
     now = datetime.now(UTC)
-    answer, cells = ArchiveReportJson(now.isoformat(timespec="seconds"), []), list[list[object]]()
-    lines = [(tr("Module"), tr("Last check"), tr("Verdict"), tr("Trigger records"), tr("Due"))]
+    answer, cells = ArchiveReportJson(now.isoformat(timespec="seconds"), []), list[tuple[object, ...]]()
+    page = [(tr("Module"), tr("Last check"), tr("Verdict"), tr("Trigger records"), tr("Due"))]
     for state in report(store, now):
         check, last_check = state.last_check, None
-        at, verdict = "", tr("none")
+        # In UTC, as spreadsheets know it.
+        of_check: tuple[object, ...] = (None,) * 6
         if check is not None:
-            at, verdict = local_time(check.at, MINUTE), check.words.translated()
             last_check = ArchiveCheckJson.of(check, void=check.is_void or check.is_fired_since)
+            outcome = (check.verdict, last_check.void, check.is_simulated)
+            of_check = (*outcome, utc_cell(check.at), check.who, check.aircraft)
         due = [due.in_english() for due in state.due]
-        module = ArchiveModuleJson.of(state, last_at=state.last_at or None, last_check=last_check, due=due)
-        answer.modules.append(module)
-        lines.append((state.name, at, verdict, str(state.trigger_records), state.due_words))
-        # The JSON as one line of a table, in UTC as spreadsheets know it.
-        told = msgspec.to_builtins(module)
-        told |= {**(told.pop("last_check") or {}), "due": state.due_words}
-        told["last_at"], told["check_at"] = utc_cell(state.last_at), utc_cell(told.get("at", ""))
-        cells.append([told.get(head) for head in REPORT_HEAD])
+        answer.modules.append(
+            ArchiveModuleJson.of(state, last_at=state.last_at or None, last_check=last_check, due=due)
+        )
+        counts = (state.checks, state.trigger_records, state.unjudged)
+        cells.append((state.name, utc_cell(state.last_at), *of_check, *counts, state.due_words))
+        at = "" if check is None else local_time(check.at, MINUTE)
+        verdict = tr("none") if check is None else check.words.translated()
+        page.append((state.name, at, verdict, str(state.trigger_records), state.due_words))
     if not args.csv:
-        return console.emit(args, answer, console.columns(lines))
+        return console.emit(args, answer, console.columns(page))
     console.write(csv_text(REPORT_HEAD, cells))
     return console.SUCCESS
 
 
 def run_module(args: argparse.Namespace, store: Store) -> int:
-    events = module_history(store, args.module)
-    if not events:
-        raise _unknown(args.module)
-    lines = [(tr("Time"), tr("Station"), "")]
-    answer = ModuleHistoryJson(args.module, [])
-    for event in events:
+    answer, page = ModuleHistoryJson(args.module, []), [(tr("Time"), tr("Station"), "")]
+    for event in _history(store, args.module):
         row, station = event.row, shown_key(event.row.station)
-        told = event.text.in_english()
-        answer.events.append(ArchiveEventJson(row.made_at, station, row.kind, row.id, told, event.content))
-        lines.append((local_time(row.made_at), station[:9], event.text.translated()))
-    return console.emit(args, answer, [args.module, *console.columns(lines)])
+        told = ArchiveEventJson(row.made_at, station, row.kind, row.id, event.text.in_english(), event.content)
+        answer.events.append(told)
+        page.append((local_time(row.made_at), station[:9], event.text.translated()))
+    return console.emit(args, answer, [args.module, *console.columns(page)])
 
 
 def run_service(args: argparse.Namespace, store: Store) -> int:
     on = args.on or local_now().date()
     content = serviced(ServiceKind(args.what), on=on, due=args.due, who=args.who, note=args.note)
-    if not module_history(store, args.module):
-        raise _unknown(args.module)
+    _history(store, args.module)
     store.add(content, args.module).result()
     told = service_summary(content)
-    return console.emit(args, ServicedJson(module=args.module, told=told.in_english()), [told.translated()])
+    return console.emit(args, ServicedJson(args.module, told.in_english()), [told.translated()])
 
 
-def _unknown(module: str) -> console.Refused:
-    return console.Refused(labelled(module, tr("none")), ErrorCode.REFUSED)
+def _history(store: Store, module: str) -> list[HistoryEvent]:
+    """Raises `Refused` where no station knows a module of this name."""
+    events = module_history(store, module)
+    if not events:
+        raise console.Refused(labelled(module, tr("none")), ErrorCode.REFUSED)
+    return events

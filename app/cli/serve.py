@@ -28,7 +28,7 @@ LOOK_EVERY_S = 0.01
 class ServeJson(Result):
     """`address`: what readers open, else the reader; empty where it is about the module."""
 
-    event: Literal["listening", "joined", "left", "dropped", "refused", "lock", "locked", "not_locked", "ended"]
+    event: Literal["listening"] | Event
     address: str
 
 

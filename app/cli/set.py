@@ -13,7 +13,6 @@ exit code 4 if a setting was not read.
 import argparse
 from collections.abc import Sequence
 from contextlib import suppress
-from dataclasses import replace
 
 from app.cli.act import permit_for
 from app.cli.read import is_answered_twice
@@ -32,16 +31,17 @@ from app.procedures.write import (
     write_all,
 )
 from app.safety.consequences import Weight, consequences
-from app.safety.journal import Act
+from app.safety.journal import Act, Journal
 from app.settings.profiles import SETTINGS_BY_KEY
 from app.terminal import console
-from app.terminal.connection import connected
+from app.terminal.connection import OpenPort, connected
 from app.terminal.records import records_of
 from app.terminal.results import Result, SettingName, Value
 from app.terminal.setting_words import parse_settings, settings_of_profile, typed
 from app.text.i18n import tr
-from app.text.messages import join_names, labelled
+from app.text.messages import UserMessage, join_names, labelled
 from protocol.catalogue import BAUD_RATE
+from protocol.fields import Value as SettingValue
 
 
 class SetResultJson(Result):
@@ -83,22 +83,20 @@ def run(args: argparse.Namespace) -> int:
     if any(wish.risks for wish in wishes) and not args.accept_risk:
         console.refuse_without("--accept-risk")
     report, is_doubled = _write(wishes, args)
-    results: dict[str, SetResultJson] = {}
-    rows: list[tuple[str, str]] = []
-    colours: list[int] = []
+    answer, rows, colours = SetJson({}), list[tuple[str, str]](), list[int]()
     for written in report.results:
-        why = why_not_verified(written, report)
-        results[written.command.key] = SetResultJson(
+        key, why = written.command.key, why_not_verified(written, report)
+        answer.results[key] = SetResultJson(
             wanted=written.target,
-            acknowledged=None if written.fault is None and not written.is_sent else written.is_acknowledged,
+            acknowledged=None if why is None and not written.is_sent else written.is_acknowledged,
             read_back=written.read_back,
             verified=written.verified,
             error=None if why is None else why.in_english(),
         )
-        rows.append((written.command.key, _sentence(written, report)))
-        good_enough = console.CAUTION if written.is_fine else console.BAD
+        rows.append((key, _sentence(written, report.before.get(key), why)))
+        good_enough = console.CAUTION if why is None else console.BAD
         colours.append(console.GOOD if written.verified else good_enough)
-    console.emit(args, SetJson(results), zip(console.columns(rows), colours, strict=True))
+    console.emit(args, answer, zip(console.columns(rows), colours, strict=True))
 
     if report.changed is not None:
         before, after = report.changed
@@ -140,10 +138,10 @@ def _show(wishes: Sequence[SettingChange], args: argparse.Namespace) -> int:
 
 
 def _write(wishes: Sequence[SettingChange], args: argparse.Namespace) -> tuple[WriteReport, bool]:
-    """What became of each, and whether questions were answered twice."""
+    """What became of each, and whether questions were answered twice. The baud rate comes last, as the conversation
+    ends with it."""
     is_doubled = False
     with records_of(args.port) as records, connected(args.port, args.baud) as opened:
-        old_rate = opened.connection.baud_rate
         context = WriteContext(
             journal=records.journal,
             is_unlocked=args.unlock,
@@ -151,39 +149,38 @@ def _write(wishes: Sequence[SettingChange], args: argparse.Namespace) -> tuple[W
             keep_as_found=records.keep_as_found,
         )
         report = opened.run(write_all([wish for wish in wishes if wish.command is not BAUD_RATE], context))
-        interrupted, refusals = report.interrupted, report.refusals
-        if interrupted is None:
+        report.before = {**report.before, BAUD_RATE.key: opened.connection.baud_rate}
+        if report.interrupted is None:
             with suppress(Interrupted):
                 is_doubled = opened.run(is_answered_twice())
-        results = {result.command: result for result in report.results}
         for wish in wishes:
-            if wish.command is not BAUD_RATE:
-                continue
-            if wish.value == old_rate:
-                # The module just answered at this rate: a dangerous frame that changes nothing is not sent.
-                results[BAUD_RATE] = Written(*wish, read_back=old_rate, fault=None)
-            elif refusals or interrupted is not None:
-                fault = WriteFault.NOT_ALLOWED if refusals else WriteFault.NOT_SENT
-                results[BAUD_RATE] = Written(*wish, fault=fault)
-            else:
-                # Last, as the conversation ends with it.
-                permit = permit_for(Act.CHANGE_BAUD, opened)
-                change = change_baud(int(wish.value), records.journal, permit=permit)
-                try:
-                    changed = opened.run(change, outlives=True)
-                    results[BAUD_RATE], refusals = changed.written, changed.refusals
-                except Interrupted as error:
-                    interrupted = error
-                    results[BAUD_RATE] = Written(*wish, is_sent=True, fault=WriteFault.INTERRUPTED)
-    before = {**report.before, "baud_rate": old_rate}
-    in_order = tuple(results[wish.command] for wish in wishes)
-    report = replace(report, before=before, results=in_order, interrupted=interrupted, refusals=refusals)
+            if wish.command is BAUD_RATE:
+                report.results = [*report.results, _write_rate(wish, report, records.journal, opened)]
+    as_typed = [wish.command for wish in wishes]
+    report.results = sorted(report.results, key=lambda written: as_typed.index(written.command))
     return report, is_doubled
 
 
-def _sentence(written: Written, report: WriteReport) -> str:
-    shown, why = typed(written.target), why_not_verified(written, report)
-    before = report.before.get(written.command.key)
+def _write_rate(wish: SettingChange, report: WriteReport, journal: Journal, opened: OpenPort) -> Written:
+    """`report`: of all that was written before; gets the reason why the rate was not."""
+    old_rate = opened.connection.baud_rate
+    if wish.value == old_rate:
+        # The module just answered at this rate: a dangerous frame that changes nothing is not sent.
+        return Written(*wish, read_back=old_rate, fault=None)
+    if report.refusals or report.interrupted is not None:
+        return Written(*wish, fault=WriteFault.NOT_ALLOWED if report.refusals else WriteFault.NOT_SENT)
+    change = change_baud(int(wish.value), journal, permit=permit_for(Act.CHANGE_BAUD, opened))
+    try:
+        changed = opened.run(change, outlives=True)
+    except Interrupted as error:
+        report.interrupted = error
+        return Written(*wish, is_sent=True, fault=WriteFault.INTERRUPTED)
+    report.refusals = changed.refusals
+    return changed.written
+
+
+def _sentence(written: Written, before: SettingValue | None, why: UserMessage | None) -> str:
+    shown = typed(written.target)
     if why is not None:
         read_back = "" if written.read_back is None else f" → {typed(written.read_back)}"
         return labelled(shown, tr("NOT verified ({why})", why=why.translated() + read_back))

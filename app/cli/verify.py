@@ -5,16 +5,18 @@ was altered or contradicts itself; 2 if it is no record or cannot be read.
 """
 
 import argparse
-from typing import Any, Literal
+from datetime import datetime
+from typing import Annotated, Any, Literal
 
-import msgspec
+from msgspec import Meta, field
 
 from app.archive.archive import known_names
+from app.preflight.verdict import Verdict
 from app.records.verification import RecordState, verify_file
 from app.store.station import shown_key
 from app.terminal import console
 from app.terminal.records import existing_store, say_notice
-from app.terminal.results import Result, Time
+from app.terminal.results import Result
 from app.text.messages import ErrorCode, UserError, message
 from protocol.translatable import marked
 
@@ -24,20 +26,20 @@ class VerifyJson(Result):
     `signer`: fingerprint of the key; `names`: what stations with it call themselves. What an altered file says is null
     where it cannot be read."""
 
-    state: Literal["intact", "contradictory", "altered"]
+    state: RecordState
     report: bool
     contradictions: list[str]
     signed_by: Literal["this_station", "known_station", "unknown_key", "nobody"]
     names: list[str]
-    signer: str | None = None
-    verdict: Literal["GO", "READY", "NO-GO"] | None = None
-    follows: Literal["GO", "READY", "NO-GO"] | None = None
+    signer: str | None
+    verdict: Verdict | None = None
+    follows: Verdict | None = None
     void: str | None = None
     module: str | None = None
-    at: Time | None = None
+    at: Annotated[datetime, Meta(tz=True)] | None = None
     who: str | None = None
     aircraft: str | None = None
-    simulated: bool | None = None
+    is_simulated: bool | None = field(default=None, name="simulated")
 
 
 ARGUMENTS = (console.file("file", "FILE", "record (.json) or report (.pdf)"), console.JSON)
@@ -56,21 +58,20 @@ def run(args: argparse.Namespace) -> int:
         raise console.Refused(text, ErrorCode.UNREADABLE) from error
     except (OSError, ValueError) as error:  # ValueError: a NUL in the name
         raise console.unreadable(args.file, error) from error
+    is_altered = found.state is RecordState.ALTERED
+    signers = [] if is_altered else found.names.of_key(found.signer)
+    signed_by = "known_station" if signers else "unknown_key"
+    if is_altered or found.is_own:
+        signed_by = "nobody" if is_altered else "this_station"
     told: dict[str, Any] = {
         "state": found.state,
         "report": found.is_report,
         "contradictions": [against.in_english() for against in found.contradictions],
-        "signed_by": "nobody",
-        "names": [],
+        "signed_by": signed_by,
+        "names": signers,
+        "signer": None if is_altered else shown_key(found.signer),
     }
-    if found.record is not None:
-        of_record = ("verdict", "follows", "void", "module", "at", "who", "aircraft")
-        told |= {key: getattr(found.record, key) for key in of_record} | {"simulated": found.record.is_simulated}
-    if found.state is not RecordState.ALTERED:
-        told["signer"], told["names"] = shown_key(found.signer), found.names.of_key(found.signer)
-        known = "known_station" if told["names"] else "unknown_key"
-        told["signed_by"] = "this_station" if found.is_own else known
-    answer = msgspec.convert(msgspec.to_builtins(told), VerifyJson)
+    answer = VerifyJson(**told) if found.record is None else VerifyJson.of(found.record, **told)
     page = [sentence.translated() for sentence in found.sentences()]
     code = console.SUCCESS if found.state is RecordState.INTACT else console.ANSWER_NO
     return console.emit(args, answer, page, code)
