@@ -117,8 +117,8 @@ def listen_at(host: str, port: int) -> tuple[socket.socket, str, str]:
 
 
 class Sharing:
-    """See the module's docstring. But for `wake` it belongs to one thread, which calls `turn` again and again and
-    `take_in` with each batch of the port; a batch with a job that ended follows what that job is given."""
+    """See the module's docstring. Belongs to one thread, which calls `turn` again and again and `take_in` with each
+    batch of the port; a batch with a job that ended follows what that job is given."""
 
     def __init__(
         self,
@@ -142,11 +142,8 @@ class Sharing:
         self._askers: list[Reader] = []
         self._lockers: list[Reader] = []
         self._listener = listener
-        self._woken, self._waking = socket.socketpair()
-        for one in (listener, self._woken, self._waking):
-            one.setblocking(False)
-        self._selector.register(listener, EVENT_READ, self._accept)
-        self._selector.register(self._woken, EVENT_READ, lambda: self._woken.recv(CHUNK))
+        listener.setblocking(False)
+        self._selector.register(listener, EVENT_READ, None)
 
     def turn(self, longest_s: float) -> None:
         """Do what is due, and wait at most `longest_s` for readers."""
@@ -156,12 +153,7 @@ class Sharing:
             if isinstance(key.data, Reader):
                 self._hear(key.data)
             else:
-                key.data()
-
-    def wake(self) -> None:
-        # End the waiting of `turn`; from any thread.
-        with suppress(OSError):  # it will wake up already, or is closed
-            self._waking.send(b"\0")
+                self._accept()
 
     def take_in(self, batch: Batch) -> None:
         self._conversation = batch.conversation
@@ -185,8 +177,7 @@ class Sharing:
         self.readers.clear()
         self._askers.clear()
         self._selector.close()
-        for one in (self._listener, self._woken, self._waking):
-            one.close()
+        self._listener.close()
 
     # Readers
 

@@ -118,7 +118,7 @@ class Counters:
     """Totals since the port was opened."""
 
     def __init__(self, **counted: Any) -> None:
-        self.sent = self.frames = self.time_outs = self.retries = self.restarts = self.bytes_received = 0
+        self.sent = self.frames = self.time_outs = self.restarts = self.bytes_received = 0
         self.by_role: Counter[Role] = Counter()
         self.rejected_bytes: Counter[Reason] = Counter()
         vars(self).update(counted)

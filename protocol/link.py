@@ -372,8 +372,6 @@ class Link:
 
     def _put(self, request: Request, attempt: int, now: float) -> None:
         self.counters.sent += 1
-        if attempt > 1:
-            self.counters.retries += 1
         if request == _BOOTS:
             self._boots_sent_at = now
             self._boots_are_due = False

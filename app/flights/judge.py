@@ -71,10 +71,6 @@ class Judge:
         self._falls_since_s: float | None = None
         self._last_s: float | None = None
 
-    @property
-    def is_falling(self) -> bool:
-        return self._falls_since_s is not None
-
     def judge(self, sample: SensorSample, limits: TriggerLimits, *, is_active: bool = True) -> SampleVerdict:
         """Times must not decrease. While not active nothing fires and nothing is remembered."""
         if not is_active:

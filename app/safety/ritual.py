@@ -6,7 +6,7 @@
 Rules that it lives by:
 
 - The whole of it, holding included, fits into the ten seconds after arming; then it is disarmed.
-- A press counts when it is a single, fresh one: auto-repeat and the second press of a double click do not. A second
+- Its button lets no auto-repeat and no second press of a double click through (`ui.widgets.step_button`). A second
   press while one is held (mouse and key together) ends it, as letting go does.
 - Only `tick` completes the hold, and only where ticks came all along, at most `MAX_GAP_S` apart: a window that hung
   for a moment cannot know that the button was still held, so it disarms.
@@ -121,12 +121,7 @@ class Ritual:
             self._armed_at = self._ticked_at = now
         self._apply(Input.ARM)
 
-    def press(self, now: float, *, is_auto_repeat: bool = False, is_double_click: bool = False) -> None:
-        if is_auto_repeat:
-            return
-        # It ends a hold, as any other press does, and begins none.
-        if is_double_click and self.stage is not Stage.HOLDING:
-            return
+    def press(self, now: float) -> None:
         if self.stage is Stage.ARMED:
             self._pressed_at = self._ticked_at = now
         self._apply(Input.PRESS)

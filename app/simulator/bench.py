@@ -99,13 +99,7 @@ class Wire:
 class SimulatedBench:
     """All methods are thread-safe. `changed` is notified where something may have become due."""
 
-    def __init__(
-        self,
-        setup: Setup | None = None,
-        *,
-        clock: Clock = time.monotonic,
-        kind: type[SimulatedModule] = SimulatedModule,
-    ) -> None:
+    def __init__(self, setup: Setup | None = None, *, clock: Clock = time.monotonic) -> None:
         setup = setup or Setup()
         self.changed = threading.Condition(threading.RLock())
         self.clock = clock
@@ -119,7 +113,7 @@ class SimulatedBench:
         memory = Memory(boot_count=setup.boots, baud_code=BAUD.encode(setup.baud))
         invent_records(memory, setup.history, seed=setup.seed)
         memory.boot_count = (setup.boots - 1) & 0xFF  # to switch it on counts one
-        self.module = kind(self.world, setup, memory=memory)
+        self.module = SimulatedModule(self.world, setup, memory=memory)
         self.wire = Wire(self.module)
         self.is_plugged_in = True
         self.plug_number = 1  # how often it was plugged in; a port that was opened before is dead

@@ -82,9 +82,6 @@ class Physics:
     def is_falling(self, now_s: float) -> bool:
         return self._falls_from_s <= now_s < self._falls_until_s
 
-    def is_at_rest(self, now_s: float) -> bool:
-        return not self.is_lifelike and now_s >= self._falls_until_s + JOLT_S
-
     def motion(self, at_s: float) -> tuple[float, float]:
         """The tilt against the horizontal plane, signed, before zeroing, in degrees; and the acceleration in g."""
         tilt_deg = self.tilt_deg
@@ -336,9 +333,6 @@ class SimulatedModule:
         while self._sampled_s + SENSOR_PERIOD_S <= until_s:
             self._sampled_s += SENSOR_PERIOD_S
             self._sense(self._sampled_s)
-            if self.world.is_at_rest(self._sampled_s) and not self._judge.is_falling:
-                # All samples that follow are judged like this one.
-                self._sampled_s += (until_s - self._sampled_s) // SENSOR_PERIOD_S * SENSOR_PERIOD_S
 
     def _sense(self, at_s: float) -> None:
         memory, state = self.memory, self.state

@@ -32,8 +32,8 @@ def one_of(default: Any, text: str, expected: str, values: Mapping[str, Any]) ->
     return option(default, text, expected, parse)
 
 
-def switch(text: str, *, default: bool = False) -> Any:
-    return one_of(default, text, YES_OR_NO, _SWITCH)
+def switch(text: str) -> Any:
+    return one_of(False, text, YES_OR_NO, _SWITCH)
 
 
 def number(default: float, text: str, metavar: str, least: float, most: float) -> Any:
@@ -80,9 +80,9 @@ def as_text(value: object) -> str:
     return f"{value:g}" if isinstance(value, float) else str(value)
 
 
-def parse_options(texts: Mapping[str, str], *, kind: type[Setup] = Setup) -> dict[str, Any]:
+def parse_options(texts: Mapping[str, str]) -> dict[str, Any]:
     """Return the values by the name of the option, which may have `-` for `_`. Raises `UserError` for a wrong one."""
-    options = {one.name: one for one in fields(kind)}
+    options = {one.name: one for one in fields(Setup)}
     values = {}
     for typed, text in texts.items():
         name = typed.replace("-", "_")

@@ -65,15 +65,13 @@ LINE_FAULTS: Final = ("mute", "drop", "corrupt", "lag_ms", "garbage", "direction
 def odd_bench(options: Mapping[str, Any], clock: Clock) -> SimulatedBench:
     """A module with these options, as values or as they are typed."""
     texts = {name: as_text(value) for name, value in options.items()}
-    return SimulatedBench(OddSetup(**setups.parse_options(texts)), clock=clock, kind=OddModule)
+    return SimulatedBench(OddSetup(**setups.parse_options(texts)), clock=clock)
 
 
 def install() -> None:
     """Make every simulated module of this process one that may be odd, also behind `sim://`."""
-    vars(setups)["parse_options"].__kwdefaults__["kind"] = OddSetup
-    vars(benches)["Setup"] = OddSetup
-    vars(benches)["Wire"] = OddWire
-    vars(SimulatedBench)["__init__"].__kwdefaults__["kind"] = OddModule
+    vars(setups)["Setup"] = OddSetup
+    vars(benches).update(Setup=OddSetup, Wire=OddWire, SimulatedModule=OddModule)
 
 
 def end_faults(bench: SimulatedBench) -> None:

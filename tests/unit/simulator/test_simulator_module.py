@@ -13,12 +13,13 @@ from typing import Any
 import pytest
 
 from app.simulator.module import Memory, Physics, SimulatedModule
-from app.simulator.setup import Setup, as_text, parse_options
+from app.simulator.setup import Setup, parse_options
 from app.text.messages import UserError
 from protocol.catalogue import BY_NAME, STATUS, TRIGGER_RECORDS
 from protocol.messages import Frame, Status, TriggerRecord, decode, decode_record
 from protocol.stream import StreamParser
 from tests.support.line.odd_module import HonestWire as Wire
+from tests.support.line.odd_module import as_text
 from tests.vendor import table
 
 
