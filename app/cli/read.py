@@ -22,7 +22,7 @@ from protocol.translatable import marked
 
 # Longer than two modules that hear the same question are apart.
 SECOND_ANSWER_S = 0.05
-# What shows the result: loaded while a second answer may still come, which takes as long.
+# What shows the result.
 _LOADED_LATE = ("app.limits.limits", "app.preflight.reading_object")
 # The key of what is said of the line, or of the conversation.
 LINE = "link"
@@ -48,15 +48,20 @@ def run(args: argparse.Namespace) -> int:
     read = Readings()
     ended: Interrupted | None = None
     is_doubled = is_streaming = False
-    with connected(args.port, args.baud) as opened:
-        try:
-            opened.run(read_everything(read))
-            for name in _LOADED_LATE:
-                import_module(name)
-            is_doubled = opened.run(is_answered_twice(read.answered_at))
-            is_streaming = opened.conversation.is_streaming
-        except Interrupted as error:
-            ended = error
+    try:
+        with connected(args.port, args.baud) as opened:
+            try:
+                opened.run(read_everything(read))
+                # A second answer may still come for as long as this takes.
+                args.say_left_active()
+                for name in _LOADED_LATE:
+                    import_module(name)
+                is_doubled = opened.run(is_answered_twice(read.answered_at))
+                is_streaming = opened.conversation.is_streaming
+            except Interrupted as error:
+                ended = error
+    finally:
+        args.say_left_active()  # also where nobody answers
     from app.preflight.reading_object import LIVE_KEYS, SETTING_KEYS, reading_object
 
     values = dict(read.values)

@@ -256,6 +256,15 @@ def test_each_command_says_it_once(words: str, line: str, tmp_path: Path, dps_s:
     assert keep_away() in said.splitlines()[0]
 
 
+@pytest.mark.promise("l")
+def test_it_is_said_also_where_nobody_answers(dps_s: Program) -> None:
+    leave("/dev/no-such-port")
+    for command in ("read", "history"):
+        said = dps_s([command, "--port", "/dev/no-such-port"], 3).err
+        assert said.startswith("The module at /dev/no-such-port was left ACTIVE on ")
+        assert said.count(" was left ACTIVE on ") == 1
+
+
 @pytest.mark.parametrize(
     ("left_as", "port", "words", "is_said"),
     [
