@@ -97,12 +97,12 @@ def waiting_sentence(sent: int) -> str:
 class _Proof:
     """The module's answers since the first LOCK."""
 
-    def __init__(self, *, may_be_another: bool) -> None:
+    def __init__(self, *, may_be_another: bool, pressed_in: int | None) -> None:
         self.is_acknowledged = self.is_heard = False
         # The conversation in which it was pressed, or since which it is owed, has ended.
         self.may_be_another = may_be_another
         # The number of that conversation; before the first one, of the one that begins.
-        self._pressed_in: int | None = None
+        self._pressed_in = pressed_in
         self._reports: list[bool] = []
         self._reported_in = (0, False)
 
@@ -143,12 +143,18 @@ class _Proof:
 
 
 def lock(
-    journal: Journal | None = None, repeat: LockRepeat | None = None, *, is_owed: bool = False
+    journal: Journal | None = None,
+    repeat: LockRepeat | None = None,
+    *,
+    is_owed: bool = False,
+    pressed_in: int | None = None,
 ) -> Procedure[Locked]:
     """Send LOCK until the module reports that it is locked, or to the limits of `LockRepeat`. A lost port and a
     cancellation are results, not exceptions. `repeat`: to continue after a lost port, or to show the progress.
-    `is_owed`: since a conversation that has ended, whose journal this is."""
-    journal, repeat, proof = journal or NoJournal(), repeat or LockRepeat(), _Proof(may_be_another=is_owed)
+    `is_owed`: since a conversation that has ended, whose journal this is. `pressed_in`: the number of the conversation
+    of that journal, where the next one may have begun before this does."""
+    journal, repeat = journal or NoJournal(), repeat or LockRepeat()
+    proof = _Proof(may_be_another=is_owed, pressed_in=pressed_in)
     before = repeat.sent
     entries: list[Entry] = []
     is_port_lost = is_replaced = False

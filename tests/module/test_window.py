@@ -18,6 +18,7 @@ from pytestqt.qtbot import QtBot
 from app.diagnosis.link_state import Phase
 from app.engine.target import Target
 from app.engine.transport import PortError, PortTrouble
+from app.engine.worker import Batch
 from app.preflight.verdict import Standing
 from app.safety.journal import Act
 from tests.module.line import Line, now
@@ -312,6 +313,29 @@ def test_an_activation_after_whose_frame_another_module_answers(desk: Desk) -> N
     assert len(desk.notices("Activate: Sent, not confirmed: treat the module as ACTIVE.")) == 1
     wait_for_disk(desk.assembly)
     desk.until_true("active")
+    assert desk.notices("LOCK not confirmed on")
+
+
+def test_lock_that_is_pressed_before_the_window_hears_of_another_module(desk: Desk) -> None:
+    """The first module stays left ACTIVE: the next conversation goes on already when LOCK leaves."""
+    port, first, other = desk.assembly.ports.current, desk.module, Module(now=desk.clock())
+    other.readings.boots = 77
+    first.settings[ACTIVATION] = 1
+    desk.until_true("active")
+    wait_for_disk(desk.assembly)
+    (worker,) = desk.workers
+    hear, held = worker._callback, list[Batch]()
+    worker._callback = held.append
+    desk.line.modules = (other,)
+    desk.until(lambda: held and held[-1].conversation.number > port.module.number and held[-1].conversation.is_going)
+    port.lock.press()
+    worker._callback = hear
+    for batch in held:
+        hear(batch)
+    desk.until(lambda: other.log.sets(ACTIVATION) and port.module.is_read and not port.lock.is_repeating)
+    wait_for_disk(desk.assembly)
+    desk.until_true("active")
+    assert first.settings[ACTIVATION] == 1
     assert desk.notices("LOCK not confirmed on")
 
 

@@ -126,6 +126,15 @@ def test_where_nobody_answers_it_ends_within_twelve_seconds_with_a_search_for_th
     assert LOCKS_FOR_S < rig.clock() - began < 12.0
 
 
+@pytest.mark.promise("l")
+def test_pressed_in_a_conversation_that_has_ended_it_clears_nothing_of_it() -> None:
+    """The window hears of the end when the next one goes on already."""
+    rig, journal = settled_rig(active=True), FakeJournal()
+    locked = pressed(rig, journal, pressed_in=rig.session.conversations - 1)
+    assert locked.sentence == "The module that answers now reports LOCKED."
+    assert journal.outcomes == {0: Outcome.UNKNOWN}
+
+
 def test_the_frame_leaves_before_the_journal_is_asked_and_waits_for_none() -> None:
     rig, journal = settled_rig(active=True), FakeJournal()
     journal.is_held = True

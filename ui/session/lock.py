@@ -31,12 +31,14 @@ class PortLock(QObject):
         self,
         submit: Callable[[Job[Locked], Callable[[Job[Locked]], None]], object],
         find_journal: Callable[[], Journal],
+        find_number: Callable[[], int],
         *,
         parent: QObject,
     ) -> None:
-        """`submit` hands an urgent job to the worker."""
+        """`submit` hands an urgent job to the worker. `find_journal`, `find_number`: of the conversation that is shown,
+        after which the worker may have begun another one already."""
         super().__init__(parent)
-        self._submit, self._find_journal = submit, find_journal
+        self._submit, self._find_journal, self._find_number = submit, find_journal, find_number
         # Both of the repetition that is running.
         self._repeat: LockRepeat | None = None
         self._job: Job[Locked] | None = None
@@ -77,7 +79,8 @@ class PortLock(QObject):
         self.failed = self.confirmed = None
         self._shown_count = 0
         self._repeat = repeat = LockRepeat()
-        self._job = Job(lock(self._find_journal(), repeat), outlives=True)
+        pressed_in = self._find_number() or None
+        self._job = Job(lock(self._find_journal(), repeat, pressed_in=pressed_in), outlives=True)
         self._submit(self._job, self._end)
         if self.is_possible:
             self.notified.emit(waiting_sentence(1))

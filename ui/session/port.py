@@ -81,7 +81,12 @@ class Port(QObject):
         self.stream = StreamSwitch(is_wanted=False)
         self.recording = SessionRecording(self.stream, lambda: storage.library)
         storage.recorded.append(self.recording)
-        self.lock = PortLock(partial(self.submit, is_urgent=True), lambda: self.module.journal, parent=self)
+        self.lock = PortLock(
+            partial(self.submit, is_urgent=True),
+            lambda: self.module.journal,
+            lambda: self.module.number,
+            parent=self,
+        )
         # What stays of the conversations that ended here.
         self.interruptions = Interruptions(self)
         # Whether a module may have fired before it restarted, by the key of its adapter.
