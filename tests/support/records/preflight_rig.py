@@ -18,7 +18,7 @@ from app.text.messages import UserError
 from protocol.catalogue import HEARTBEAT_CODE, STATUS_CODE, Hazard, Request
 from tests.support.journals import FakeJournal
 from tests.support.line.frames import at_each_frame, at_frame
-from tests.support.line.sim_line import Rig
+from tests.support.line.sim_line import AnyRig, Rig
 
 APPROVED = "JFKY-2WSC"
 FORBIDDEN = {0x10, 0x11, 0x12, 0x13, 0x24, 0x25}
@@ -66,7 +66,7 @@ def check(*faults: Fault, options: Mapping[str, str] | None = None, is_enabling:
     return judged(rig, gather(rig, is_enabling=is_enabling and all(fault.is_enabling for fault in faults)), *faults)
 
 
-def gather(rig: Rig, *, is_enabling: bool = False) -> Evidence:
+def gather(rig: AnyRig, *, is_enabling: bool = False) -> Evidence:
     """Run a check; one that is interrupted, or that nobody answers, is void."""
     evidence = Evidence(port="sim")
     job = rig.job(run_preflight(evidence, is_enabling=is_enabling, journal=FakeJournal()))

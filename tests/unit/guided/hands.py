@@ -74,10 +74,11 @@ def guided(
     act: Callable[[], None] | None = None,
     speed_deg_s: float = SLOWLY_DEG_S,
     height_m: float = 0.5,
+    hands: type[Hands] = Hands,
 ) -> GuidedResult | UserError:
     """Run a whole guided test in one conversation; `act` replaces the confirmed act between preparing and measuring."""
     test, steps, number = GUIDED_BY_KIND[kind], PersonSteps(), rig.conversation.number
-    person = Hands(rig.bench, steps, speed_deg_s, height_m)
+    person = hands(rig.bench, steps, speed_deg_s, height_m)
     try:
         measure = drive(rig, test.prepare(), person, each, conversation=number)
         if act is not None:

@@ -14,15 +14,7 @@ from app.engine.conversation import reason_message
 from app.engine.procedure import Report
 from app.flights.judge import TriggerLimits
 from app.guided import guided_tests
-from app.guided.guided_tests import (
-    GUIDED_BY_KIND,
-    GUIDED_TESTS,
-    LOOSE_ENDS,
-    PersonSteps,
-    TiltDirection,
-    judge_bay,
-    measure_link,
-)
+from app.guided.guided_tests import GUIDED_TESTS, LOOSE_ENDS, PersonSteps, TiltDirection, judge_bay, measure_link
 from app.guided.results import GuidedKind, GuidedResult, GuidedVerdict
 from app.procedures.light import Band, CalibrationFault
 from app.procedures.stream import StreamSwitch, watch
@@ -33,7 +25,7 @@ from protocol.events import EndReason
 from protocol.messages import Source
 from tests.support.line.odd_module import end_faults
 from tests.support.line.sim_line import Rig, settled_rig
-from tests.unit.guided.hands import Hands, drive, guided
+from tests.unit.guided.hands import Hands, guided
 
 KINDS = [test.kind for test in GUIDED_TESTS]
 
@@ -239,30 +231,20 @@ NO_STEP = "No step within 6 s."
 
 
 class Idle(Hands):
-    """Does nothing to the module; confirms each step at once if `presses`."""
-
-    presses = False
+    """Does nothing to the module."""
 
     def hear(self, report: Report) -> None:
         self.said.append(report.doing)
 
     def move(self, now: float) -> None:
-        if self.presses:
-            self.steps.confirm()
+        """Nothing."""
 
 
-def idle(rig: Rig, kind: GuidedKind, *, presses: bool) -> GuidedResult | UserError:
-    test, steps = GUIDED_BY_KIND[kind], PersonSteps()
-    hands = Idle(rig.bench, steps)
-    hands.presses = presses
-    try:
-        measure = drive(rig, test.prepare(), hands)
-        if test.is_active:
-            rig.bench.module.activate(is_active=True)
-            rig.step_for(0.1)
-        return drive(rig, measure(steps), hands)
-    except UserError as why:
-        return why
+class Hasty(Idle):
+    """And confirms each step at once."""
+
+    def move(self, now: float) -> None:
+        self.steps.confirm()
 
 
 class Case(NamedTuple):
@@ -291,11 +273,9 @@ CASES = (
 @pytest.mark.promise("f")
 def test_it_fails_or_says_that_it_cannot_tell(case: Case, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(guided_tests, "PERSON_LIMIT_S", 6.0)
-    done = idle(settled_rig(**case.options), case.kind, presses=case.presses)
+    done = guided(settled_rig(**case.options), case.kind, hands=Hasty if case.presses else Idle)
     if isinstance(done, UserError):
-        assert case.verdict is None
-        assert case.said is not None
-        assert done.message.in_english() == case.said
+        assert (case.verdict, case.said) == (None, done.message.in_english())
     else:
         advice = None if done.advice is None else done.advice.in_english()
         assert (done.verdict, advice) == (case.verdict, case.said)

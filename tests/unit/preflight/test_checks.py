@@ -37,6 +37,7 @@ from protocol.messages import TriggerRecord, decode
 from tests.unit.protocol.link_bench import RECORD
 
 PASS, FAIL, WARN, UNKNOWN = CheckResult.PASS, CheckResult.FAIL, CheckResult.WARN, CheckResult.UNKNOWN
+TILT = "attitude_threshold_deg"
 SILENT = void_of_end(Interrupted(EndReason.SILENT))
 seen = partial(StatusSample, 0.0)
 LEVEL, FIRED, ACTIVE = seen(0, 1.0, False, False), seen(0, 1.0, True, False), seen(0, 1.0, False, True)
@@ -83,7 +84,7 @@ def reading(present: Present | None = None, *, is_counted: bool = True, unread: 
 
 
 BOTH = {"first": reading(), "last": reading()}
-OF_LINE: tuple[tuple[str, dict[str, Any], CheckResult, str], ...] = (
+CASES: tuple[tuple[str, dict[str, Any], CheckResult, str], ...] = (
     ("link_loss", beats(20, 0), PASS, "0 of 20 lost, invalid bytes: 0"),
     ("link_loss", beats(20, 1), FAIL, "1 of 20 lost, invalid bytes: 0"),
     ("link_loss", beats(20, 0, 1), FAIL, "0 of 20 lost, invalid bytes: 1"),
@@ -128,11 +129,18 @@ OF_LINE: tuple[tuple[str, dict[str, Any], CheckResult, str], ...] = (
     ("read_twice", BOTH | {"last": reading(Present(False, False, None))}, UNKNOWN, "not read again"),
     ("read_twice", BOTH | {"is_answered_twice": True}, FAIL,
      "Questions are answered twice. Two modules on this line?"),
+    *(("attitude_threshold", {"profile": Profile(settings={TILT: 40}), "values": {TILT: value}}, result, f"{value}°")
+      for value, result in ((39, FAIL), (40, PASS), (41, FAIL))),
+    ("attitude_trigger", {"flags": {"attitude_trigger": TriggerFlag(True)}}, PASS, "enabled"),
+    ("attitude_trigger", {"flags": {"attitude_trigger": TriggerFlag(False)}}, FAIL, "DISABLED"),
+    ("attitude_trigger", {"flags": {"attitude_trigger": TriggerFlag(why=UserMessage("why"))}}, UNKNOWN, "why"),
 )  # fmt: skip
 
 
-@pytest.mark.parametrize(("check_id", "given", "result", "shown"), OF_LINE)
-def test_the_line_and_the_sensors(check_id: str, given: dict[str, Any], result: CheckResult, shown: str) -> None:
+@pytest.mark.parametrize(("check_id", "given", "result", "shown"), CASES)
+def test_each_check_at_its_limit_and_one_step_beyond(
+    check_id: str, given: dict[str, Any], result: CheckResult, shown: str
+) -> None:
     found = finding(check_id, **given)
     assert (found.result, found.shown.in_english()) == (result, shown)
 
@@ -177,13 +185,6 @@ def test_a_setting_is_judged_by_the_advice_and_never_passes_beyond_the_bounds() 
     assert finding("attitude_threshold", profile=Profile(settings=above), values=above).result is FAIL
 
 
-def test_a_setting_of_the_profile_is_judged_by_its_value() -> None:
-    profile = Profile(settings={"attitude_threshold_deg": 40})
-    for value, result in ((40, PASS), (41, FAIL), (60, FAIL)):
-        found = finding("attitude_threshold", profile=profile, values={"attitude_threshold_deg": value})
-        assert (found.result, found.limit.in_english()) == (result, "= 40°")
-
-
 def test_settings_that_were_not_approved_pass_only_by_a_persons_word() -> None:
     values = {"attitude_threshold_deg": 60, "freefall_acceleration_g": 0.5, "freefall_time_s": 1.6}
     for approved, is_said, result in (
@@ -197,19 +198,6 @@ def test_settings_that_were_not_approved_pass_only_by_a_persons_word() -> None:
         )
         assert found.result is result
         assert ("confirmed by a person" in found.shown.in_english()) is is_said
-
-
-def test_a_trigger_is_enabled_only_where_that_is_known() -> None:
-    for flag, result, shown in (
-        (TriggerFlag(True), PASS, "enabled"),
-        (TriggerFlag(False), FAIL, "DISABLED"),
-        (TriggerFlag(why=UserMessage("why")), UNKNOWN, "why"),
-    ):
-        found = finding("attitude_trigger", flags={"attitude_trigger": flag}, status=LEVEL)
-        assert (found.result, found.shown.in_english()) == (result, shown)
-    found = finding("attitude_trigger", flags={"attitude_trigger": TriggerFlag()}, status=ACTIVE)
-    assert found.do is not None
-    assert found.do.in_english() == "Lock it, enable the triggers, activate it again."
 
 
 # Which module it is, and what is kept of it
@@ -366,3 +354,5 @@ def test_what_is_not_known_says_nothing_of_the_module() -> None:
     for check_id in ("light", "tilt", "cell_voltage", "round_trip"):
         assert finding(check_id).do == CHECK_LINK
         assert finding(check_id, void=CANCELLED).do == CHECK_AGAIN, "a cable has nothing to do with that"
+    do = finding("attitude_trigger", flags={"attitude_trigger": TriggerFlag()}, status=ACTIVE).do
+    assert do == UserMessage("Lock it, enable the triggers, activate it again.")

@@ -11,16 +11,17 @@ from app.limits.past import Past
 from app.modules.names import Remembered
 from app.preflight.checks import Case, CheckResult, Person
 from app.preflight.evidence import Evidence
-from app.preflight.run import activate_ready, run_preflight
+from app.preflight.run import activate_ready
 from app.preflight.verdict import Assessment, Verdict, assess
 from app.procedures.write import WriteFault
 from app.safety.journal import Act, Outcome
 from app.settings.profiles import Profile
-from app.text.messages import UserError, message
+from app.text.messages import message
 from protocol.catalogue import BY_NAME
 from tests.module.options import Options
 from tests.support.journals import FakeJournal
 from tests.support.line.module_line import ModuleRig
+from tests.support.records.preflight_rig import gather
 from tests.support.thorough import some
 
 ACTIVATION, ATTITUDE, FREEFALL = 0x10, 0x16, 0x17
@@ -42,12 +43,7 @@ def case_of(evidence: Evidence) -> Case:
 
 def check(rig: ModuleRig) -> tuple[Evidence, Assessment]:
     """With the triggers enabled; an interrupted one, too."""
-    evidence = Evidence(port="sim")
-    job = rig.job(run_preflight(evidence, is_enabling=True, journal=FakeJournal()))
-    rig.step_until(lambda: job.has_ended)
-    if job.error is not None:
-        assert isinstance(job.error, UserError)
-        evidence.note_error(job.error)
+    evidence = gather(rig, is_enabling=True)
     return evidence, assess(case_of(evidence))
 
 
