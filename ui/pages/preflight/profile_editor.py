@@ -11,7 +11,7 @@ from app.preflight.checks import CHECKS
 from app.settings import profiles
 from app.settings.profiles import LIMITS, ActivatedBy, ManualLine, Profile, ProfileRefused
 from app.text.i18n import tr
-from app.text.messages import in_brackets, labelled, not_written
+from app.text.messages import in_brackets, not_written
 from ui.files.file_dialogs import AskPath, ask_path
 from ui.style.theme import Meaning, Space
 from ui.widgets.controls import Shortcut, in_column, in_row, named, scroll_area
@@ -131,7 +131,7 @@ class ProfileEditor(QWidget):
             self._add_manual(ManualLine(""))  # one more is typed there
         lines = (*self.limits.values(), *self.tests.values())
         # Said also where the field is out of sight.
-        wrong = [labelled(one.accessibleName(), one.accessibleDescription()) for one in lines if one.is_wrong]
+        wrong = [one.accessibleName() + in_brackets(one.accessibleDescription()) for one in lines if one.is_wrong]
         self.strip.show_notice(Notice(Meaning.ATTENTION, wrong[0]) if wrong else None)
         self.setWindowModified(bool(wrong) or self.profile != self._unedited)  # closing the window asks, too
         self.save.setEnabled(not wrong and (self.isWindowModified() or self._path is None))

@@ -133,7 +133,9 @@ def test_manual_items_are_ticked_by_a_person(tmp_path: Path, rig: OnBench) -> No
         ("<b>Pack date</b>", None, False),
     ]
     rig.click(other.bad)
-    assert rig.check() is Standing.NO_GO
+    rig.click(page.run)
+    assert not other.done.isEnabled()
+    rig.wait_standing(Standing.NO_GO)
     assert other.word.text() == "Not OK"
     later = lambda: rig.clock() + 1000.0  # noqa: E731
     rig.assembly.ports.clock = rig.assembly.ports.current._clock = later
@@ -142,18 +144,36 @@ def test_manual_items_are_ticked_by_a_person(tmp_path: Path, rig: OnBench) -> No
 
 
 @pytest.mark.module(is_connected=False)
-def test_ticks_stay_when_a_module_gets_its_name_and_go_with_another(tmp_path: Path, rig: OnBench) -> None:
-    page = rig.preflight
+def test_what_was_entered_stays_when_a_module_gets_its_name_and_goes_with_another(tmp_path: Path, rig: OnBench) -> None:
+    page, port = rig.preflight, rig.assembly.ports.current
     use_profile(rig, tmp_path, PROFILE)
-    page.form.aircraft.setText("H6-12")
-    rig.click(page.list.manual[0].done)
+
+    def enter() -> None:
+        page.form.aircraft.setText("H6-12")
+        page.form.commit()
+        rig.click(page.list.manual[0].done)
+
+    def shown() -> tuple[bool | None, str]:
+        assert page.form.committed[1] == page.form.aircraft.text()
+        return page.list.manual[0].state, page.form.aircraft.text()
+
+    enter()
     rig.connect()
-    assert (page.list.manual[0].state, page.form.aircraft.text()) == (None, "")
-    rig.click(page.list.manual[0].done)
+    assert shown() == (None, "")
+    enter()
     name_module(rig, "M-07")
-    assert page.list.manual[0].state is True
-    name_module(rig, "M-08")
-    assert page.list.manual[0].state is None
+    assert shown() == (True, "H6-12")
+    rig.check()
+    for name, of_it in (("M-08", ""), ("M-07", "H6-12")):
+        name_module(rig, name)
+        assert shown() == (None, of_it)
+    rig.restart()
+    assert shown() == (None, "")
+    confirm_name(rig)
+    assert shown() == (None, "H6-12")
+    port.treat_as_another()
+    rig.until(lambda: not port.module.name)
+    assert shown() == (None, "")
 
 
 @pytest.mark.module("preflight", "triggers", reads_triggers=True, history=2, boots=37)
@@ -226,27 +246,26 @@ def test_what_a_profile_approves_is_changed_in_the_profile(tmp_path: Path, rig: 
     assert page.list.rows["tilt"].limit.text() == "≤ 4°"
 
 
-def test_ctrl_return_is_always_the_main_button(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
-    def press() -> None:
-        bench.wait(0.6)  # a step is dead for half a second
-        find(bench.assembly.window, Shortcut, "preflight_run_key").activated.emit()
+def test_ctrl_return_is_always_the_main_button(tmp_path: Path, rig: OnBench) -> None:
+    page, target = rig.preflight, tmp_path / "report.pdf"
+    page.ask_path = choosing(target)
 
-    with on_bench(qtbot, qapp, tmp_path, "main", "preflight") as bench:
-        page = bench.preflight
-        press()  # enable the triggers and check
-        bench.wait_standing(Standing.READY)
-        assert len(bench.acts) == 2
-        target = tmp_path / "report.pdf"
-        page.ask_path = choosing(target)
-        press()  # ask to activate, which sends nothing
-        assert page.activation.confirm.is_asking
-        page.activation.confirm.withdraw()
-        assert len(bench.acts) == 2
-        bench.bench.module.activate(is_active=True)
-        bench.wait_standing(Standing.GO)
-        press()  # export the report
-        bench.until(target.exists)
-        assert len(bench.acts) == 2
+    def press() -> None:
+        rig.wait(0.6)  # a step is dead for half a second
+        find(rig.assembly.window, Shortcut, "preflight_run_key").activated.emit()
+
+    press()  # enable the triggers and check
+    rig.wait_standing(Standing.READY)
+    assert len(rig.acts) == 2
+    press()  # ask to activate, which sends nothing
+    assert page.activation.confirm.is_asking
+    page.activation.confirm.withdraw()
+    assert len(rig.acts) == 2
+    rig.bench.module.activate(is_active=True)
+    rig.wait_standing(Standing.GO)
+    press()  # export the report
+    rig.until(target.exists)
+    assert len(rig.acts) == 2
 
 
 def test_each_row_that_is_not_met_carries_what_mends_it() -> None:
@@ -292,13 +311,18 @@ def test_without_a_store_the_verdict_stands_and_says_that_it_was_not_kept(
 # Its records
 
 
-def test_a_dropped_record_is_intact_or_altered(tmp_path: Path, rig: OnBench) -> None:
-    page = rig.preflight
+def test_what_was_typed_last_is_on_the_report_and_a_dropped_one_is_intact_or_altered(
+    tmp_path: Path, rig: OnBench
+) -> None:
+    page, target = rig.preflight, tmp_path / "report.pdf"
     assert rig.check() is Standing.READY
-    target = tmp_path / "report.pdf"
     page.ask_path = choosing(target)
+    # The field still has the focus: the report waits for the record that says it.
+    rig.find(QLineEdit, "preflight_aircraft").setText("H6-12")
     rig.click(page.export)
-    rig.until(lambda: not page.result.is_busy)
+    rig.until(lambda: "Saved to" in said(rig))
+    saved = given(verify_file(target, NOBODY).record)
+    assert (saved.aircraft, saved.verdict, page.state.standing) == ("H6-12", Verdict.READY, Standing.READY)
     rig.assembly.window.go_to("triggers")
     drop(rig.assembly.window, target)
     rig.until(lambda: "INTACT" in said(rig))
@@ -336,19 +360,6 @@ def test_what_is_simulated_void_or_has_no_name_makes_no_curve(rig: OnBench) -> N
     assert shown == ["GO (void)", "GO (simulated)", "GO"]
 
 
-def test_what_was_typed_last_is_on_the_report(tmp_path: Path, rig: OnBench) -> None:
-    """Also where the field still has the focus: the report waits for the record that says it."""
-    page, target = rig.preflight, tmp_path / "report.pdf"
-    assert rig.check() is Standing.READY
-    page.ask_path = choosing(target)
-    rig.find(QLineEdit, "preflight_aircraft").setText("H6-12")
-    rig.click(page.export)
-    rig.until(lambda: "Saved to" in said(rig))
-    record = given(verify_file(target, NOBODY).record)
-    assert (record.aircraft, record.verdict) == ("H6-12", Verdict.READY)
-    assert page.state.standing is Standing.READY
-
-
 @pytest.mark.module(cell=3.6)
 def test_past_checks_and_what_they_measured(qtbot: QtBot, tmp_path: Path, rig: OnBench) -> None:
     page = rig.preflight
@@ -373,28 +384,6 @@ def test_past_checks_and_what_they_measured(qtbot: QtBot, tmp_path: Path, rig: O
     assert page.view == "checks"
 
 
-def test_an_aircraft_is_entered_for_its_own_module_only(rig: OnBench) -> None:
-    aircraft, port = rig.find(QLineEdit, "preflight_aircraft"), rig.assembly.ports.current
-
-    def shown() -> str:
-        assert rig.preflight.form.committed[1] == aircraft.text()
-        return aircraft.text()
-
-    aircraft.setText("H6-12")
-    name_module(rig, "M-07")
-    rig.check()
-    for name, of_it in (("M-08", ""), ("M-07", "H6-12")):
-        name_module(rig, name)
-        assert shown() == of_it
-    rig.restart()
-    assert shown() == ""
-    confirm_name(rig)
-    assert shown() == "H6-12"
-    port.treat_as_another()
-    rig.until(lambda: not port.module.name)
-    assert shown() == ""
-
-
 EDITED = """
 format = 1
 name = "Survey hexacopter"  # the big one
@@ -417,51 +406,52 @@ def _type(qtbot: QtBot, field: QLineEdit, text: str) -> None:
     qtbot.keyClicks(field, text)
 
 
-def test_a_profile_is_edited_saved_and_used(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
-    path = tmp_path / "hexa.toml"
+@pytest.mark.module(is_connected=False)
+def test_a_profile_is_edited_saved_and_used(qtbot: QtBot, tmp_path: Path, rig: OnBench) -> None:
+    path, page = tmp_path / "hexa.toml", rig.preflight
     path.write_text(EDITED, encoding="utf-8")
     before = read_profile(path)
-    with on_bench(qtbot, qapp, tmp_path, "editor", "preflight", is_connected=False) as bench:
-        page = bench.preflight
-        page.form.use_profile(path)
-        page.form.menu.aboutToShow.emit()
-        find(page, QAction, "preflight_profile_edit").trigger()
-        editor = given(page.editor)
-        assert not editor.isWindowModified()  # what is only looked at is not changed
-        assert (editor.save.isEnabled(), page.list.isVisible()) == (False, False)
-        number = editor.limits["cell_voltage_min_v"]
-        assert (number.text(), editor.limits["round_trip_max_ms"].text()) == ("3.875", "")
-        _type(qtbot, number, "2.0")  # below the bound that no profile goes beyond
-        assert number.text() == "2.0"
-        assert "3.5 to 4.2" in notice_text(editor.strip)
-        assert (editor.save.isEnabled(), editor.save_as.isEnabled(), editor.isWindowModified()) == (False, False, True)
-        _type(qtbot, number, "3.5")
-        _type(qtbot, editor.limits["tilt_max_deg"], "")
-        _type(qtbot, editor.limits["round_trip_max_ms"], "100")
-        _type(qtbot, editor.tests[GuidedKind.BAY], "180")
-        editor.activated_by.setCurrentIndex(1)
-        editor.service.click()
-        qtbot.keyClicks(editor.airframe, "H6")
-        qtbot.keyClicks(editor.manual[1][0], "Pack date")
-        assert len(editor.manual) == 3  # a line for one more
-        assert editor.manual[1][1].nextInFocusChain() is editor.manual[2][0]
-        _type(qtbot, editor.manual[0][0], "")
-        written = EDITED.replace("= 60", "= 45")  # by the Settings page
-        path.write_text(written, encoding="utf-8")
-        bench.click(editor.save)
-        assert page.editor is None
-        assert 'name = "Survey hexacopter"  # the big one' in path.read_text(encoding="utf-8")
-        wanted = before._replace(
-            settings={"attitude_threshold_deg": 45},
-            limits={"round_trip_max_ms": 100, "cell_voltage_min_v": 3.5},
-            tests_within_days={GuidedKind.BAY: 180},
-            activated_by=ActivatedBy.AIRCRAFT,
-            is_service_required=True,
-            airframe="H6",
-            manual=(ManualLine("Pack date"),),
-        )
-        assert read_profile(path) == page.form.profile == wanted
-        assert [row.line for row in page.list.manual] == [ManualLine("Pack date")]
+    page.form.use_profile(path)
+    page.form.menu.aboutToShow.emit()
+    find(page, QAction, "preflight_profile_edit").trigger()
+    editor = given(page.editor)
+    assert not editor.isWindowModified()  # what is only looked at is not changed
+    assert (editor.save.isEnabled(), page.list.isVisible()) == (False, False)
+    number = editor.limits["cell_voltage_min_v"]
+    assert (number.text(), editor.limits["round_trip_max_ms"].text()) == ("3.875", "")
+    _type(qtbot, number, "2.0")  # below the bound that no profile goes beyond
+    assert number.text() == "2.0"
+    assert "3.5 to 4.2" in notice_text(editor.strip)
+    assert (editor.save.isEnabled(), editor.save_as.isEnabled(), editor.isWindowModified()) == (False, False, True)
+    for line, text in (
+        (number, "3.5"),
+        (editor.limits["tilt_max_deg"], ""),
+        (editor.limits["round_trip_max_ms"], "100"),
+        (editor.tests[GuidedKind.BAY], "180"),
+        (editor.airframe, "H6"),
+        (editor.manual[1][0], "Pack date"),
+    ):
+        _type(qtbot, line, text)
+    editor.activated_by.setCurrentIndex(1)
+    editor.service.click()
+    assert len(editor.manual) == 3  # a line for one more
+    assert editor.manual[1][1].nextInFocusChain() is editor.manual[2][0]
+    _type(qtbot, editor.manual[0][0], "")
+    path.write_text(EDITED.replace("= 60", "= 45"), encoding="utf-8")  # by the Settings page
+    rig.click(editor.save)
+    assert page.editor is None
+    assert 'name = "Survey hexacopter"  # the big one' in path.read_text(encoding="utf-8")
+    wanted = before._replace(
+        settings={"attitude_threshold_deg": 45},
+        limits={"round_trip_max_ms": 100, "cell_voltage_min_v": 3.5},
+        tests_within_days={GuidedKind.BAY: 180},
+        activated_by=ActivatedBy.AIRCRAFT,
+        is_service_required=True,
+        airframe="H6",
+        manual=(ManualLine("Pack date"),),
+    )
+    assert read_profile(path) == page.form.profile == wanted
+    assert [row.line for row in page.list.manual] == [ManualLine("Pack date")]
 
 
 @pytest.mark.module(is_connected=False)
