@@ -92,10 +92,10 @@ def settle(facts: Facts, intent: str, act: Act, where: Where, outcome: Outcome, 
 
 def note_report(facts: Facts, where: Where, *, is_active: bool) -> None:
     """What the module reports, when that changes, when it gets a name, and at the end of its conversation."""
-    if is_active and not is_simulated(where.port):
-        keep_left(facts, where.left_active(time_text(facts.now())))
-    elif not is_simulated(where.port):
+    if not is_active:
         note_locked(facts, where.known_as.run)
+    elif not is_simulated(where.port):
+        keep_left(facts, where.left_active(time_text(facts.now())))
 
 
 def note_said_safe(facts: Facts, left: LeftActive, origin: str) -> None:

@@ -9,7 +9,7 @@ from app.engine.procedure import EngineView, Inspect, Procedure
 from app.engine.target import is_simulated
 from app.limits.limits import record_outside
 from app.limits.past import LastAnswer
-from app.modules.names import remember, remembered
+from app.modules.names import remember
 from app.procedures.history import History, read_history
 from app.store.acts import claim_fired
 from app.store.fact_store import Facts
@@ -351,8 +351,7 @@ def file_triggers(
     slots = [record.raw for record in history.records]
     if kept.is_kept_apart(name, port):
         return PossiblyOther(message(marked("simulated")))
-    do_follow = kept.do_follow(name, slots, is_confirmed=history.is_confirmed)
-    if remembered(facts, name) is not None and not do_follow and not is_same_module:
+    if not is_same_module and not kept.do_follow(name, slots, is_confirmed=history.is_confirmed):
         return PossiblyOther(message(marked("the records do not follow those of its last visit")))
     remember(facts, name, boot_count=reading.boot_count, settings=reading.settings)
     claim_fired(facts, name, port=port, adapter=adapter)

@@ -19,7 +19,7 @@ from app.records.verification import RecordState, StationNames, verify
 from app.settings.profiles import NO_PROFILE
 from app.settings.values import DEFAULTS
 from app.store.fact_store import Store, StoreFault, StoreTrouble
-from app.store.rows import ModuleVisited, PreflightCheck
+from app.store.rows import Judgement, ModuleVisited, PreflightCheck
 from app.store.station import KEY_FILE
 from app.text.messages import UserError
 from app.trigger_records.history import KeptTriggers, TriggersReading, Visit, file_triggers, record_of
@@ -146,6 +146,8 @@ def test_a_persons_word_for_the_records_is_kept_until_the_module_triggers(store:
     for is_said in (True, False):
         filed = file_one(store, "M-07", FAULTS["new records"], are_records_reviewed=is_said)
         assert filed.assessment.result("trigger_records") is CheckResult.PASS
+        records = store.read(lambda facts: KeptTriggers(facts).records("M-07"))
+        assert {record.judgement for record in records} == {Judgement.REVIEWED}
     silent = Fault(frozenset(), {"mute_codes": "35"})
     for faults, is_said, is_new in (((), True, True), ((), False, True), ((FAULTS["fired"],), False, False)):
         file_one(store, "M-08", silent, *faults, are_records_reviewed=is_said)
