@@ -5,12 +5,13 @@ import shutil
 import socket
 import subprocess
 import tempfile
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
 from datetime import UTC, datetime, timedelta
 from ipaddress import ip_address
 from pathlib import Path
+from typing import Any
 
 import pytest
 from cryptography import x509
@@ -59,11 +60,12 @@ def archive_server() -> Iterator[ArchiveServer]:
     found = shutil.which("initdb")
     installed = sorted(Path("/usr/lib/postgresql").glob("*/bin"), reverse=True)
     places = [*([Path(found).resolve().parent] if found else []), *installed]
-    programs = next((place for place in places if (place / "initdb").exists() and (place / "postgres").exists()), None)
+    programs = next((place for place in places if (place / "initdb").exists() and (place / "pg_ctl").exists()), None)
     if programs is None:
         pytest.skip("PostgreSQL is not installed: sudo apt-get install postgresql")
     folder = Path(tempfile.mkdtemp(prefix="dps-s-pg-"))
-    who: Mapping[str, object] = {}
+    data = folder / "data"
+    who: dict[str, Any] = {}
     if os.geteuid() == 0:  # PostgreSQL refuses root
         import pwd
 
@@ -71,45 +73,36 @@ def archive_server() -> Iterator[ArchiveServer]:
         user = names.get("postgres") or names["nobody"]
         os.chown(folder, user.pw_uid, user.pw_gid)
         who = {"user": user.pw_uid, "group": user.pw_gid, "extra_groups": []}
-    with socket.socket() as free:
-        free.bind(("127.0.0.1", 0))
-        port = free.getsockname()[1]
-    data = folder / "data"
-    environment = {**os.environ, "LC_ALL": "C", "HOME": str(folder)}
-    quiet = {"stdout": subprocess.DEVNULL, "stderr": subprocess.DEVNULL, "env": environment, "cwd": folder, **who}
+
+    def run(program: str, *words: str) -> None:
+        environment = {**os.environ, "LC_ALL": "C", "HOME": str(folder)}
+        command = [str(programs / program), "-D", str(data), *words]
+        subprocess.run(command, check=True, stdout=subprocess.DEVNULL, env=environment, cwd=folder, **who)
+
     try:
-        subprocess.run(
-            [programs / "initdb", "-D", data, "-U", OWNER, "-A", "trust", "--no-sync", "-E", "UTF8", "--locale=C"],
-            check=True, **quiet,
-        )  # type: ignore[call-overload]  # fmt: skip
-        (data / "pg_hba.conf").write_text(
-            "local all all trust\nhost all all 127.0.0.1/32 scram-sha-256\n", encoding="utf-8"
-        )
+        run("initdb", "-U", OWNER, "-A", "trust", "--no-sync", "-E", "UTF8", "--locale=C")
+        (data / "pg_hba.conf").write_text("local all all trust\nhost all all 127.0.0.1/32 scram-sha-256\n", "utf-8")
         key = write_certificate(folder / ROOT_CERTIFICATE, data / "server.key")
         if who:
-            os.chown(key, int(str(who["user"])), int(str(who["group"])))
+            os.chown(key, who["user"], who["group"])
+        with socket.socket() as free:
+            free.bind(("127.0.0.1", 0))
+            port = free.getsockname()[1]
         options = {
             "ssl": "on", "ssl_cert_file": folder / ROOT_CERTIFICATE,
             "listen_addresses": "127.0.0.1", "port": port, "unix_socket_directories": folder, "fsync": "off",
             "shared_buffers": "16MB", "max_connections": 20, "autovacuum": "off", "jit": "off",
         }  # fmt: skip
-        settings = [part for name, value in options.items() for part in ("-c", f"{name}={value}")]
-        server = subprocess.Popen([programs / "postgres", "-D", data, *settings], **quiet)  # type: ignore[call-overload]
+        settings = "".join(f"{name} = '{value}'\n" for name, value in options.items())
+        (data / "postgresql.auto.conf").write_text(settings, "utf-8")
+        run("pg_ctl", "-w", "-l", str(folder / "log"), "start")
         try:
-            server_here = ArchiveServer(folder, port)
-            wait = [programs / "pg_isready", "-h", folder, "-p", str(port), "-t", "1"]
-            while subprocess.run(wait, check=False, **quiet).returncode != 0:  # type: ignore[call-overload]
-                assert server.poll() is None, "the server ended"
+            server = ArchiveServer(folder, port)
             role = f"CREATE ROLE {WITH_PASSWORD} LOGIN SUPERUSER PASSWORD '{PASSWORD}'"
-            server_here.run("CREATE DATABASE archive", role, database="postgres")
-            yield server_here
+            server.run("CREATE DATABASE archive", role, database="postgres")
+            yield server
         finally:
-            server.terminate()  # a smart shutdown: the tests have closed their sessions
-            try:
-                server.wait(10)
-            except subprocess.TimeoutExpired:
-                server.kill()
-                server.wait(10)
+            run("pg_ctl", "-w", "-m", "fast", "stop")
     finally:
         shutil.rmtree(folder, ignore_errors=True)
 
