@@ -36,8 +36,9 @@ from protocol.translatable import marked
 
 _log = logging.getLogger(__name__)
 
-# Number of checks of a module that are looked through.
+# Number of checks of a module that are listed, and of those that are looked through in the window's thread.
 LISTED = 200
+LOOKED_AT = 20
 
 
 class Filed(NamedTuple):
@@ -260,7 +261,7 @@ def document_of(facts: Facts, id_: str) -> str:
 
 def aircraft_of(facts: Facts, module: str) -> str:
     """In the last check of this module that names one; else empty."""
-    checks = islice(facts.back_from_newest(PreflightCheck, module), LISTED)
+    checks = islice(facts.back_from_newest(PreflightCheck, module), LOOKED_AT)
     return next((check.content.aircraft for check in checks if check.content.aircraft), "")
 
 

@@ -163,7 +163,7 @@ DIALOGS: dict[str, Callable[[Bench], QWidget]] = {
 source."""
 MENUS: Final = frozenset({
     "ui/services/page.py: QMenu", "ui/shell/main_window.py: QMenu", "ui/pages/preflight/page.py: QMenu",
-    "ui/pages/fleet/archive_panel.py: QMenu",
+    "ui/pages/fleet/members.py: QMenu",
 })  # fmt: skip
 """All of them are children of the window, where `test_over_every_menu` finds them."""
 

@@ -16,8 +16,8 @@ from app.text.i18n import tr
 from app.text.messages import duration, in_brackets, labelled
 from protocol.translatable import marked
 from ui.forms.tables import list_rows
-from ui.pages.fleet.archive_panel import FleetMembers
 from ui.pages.fleet.group_jobs import GroupProfile
+from ui.pages.fleet.members import FleetMembers
 from ui.session.check import VERDICT_STYLES
 from ui.session.port import Port
 from ui.style.icons import MEANING_ICONS, Icon, icon

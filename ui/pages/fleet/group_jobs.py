@@ -16,7 +16,7 @@ from app.settings.form import ProfileRow
 from app.settings.profiles import Profile
 from app.text.messages import UserError, joined, message
 from protocol.translatable import marked
-from ui.pages.fleet.archive_panel import FleetMembers, port_text
+from ui.pages.fleet.members import FleetMembers, port_text
 from ui.services.context import Services
 from ui.session.port import Port
 from ui.session.shown_module import ShownModule

@@ -17,9 +17,10 @@ from app.text.i18n import tr
 from app.text.messages import capitalised, labelled
 from protocol.translatable import marked
 from ui.files.file_dialogs import AskOpen, ask_profile
-from ui.pages.fleet.archive_panel import AddPort, ArchivePanel, FleetMembers
+from ui.pages.fleet.archive_panel import ArchivePanel
 from ui.pages.fleet.board import NEED_MEANINGS, Board
 from ui.pages.fleet.group_jobs import GroupProfile
+from ui.pages.fleet.members import AddPort, FleetMembers
 from ui.services.context import Services
 from ui.services.page import Page, WaysBack
 from ui.session.page_job import PageJob, progress_notice

@@ -36,8 +36,9 @@ from tests.support.window.fake_ports import SETTINGS, VALUES, FakePorts, FakeWor
 from tests.support.window.fakes_ui import ADAPTER, SECOND_ADAPTER, page_entries, store_of, window
 from tests.support.window.steps import given, let_lay_out, notice_text
 from ui.main import Assembly
-from ui.pages.fleet.archive_panel import ArchivePanel, target_of
+from ui.pages.fleet.archive_panel import ArchivePanel
 from ui.pages.fleet.board import LOCK, MODULE, NEXT, STATE, TRIGGERS_CELL, VERDICT, Board
+from ui.pages.fleet.members import target_of
 from ui.pages.fleet.page import FleetPage
 from ui.services.context import Services
 from ui.services.storage import Storage
