@@ -532,6 +532,7 @@ def test_a_file_brings_what_another_station_knows(qtbot: QtBot, assembly: Assemb
     panel = shown(qtbot, assembly)
     panel.ask_file = lambda *given, **_options: given[-1](stick)
     qtbot.waitUntil(panel.carry.isEnabled, timeout=WAIT_MS)
+    let_lay_out(assembly.window)
     before = [table.geometry() for table in (panel.modules, panel.life)]
     panel.carry.click()
     model = panel.modules.model()
