@@ -106,9 +106,12 @@ class GuidedPanel(QWidget):
         VisibilityTimer(self, self.refresh, every_ms=REFRESH_EVERY_MS, tick=self.tick, hidden=self._cancel)
 
     def show_module(self, module: ShownModule) -> None:
+        kind = self.work.kind
         self.work.cancel()
         self.work.changed.disconnect(self._on_work)
         self.module, self.work = module, module.guided
+        if self.work.outcome is None:
+            self.work.choose(kind)  # who was interrupted is not led to the test that fires
         self.work.changed.connect(self._on_work)
         self.work.load_last()
         self._on_work()

@@ -243,6 +243,15 @@ def test_an_error_anywhere_in_the_window_locks(bench: Hand, qtbot: QtBot) -> Non
 
 
 @pytest.mark.promise("l")
+def test_the_chosen_test_stays_chosen_when_the_module_restarts(bench: Hand) -> None:
+    start(bench, GuidedKind.BAY)
+    module = bench.assembly.ports.module
+    bench.bench.restart()
+    bench.until(lambda: bench.guided.module is not module)
+    assert bench.guided.work.kind is GuidedKind.BAY
+    assert bench.guided.work.stage is Stage.READY
+
+
 def test_that_the_module_reports_locked_is_not_said_while_it_is_silent(bench: Hand) -> None:
     activated(bench)
     bench.guided.work.cancel()
