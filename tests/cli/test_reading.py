@@ -172,7 +172,7 @@ def crash(tmp_path: Path) -> Path:
     falls = (TIMES >= 6) & (TIMES < 8)
     force = np.select([falls, (TIMES >= 8) & (TIMES < 8.1)], [0.3, 9.0], 1.0)
     rows = made.dataflash_attitude(TIMES, np.where(TIMES >= 4, 61.4, 5.0)) + made.dataflash_force(TIMES, force)
-    rows += made.dataflash_altitude(TIMES, 20 - 5 * np.clip(TIMES - 6, 0, 2) ** 2)
+    rows += made.dataflash("BARO", TIMES, 20 - 5 * np.clip(TIMES - 6, 0, 2) ** 2)
     path.write_bytes(made.dataflash_bytes(rows))
     return path
 

@@ -43,23 +43,23 @@ def problems(log: FlightLog) -> list[str]:
     return [problem.in_english() for problem in log.problems]
 
 
-def test_a_ulog_is_judged(tmp_path: Path) -> None:
+def whole_ulog() -> bytes:
     rows = made.ulog_attitude(STARTS_S + FAST, TILT) + made.ulog_force(STARTS_S + FAST, FORCE)
-    rows += made.ulog_altitude(STARTS_S + FAST[::10], 50 - FAST[::10])
-    rows += made.ulog_status((STARTS_S, 2, 2), (STARTS_S + 3, 2, 5))
-    check_whole(read(tmp_path / "flight.ulg", made.ulog_bytes(rows)))
+    rows += made.ulog("vehicle_local_position", STARTS_S + FAST[::10], 0, 0, FAST[::10] - 50)
+    return made.ulog_bytes(rows + made.ulog("vehicle_status", (STARTS_S, STARTS_S + 3), 2, (2, 5)))
 
 
-@pytest.mark.parametrize(("clock", "per_us"), [(b"TimeUS", 1), (b"TimeMS", 1e-3)])
-def test_a_dataflash_log_is_judged(tmp_path: Path, clock: bytes, per_us: float) -> None:
+def whole_dataflash(clock: bytes, per_us: float) -> bytes:
     times = (STARTS_S + FAST) * per_us
     rows = made.dataflash_attitude(times, TILT) + made.dataflash_force(times, FORCE)
-    rows += made.dataflash_altitude(times[::10], 50 - FAST[::10])
-    rows += made.dataflash_message(times[0], "ArduCopter V4.5.1") + made.dataflash_modes((times[100], 5))
-    check_whole(read(tmp_path / "00000012.BIN", made.dataflash_bytes(rows).replace(b"TimeUS", clock)))
+    rows += made.dataflash("BARO", times[::10], 50 - FAST[::10]) + made.dataflash("MODE", times[100], 5, 5)
+    rows += made.dataflash_message(times[0], "ArduCopter V4.5.1")
+    return made.dataflash_bytes(rows).replace(b"TimeUS", clock)
 
 
-def check_whole(log: FlightLog) -> None:
+@pytest.mark.parametrize("data", [whole_ulog(), whole_dataflash(b"TimeUS", 1), whole_dataflash(b"TimeMS", 1e-3)])
+def test_a_whole_log_is_judged(tmp_path: Path, data: bytes) -> None:
+    log = read(tmp_path / "00000012.BIN", data)
     assert fires(log) == EXPECTED
     assert log.duration_s == pytest.approx(9.99)
     assert log.not_judged_s == pytest.approx(0.0, abs=0.02)
@@ -275,10 +275,11 @@ def test_two_sensors_and_arming_of_a_dataflash_log_and_of_a_ulog(tmp_path: Path)
     times = np.arange(0, 60, 0.04)
     fall = np.where((times >= 30) & (times < 32), 0.2, 1.0)
     rows = made.dataflash_attitude(times, 5.0) + made.dataflash_force(times, 0.3, sensor=0)
-    rows += made.dataflash_force(times, fall, sensor=1) + made.dataflash_events((1.0, 10), (51.0, 11))
+    rows += made.dataflash_force(times, fall, sensor=1) + made.dataflash("EV", (1.0, 51.0), (10, 11))
     logs = [read(tmp_path / "two.bin", made.dataflash_bytes(rows))]
-    rows = made.ulog_attitude(times, 5.0) + made.ulog_force(times, 0.02) + made.ulog_second_force(times, fall)
-    rows += made.ulog_status((0.0, 1, 4), (2.0, 2, 4), (51.0, 1, 4))
+    rows = made.ulog_attitude(times, 5.0) + made.ulog_force(times, 0.02)
+    rows += made.ulog("sensor_accel", times, 0, 0, -9.80665 * fall)
+    rows += made.ulog("vehicle_status", (0.0, 2.0, 51.0), (1, 2, 1), 4)
     logs.append(read(tmp_path / "two.ulg", made.ulog_bytes(rows)))
     for log, armed_s in zip(logs, (1.0, 2.0), strict=True):
         assert first_fire(log) == pytest.approx(31.6, abs=0.05)
