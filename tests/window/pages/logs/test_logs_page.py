@@ -516,15 +516,14 @@ def test_opened_with_the_program_it_is_shown_while_a_module_goes_on(
 # Exported, deleted
 
 
-@pytest.mark.parametrize("suffix", [".csv", ".mcap"])
-def test_it_is_exported(one: Desk, tmp_path: Path, suffix: str) -> None:
+def test_it_is_exported(one: Desk, tmp_path: Path) -> None:
     one.page.table.selectRow(0)
-    path, asked = tmp_path / f"all{suffix}", list[tuple[str, Path, str]]()
+    path, asked = tmp_path / "all.csv", list[tuple[str, Path, str]]()
     one.page.ask_path = choosing(path, asked)
     given(one.page.exporting).click()
     one.until(lambda: one.notice().startswith(f"Saved to {path}"))
     assert asked[0][1].name.startswith("dps-s Left-wing ")
-    assert path.read_bytes()[:4] == (b"\x89MCA" if suffix == ".mcap" else b"time")
+    assert path.read_bytes().startswith(b"time")
     one.page.ask_path = choosing(tmp_path / "missing" / "all.csv")
     given(one.page.exporting).click()
     one.until(lambda: "cannot be written" in one.notice())
