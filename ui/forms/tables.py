@@ -71,13 +71,13 @@ class RowsModel(QAbstractTableModel, Generic[Row]):
         super().__init__(parent)
         self.rows: Sequence[Row] = ()
         self.columns, self.tell = columns, tell
-        self._identify = identify
+        self.identify = identify
 
     def show_rows(self, rows: tuple[Row, ...]) -> None:
-        """Replaces the rows; the same rows with other figures stay selected."""
+        """Replaces the rows."""
         if rows == self.rows:
             return
-        if [self._identify(row) for row in rows] == [self._identify(row) for row in self.rows]:
+        if [self.identify(row) for row in rows] == [self.identify(row) for row in self.rows]:
             self.rows = rows
             self.dataChanged.emit(self.index(0, 0), self.index(len(rows) - 1, len(self.columns) - 1))
             return
@@ -249,7 +249,12 @@ class RowsTable(QTableView, Generic[Row]):
             self.sortByColumn(sorted_by, Qt.SortOrder.DescendingOrder)
 
     def show_rows(self, rows: Sequence[Row]) -> None:
+        """What is chosen stays chosen, also among other rows."""
+        identify = self.source.identify
+        chosen = [identify(row) for row in self.chosen()]
         self.source.show_rows(tuple(rows))
+        if chosen and not self.selectionModel().hasSelection():
+            self.choose(lambda row: identify(row) in chosen)
 
     def chosen(self) -> tuple[Row, ...]:
         """The selected rows in the order shown."""

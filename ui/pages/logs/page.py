@@ -97,8 +97,8 @@ class LogsPage(Page):
         self.proposal = ProposalBar(services.exchange, self.work, self.thresholds)
         self.strip = self.proposal.strip
         self.view = LogView(services.in_use)
-        # What a person opened last is one file, which is shown once it is read.
-        self._is_single = False
+        # How many files a person opened last, until they are read.
+        self._opened = 0
         self._make_actions()
         self._lay_out()
         work = self.work
@@ -122,7 +122,6 @@ class LogsPage(Page):
         """For the chosen logs, in a bar above the list and in its menu."""
 
         def move(group: FlightGroup) -> None:
-            self._is_single = False
             self.work.move([row.name for row in self.table.chosen()], group)
 
         self.bar = named(QToolBar(), "logs_actions")
@@ -190,7 +189,8 @@ class LogsPage(Page):
             self._folder = paths[0].parent
             self.result.dismiss()
             self._show_list()
-            self._is_single = len(paths) == 1
+            self._opened = len(paths)
+            self.table.clearSelection()
             self.work.open(paths, columns)
             self.refresh_list()
 
@@ -205,7 +205,6 @@ class LogsPage(Page):
     def _open_chosen(self) -> None:
         rows = self.table.chosen()
         if len(rows) == 1:
-            self._is_single = False
             self.open_row(rows[0])
 
     def _show_list(self) -> None:
@@ -221,13 +220,15 @@ class LogsPage(Page):
     def _end_loading(self, names: list[str]) -> None:
         self.result.set_notice(partial(self._read_notice, names), "logs")
         self.refresh_list()
-        self.table.choose(lambda row: row.name in names)
-        chosen = self.table.chosen()
-        if chosen:
-            self.table.scrollTo(self.table.selectionModel().selectedRows()[0])
-        if self._is_single and len(chosen) == 1:
-            self.open_row(chosen[0])
-        self._is_single = False
+        # What a person has chosen meanwhile stays chosen: the next key is for that.
+        if self._opened and not self.table.chosen():
+            self.table.choose(lambda row: row.name in names)
+            chosen = self.table.chosen()
+            if chosen:
+                self.table.scrollTo(self.table.selectionModel().selectedRows()[0])
+            if self._opened == 1 == len(chosen):
+                self.open_row(chosen[0])
+        self._opened = 0
 
     def _read_notice(self, names: list[str]) -> Notice | None:
         """Each that could not be read, as long as it is there; None where everything was read."""

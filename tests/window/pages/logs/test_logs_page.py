@@ -449,6 +449,27 @@ def test_it_is_listed_and_searched_and_judged_on_a_side(one: Desk) -> None:
     assert one.page.list.no_match.isVisible()
 
 
+@pytest.mark.promise("g")
+def test_what_a_person_chose_stays_chosen_while_logs_are_read_and_when_that_ends(one: Desk, tmp_path: Path) -> None:
+    """Else the next key would put another log on a side than the one that was meant."""
+    record(one.storage.library.folder, seconds=2)
+    one.list_again(2)
+    first, second = (row.name for row in one.rows())
+    one.choose(first)
+    one.key(Qt.Key.Key_M)
+    one.choose(second)
+    one.wait_read()
+    one.key(Qt.Key.Key_N)
+    one.wait_read()
+    assert (one.on(MUST), one.on(MUST_NOT)) == ([first], [second])
+    one.page.open_files([write_csv(tmp_path / "calm.csv", tilted("", 20))])
+    one.choose(second)
+    one.wait_read()
+    one.key(Qt.Key.Key_M)
+    assert (one.on(MUST), len(one.on(UNSORTED))) == (sorted([first, second]), 1)
+    one.wait_read()
+
+
 def test_one_that_cannot_be_read_is_listed_with_its_reason_and_hinders_no_proposal(one: Desk) -> None:
     broken = record(one.storage.library.folder, seconds=2)
     broken.write_bytes(bytes(8) + broken.read_bytes()[8:])
