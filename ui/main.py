@@ -23,7 +23,7 @@ from app import version
 from app.engine.conversation import STATUS_KEYS
 from app.engine.target import Target
 from app.procedures.act import Armed
-from app.system.logs import Log, start_log
+from app.system.logs import Log
 from app.system.uncaught import catch_uncaught_errors
 from app.text.i18n import ENGLISH, LANGUAGES, system_language, tr
 from protocol.translatable import marked
@@ -213,7 +213,7 @@ def run(options: WindowOptions) -> int:
     app.setWindowIcon(app_icon())
     with ExitStack() as stack:
         folder = stack.enter_context(_memory(options))
-        log = start_log(folder)
+        log = Log(folder)
         stack.callback(log.stop)
         preferences = Preferences() if folder is None else Preferences(folder / "window.ini")
         has_font = has_font_for(_language(options, preferences))

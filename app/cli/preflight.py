@@ -129,7 +129,7 @@ def _check(args: argparse.Namespace, profile: Profile, records: Records) -> int:
             opened.run(run_preflight(evidence, is_enabling=is_enabling, journal=journal))
             if args.activate:
                 # READY is kept, then the module is activated and judged again. Anything but READY sends nothing.
-                filed = opened.wait_for(lambda: judge(evidence))  # the store may be slow; the conversation goes on
+                filed = judge(evidence)  # the store may be slow; the conversation goes on meanwhile
                 ready = filed.assessment
                 if ready.verdict is Verdict.READY:
                     permit = permit_for(Act.ACTIVATE, opened)

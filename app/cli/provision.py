@@ -29,7 +29,7 @@ from app.modules.labels import PAPERS
 from app.preflight.checks import Person
 from app.preflight.evidence import Evidence
 from app.procedures.write import WriteContext
-from app.store.fact_store import Store, StoreTrouble
+from app.store.fact_store import CLOSE_LIMIT_S, Store, StoreFault, StoreTrouble
 from app.terminal import console
 from app.terminal.connection import LOST, connected
 from app.terminal.records import opened_store, records_on
@@ -159,7 +159,11 @@ def _take_each(bench: BatchRun, store: Store, troubles: list[UserMessage], args:
             except Interrupted as ended:
                 evidence.note_error(ended)
             adapter = records.find_where().adapter
-            why = store.write(lambda facts: bench.keep(facts, name, evidence, done, adapter)).result()
+            keeping = store.write(lambda facts: bench.keep(facts, name, evidence, done, adapter))
+            try:
+                why = keeping.result(CLOSE_LIMIT_S)
+            except TimeoutError:  # it may be kept later, which the same command again sees
+                raise StoreTrouble(StoreFault.FAILED, store.path) from None
             if why is None:
                 tell((f"{name}: {tr(READY)}", console.GOOD))
             else:

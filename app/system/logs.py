@@ -22,7 +22,8 @@ _log = logging.getLogger(__name__)
 class Log(logging.Handler):
     """The running log, which holds the last lines. `trouble` is why there is no file."""
 
-    def __init__(self, folder: Path | None) -> None:
+    def __init__(self, folder: Path | None = None) -> None:
+        """Start logging into `folder`, or the platform's. Never raises."""
         super().__init__()
         self.path = (folder or user_log_path("dps-s-configurator", appauthor=False)) / "dps-s.log"
         self.trouble: OSError | None = None
@@ -69,8 +70,3 @@ class _File(RotatingFileHandler):
     def close(self) -> None:
         with suppress(OSError):  # the last lines do not fit on a full disk
             super().close()
-
-
-def start_log(folder: Path | None = None) -> Log:
-    """Start logging into `folder`, or the platform's. Never raises."""
-    return Log(folder)

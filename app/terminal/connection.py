@@ -8,7 +8,6 @@ A job ends with its conversation: `run` raises `Interrupted` then, whose sentenc
 
 import logging
 import queue
-import threading
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
 from typing import TYPE_CHECKING, Final, TypeVar
@@ -111,15 +110,6 @@ class OpenPort:
         self.drain()
         self._is_running = self.has_left = False
         return job.outcome()
-
-    def wait_for(self, work: Callable[[], Result]) -> Result:
-        # Do what may take long, such as the store's disk, in a thread of its own: the conversation goes on.
-        done: list[Result] = []
-        thread = threading.Thread(target=lambda: done.append(work()), daemon=True)
-        thread.start()
-        while thread.is_alive():
-            self.wait()
-        return done[0] if done else work()
 
     def bind(self) -> None:
         # From now on everything runs in the conversation that goes on, and in no other.

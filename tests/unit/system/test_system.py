@@ -17,7 +17,7 @@ from app.system import libraries as qt_libraries
 from app.system import logs
 from app.system.clock import steady_time, wall_offset_s
 from app.system.files import whole_file, write_whole
-from app.system.logs import MAX_LINES, Log, start_log
+from app.system.logs import MAX_LINES, Log
 from app.system.uncaught import UncaughtError, catch_uncaught_errors, report_uncaught_error
 from tests.support.cli_line import run_here
 from tests.support.records.recordings_made import asked
@@ -35,7 +35,7 @@ def begin() -> Iterator[Callable[[Path | None], Log]]:
     level = logging.getLogger().level
 
     def start(folder: Path | None) -> Log:
-        made.append(start_log(folder))
+        made.append(Log(folder))
         return made[-1]
 
     yield start

@@ -22,7 +22,7 @@ from app.engine.transport import PortError, PortTrouble
 from app.engine.worker import Batch, Connection, PortState
 from app.safety.journal import Act
 from app.system.clock import steady_time
-from app.system.logs import Log, start_log
+from app.system.logs import Log
 from app.system.uncaught import catch_uncaught_errors
 from protocol.catalogue import ACTIVATION, BOOT_COUNT, BY_NAME, HEARTBEAT, LOCK, STATUS
 from protocol.events import Answered, Counters, Event, Received, Rejected, Role, Sent
@@ -164,7 +164,7 @@ def test_figures_show_loss_reasons_and_round_trips(qtbot: QtBot, qapp: QApplicat
 
 @pytest.fixture
 def log(tmp_path: Path) -> Iterator[Log]:
-    one = start_log(tmp_path / "logs")
+    one = Log(tmp_path / "logs")
     try:
         yield one
     finally:
