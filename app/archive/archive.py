@@ -62,8 +62,7 @@ class ArchiveStatus(NamedTuple):
 
 @contextmanager
 def all_facts(store: Store) -> Iterator[Facts]:
-    """Those of all stations as if they were in one file: the file of the others is `main`, the store is `own`.
-
+    """Give the facts of all stations as if they were in one file: the file of the others is `main`, the store is `own`.
     It may block, as all here that takes a store: not for a port's or the window's thread. Raises `StoreTrouble`."""
     store.opened.result()
     path = store.folder / OTHERS_FILE
@@ -117,7 +116,7 @@ def introductions(facts: Facts) -> list[tuple[str, str]]:
 
 
 def known_names(store: Store | None) -> StationNames:
-    """What the stations of this store and its archive call themselves; nothing where they cannot be read."""
+    """Return what the stations of this store and its archive call themselves; nothing where they cannot be read."""
     if store is None:
         return StationNames()
     try:
@@ -135,15 +134,15 @@ def known_names(store: Store | None) -> StationNames:
 
 
 class LeftOut(Struct, forbid_unknown_fields=True):
-    """Also as `dps-s archive sync --json` prints it."""
+    """A row that was left out, as `dps-s archive sync --json` prints it."""
 
     id: str
     why: str
 
 
 class Synced(Struct):
-    """What an exchange did. `left_out`: rows that are no facts, named when they are first met; `left_out_count`: all of
-    the place, also those that were named before that day."""
+    """The result of an exchange. `left_out` are rows that are no facts, named when they are first met; `left_out_count`
+    counts all of the place, also those that were named before that day."""
 
     sent: int = 0
     received: int = 0
@@ -186,7 +185,7 @@ def sync(store: Store, address: str) -> Synced:
 def _receive(
     here: sqlite3.Connection, place: FilePlace | PostgresPlace, lengths: Mapping[str, int], today: str, done: Synced
 ) -> None:
-    """One page: each row is checked, the good ones are kept and the others are remembered."""
+    """Take one page: each row is checked, the good ones are kept and the others are remembered."""
     rows = {row[0]: row for row in place.rows([id_ for id_ in lengths if lengths[id_] <= MAX_CONTENT_BYTES])}
     good, bad = [], []
     for id_, length in lengths.items():

@@ -73,8 +73,8 @@ def is_server(address: str) -> bool:
 
 
 def server_url(text: str) -> ServerUrl:
-    """Raises `UserError`, whose message contains nothing of `text`, because it may contain a password. One that stands
-    anywhere but between user and host is refused."""
+    """Read the address of a server. Raises `UserError`, whose message contains nothing of `text`, because it may
+    contain a password; one that stands anywhere but between user and host is refused."""
     match = _URL.fullmatch(text.strip()) if len(text) <= 2000 else None
     query = "" if match is None else match["query"] or ""
     options = dict(parse_qsl(query.removeprefix("?").replace("+", "%2B")))  # libpq does not decode + as a space
@@ -168,8 +168,9 @@ class PostgresPlace:
 
 
 def digests(connection: sqlite3.Connection, *tables: str, where: str = "TRUE") -> Buckets:
-    """Of the ids in these tables together; the same that a server makes (md5: to compare, not to protect). SQLite puts
-    the ids of each part together, as a loop over 600,000 of them takes seconds."""
+    """Return a digest of the ids in these tables together, for each part; the same that a server makes (md5: to
+    compare, not to protect). SQLite puts the ids of each part together, as a loop over 600,000 of them takes
+    seconds."""
     parts = [f"SELECT DISTINCT substr(id, 1, {BUCKET}) FROM {table} WHERE {where}" for table in tables]  # noqa: S608
     ids = " UNION ".join(f"SELECT id FROM {table} WHERE id >= ?1 AND id < ?2 AND {where}" for table in tables)  # noqa: S608
     query = f"SELECT count(*), group_concat(id, '') FROM ({ids} ORDER BY id)"  # noqa: S608
@@ -187,7 +188,7 @@ def lengths_in(connection: sqlite3.Connection, bucket: str) -> dict[str, int]:
 
 
 def rows_in(connection: sqlite3.Connection, ids: list[str]) -> list[tuple[Any, ...]]:
-    """As they stand there."""
+    """Return the rows as they stand there."""
     places = ", ".join("?" * len(ids))
     return connection.execute(f"SELECT {COLUMNS} FROM facts WHERE id IN ({places})", ids).fetchall()  # noqa: S608
 

@@ -79,7 +79,7 @@ class ModuleToday(Struct, kw_only=True):
 
 
 def report(store: Store, now: datetime) -> list[ModuleToday]:
-    """By name. Takes up to two seconds. Raises `UserError`."""
+    """Return all modules by name. It takes up to two seconds. Raises `UserError`."""
     last_at: dict[str, str] = {}
     latest = time_text(now + AHEAD)
     with all_facts(store) as facts:
@@ -161,8 +161,8 @@ def two_modules(facts: Facts, name: str, now: datetime) -> UserMessage | None:
 
 
 class HistoryEvent(NamedTuple):
-    """One fact about a module as a sentence. `content`: as it is kept, of an act with its outcome and of a check
-    without the signed document. `settings`: as they were known then, of a fact that tells of settings."""
+    """One fact about a module as a sentence. `content` is as it is kept, of an act with its outcome and of a check
+    without the signed document; `settings` are as they were known then, of a fact that tells of settings."""
 
     row: Row
     text: UserMessage
@@ -191,7 +191,7 @@ def last_writes(facts: Facts, module: str) -> dict[str, UserMessage]:
 
 
 def _events(facts: Facts, name: str, types: Iterable[type[Content]]) -> Iterator[HistoryEvent]:
-    """What the facts of these types tell of a module, the oldest first."""
+    """Return the facts of these types about a module, the oldest first."""
     kept: list[Kept[Any]] = [one for type_ in types for one in facts.of_module(type_, name)]
     outcomes = {one.content.of: one.content.outcome for one in kept if isinstance(one.content, ActEnded)}
     fired = all_fired(facts, name)
@@ -252,7 +252,7 @@ def _with_note(text: UserMessage, note: str) -> UserMessage:
 
 
 def _settings_seen(before: Mapping[str, Value], now: Mapping[str, Value], *, has_restarted: bool) -> UserMessage:
-    """What a reading tells beside the one before: whether settings outlived a restart; else all of them."""
+    """Say what a reading tells beside the one before: whether settings outlived a restart; else all of them."""
     # The flags of the triggers are never read: what is known of them was written, in one conversation.
     readable = {command.key: before[command.key] for command in READABLE_SETTINGS if command.key in before}
     changes = settings_changed(readable, now)
@@ -266,7 +266,8 @@ def _settings_seen(before: Mapping[str, Value], now: Mapping[str, Value], *, has
 
 
 def _act(intent: ActIntended, outcome: Outcome, settings: dict[str, Value]) -> UserMessage:
-    """What was done; of a write each value with the one before. `settings`: as they are known, kept up to date."""
+    """Say what was done; of a write each value with the one before. `settings` are as they are known, kept up to
+    date."""
     act = next((act for act in Act if act.value == intent.act), None)
     if act is None:
         return UserMessage(clean(intent.act))  # of a newer version
@@ -296,7 +297,7 @@ def settings_changed(before: Mapping[str, Any], after: Mapping[str, Any]) -> lis
 
 
 def as_edits(settings: Mapping[str, Any]) -> dict[str, Value]:
-    """Those that can be written again. Another station may have kept any number."""
+    """Return the settings that can be written again. Another station may have kept any number."""
     edits = {}
     for command in READABLE_SETTINGS:
         with suppress(KeyError, UserError):

@@ -44,7 +44,7 @@ class AdapterFacts(NamedTuple):
 
 
 def facts_about(port: str, *, root: Path = Path("/")) -> AdapterFacts:
-    """What the system knows of a device, on Linux; nothing of a URL. Reads files only, and never raises."""
+    """Return what the system knows of a device, on Linux; nothing of a URL. Reads files only, and never raises."""
     if not sys.platform.startswith("linux") or "://" in port:
         return AdapterFacts()
     import grp

@@ -70,7 +70,7 @@ class LinkState(NamedTuple):
 
 
 class LinkText(NamedTuple):
-    """In the language in use. `word`: one or two words; `what`: a sentence; `next_step`: may be empty."""
+    """A text in the language in use. `word` is one or two words, `what` a sentence, and `next_step` may be empty."""
 
     word: str
     what: str
@@ -182,7 +182,7 @@ MAX_TRIPS = 4096
 
 
 class LinkStatistics:
-    """Of one connection, over its automatic reconnections. Belongs to one thread."""
+    """The statistics of one connection, over its automatic reconnections. They belong to one thread."""
 
     def __init__(self) -> None:
         self._last = Counters()

@@ -91,7 +91,7 @@ class ModuleBatch(NamedTuple):
 
 
 def batch_of(path: Path, names: tuple[str, ...]) -> ModuleBatch:
-    """Raises `UserError` where no module can be READY."""
+    """Make the batch of a profile and names. Raises `UserError` where no module can be READY."""
     profile = read_profile(path)
     settings = dict(profile.settings)
     rate = settings.pop(BAUD_RATE.key, None)
@@ -264,7 +264,7 @@ def check_labels_target(path: Path) -> None:
 
 
 def write_batch_labels(path: Path, rows: Sequence[BatchRow], paper: Paper, printer: Printer) -> None:
-    """Of the names that are given, if any. Raises `UserError`, `OSError` or `RuntimeError`."""
+    """Write labels of the names that are given, if any. Raises `UserError`, `OSError` or `RuntimeError`."""
     check_labels_target(path)
     done = [row for row in rows if row.result == READY]
     labels = [Label(row.name, datetime.fromisoformat(row.at).astimezone(), row.code) for row in done]

@@ -22,7 +22,7 @@ from protocol.translatable import marked
 
 
 class Need(Enum):
-    """What a module needs next, the most urgent first. The value is a translatable sentence, or a name where
+    """The next thing that a module needs, the most urgent first. The value is a translatable sentence, or a name where
     `Card.next_step` makes the sentence."""
 
     TRIGGERED = marked("TRIGGERED: lock it, read its records.")
@@ -51,7 +51,7 @@ def summary(verdicts: Iterable[Verdict | None]) -> str:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Card:
-    """What is shown of one module."""
+    """A card shows one module."""
 
     port: str
     link: LinkState
@@ -144,8 +144,9 @@ class Card:
 
 
 def differences(profile: Profile, conversation: ConversationView, now: float) -> list[ProfileRow]:
-    """What differs from the profile or is unknown, in the catalogue's order. The baud rate needs a permit for each
-    module, and the serial output is switched by the program itself, so neither is ever written to several."""
+    """Return the settings that differ from the profile or are unknown, in the catalogue's order. The baud rate needs a
+    permit for each module, and the serial output is switched by the program itself, so neither is ever written to
+    several."""
     rows = compare(profile, conversation, now)
     return [row for row in rows if row.is_worth_applying and row.command not in (BAUD_RATE, SERIAL_OUTPUT)]
 
@@ -211,7 +212,8 @@ def outcome_of(report: WriteReport) -> AppliedProfile:
 
 
 def result_line(applied: Iterable[tuple[str, AppliedProfile]]) -> str:
-    """What came of each, by name, and why where one was not written: "2 verified: M-01, M-02 · 1 refused: M-03 (…)"."""
+    """Return what came of each module, by name, and why where one was not written: "2 verified: M-01, M-02 · 1 refused:
+    M-03 (…)"."""
     words: dict[Applied, list[str]] = {state: [] for state in Applied}
     for name, result in applied:
         is_told = bool(result.why) and not result.state.is_fine

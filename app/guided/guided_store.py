@@ -14,7 +14,7 @@ from app.text.messages import clean
 
 
 def keep_test(facts: Facts, result: GuidedResult, *, module: str | None, who: str, is_simulated: bool) -> None:
-    """Within `Store.write`."""
+    """Keep the result of a guided test; only within `Store.write`."""
     measured = []
     for value in result.measured:
         texts = {"name": value.name, "shown": value.shown, "tolerance": value.tolerance}
@@ -43,5 +43,5 @@ def last_tests(facts: Facts, module: str, *, counts_simulated: bool) -> Mapping[
 
 
 def told_test(kept: Kept[GuidedTestDone]) -> StoredTest | None:
-    """None for a test that this version does not know."""
+    """Return a test as it was kept; None for one that this version does not know."""
     return stored_test(to_builtins(kept.content), kept.at)

@@ -180,7 +180,7 @@ class Span:
 
 
 class Turn(NamedTuple):
-    """One direction. `fired` None: it did not fire; `rearmed` None: it stayed triggered."""
+    """A turn in one direction. `fired` is None where it did not fire, `rearmed` where it stayed triggered."""
 
     direction: TiltDirection
     reached_deg: float = 0.0
@@ -270,7 +270,7 @@ def _until_rearmed(watch: StatusWatch) -> Procedure[Span | None]:
 
 
 def _tilt_rows(direction: TiltDirection, turn: Turn | None, threshold: float) -> tuple[MeasuredValue, MeasuredValue]:
-    """Where it fired and where it rearmed; without a `turn` neither was tested."""
+    """Return the rows of where it fired and where it rearmed; without a `turn` neither was tested."""
     side = message(direction.value)
     fires = message(marked("Fires, {direction}"), direction=side)
     rearms = message(marked("Rearms, {direction}"), direction=side)

@@ -75,7 +75,7 @@ class Outside(NamedTuple):
 
 
 class LimitsInUse:
-    """Those of the chosen profile; what it does not say is the program's own."""
+    """The limits of the chosen profile; what it does not say is the program's own."""
 
     def __init__(self) -> None:
         self.profile = NO_PROFILE
@@ -85,13 +85,14 @@ class LimitsInUse:
 
 
 def least_cell_text(profile: Profile) -> str:
-    """With all its decimals: no reading below it looks like it."""
+    """Return the least cell voltage with all its decimals, so that no reading below it looks like it."""
     least = profile.limit("cell_voltage_min_v")
     return f"{least:.2f} V" if round(least, 2) == least else f"{least:g} V"
 
 
 def cell_outside(volts: float, profile: Profile, *, is_charging: bool | None) -> Outside | None:
-    """With external power the charger's voltage is read, which is above the cell's: too low is too low then, too."""
+    """Judge the cell voltage. With external power the charger's voltage is read, which is above the cell's: too low is
+    too low then, too."""
     if volts < profile.limit("cell_voltage_min_v"):
         return Outside(OutOfLimit.CELL_LOW, least_cell_text(profile))
     if is_charging is False and volts > HIGHEST_CELL_V + CELL_ABOVE_V:

@@ -29,7 +29,8 @@ _MODULE = "module:"
 
 
 class Remembered(Struct, frozen=True):
-    """What was last kept under a name. What was never read is None, or absent. Times are in UTC, as in facts."""
+    """The last that was kept under a name. A value that was never read is None, or absent. Times are in UTC, as in
+    facts."""
 
     name: str = ""
     seen_at: str = ""
@@ -65,7 +66,7 @@ def remember(
 
 
 def remembered(facts: Facts, name: str) -> Remembered | None:
-    """None if no module has this name."""
+    """Return what is kept under a name; None if no module has this name."""
     state = facts.state(_MODULE + name)
     if state is None:
         return None
@@ -75,7 +76,7 @@ def remembered(facts: Facts, name: str) -> Remembered | None:
 
 
 def modules(facts: Facts) -> list[Remembered]:
-    """All names, the last seen first. Without `may_count_anew`."""
+    """Return all names, the last seen first, without `may_count_anew`."""
     known = [convert({**state, "name": name}, Remembered) for name, state in facts.states(_MODULE).items()]
     return sorted(known, key=lambda module: module.seen_at, reverse=True)
 
@@ -108,7 +109,8 @@ def what_differs(known: Remembered, conversation: ConversationView, now: float) 
 
 
 def known_by(name: str | None, *, is_by_option: bool = False) -> UserMessage:
-    """To be said wherever something is used that is kept under the name. `is_by_option`: --module, nobody was asked."""
+    """Return the sentence that has to be said wherever something is used that is kept under the name. `is_by_option`:
+    the name came with --module, and nobody was asked."""
     if not name:
         return NOT_NAMED
     if is_by_option:

@@ -24,8 +24,8 @@ COUNTS_ANEW: Final = (ServiceKind.FIRMWARE, ServiceKind.EJECTOR)
 
 
 def serviced(kind: ServiceKind, *, on: date, due: date | None = None, who: str = "", note: str = "") -> Serviced:
-    """Done `on` a day by `who`, and to be done again on the day `due`, if any. Raises `UserError` for what makes no
-    sense."""
+    """Return the fact of a service that `who` did on a day, and that is to be done again on the day `due`, if any.
+    Raises `UserError` for what makes no sense."""
     if due is not None and due <= on:
         raise UserError(marked("It must be due on a later day."))
     return Serviced(service=kind, on=on, due=due, who=clean(who.strip()), note=clean(note.strip()))
@@ -44,7 +44,7 @@ def service_summary(service: Serviced) -> UserMessage:
 
 
 class DueService(NamedTuple):
-    """What is due within 30 days, or overdue."""
+    """A service that is due within 30 days, or overdue."""
 
     text: UserMessage
     is_overdue: bool
@@ -55,8 +55,8 @@ class DueService(NamedTuple):
 def service_due(
     facts: Facts, name: str, at: datetime, *, simulated: bool = False, more: Iterable[Fired] = ()
 ) -> list[DueService]:
-    """What a person has to do to the module of this name; `simulated`: to a simulated one. `more`: what fired and is
-    not under its name yet. Only what this station knows: a verdict rests on it."""
+    """Return the services that the module of this name needs. `simulated` asks for a simulated one; `more` is what
+    fired and is not under its name yet. Only what this station knows counts, as a verdict rests on it."""
     fired = [one.at for one in (*all_fired(facts, name), *more) if one.is_simulated is simulated]
     return all_due(max(fired, default=None), facts.of_module(Serviced, name), at.date())
 

@@ -58,7 +58,7 @@ RESULT_WORDS = {
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Person:
-    """What a person enters for a check. `module` is None where it has no name."""
+    """The entries of a person for a check. `module` is None where it has no name."""
 
     who: str = ""
     module: str | None = None
@@ -313,7 +313,7 @@ def _setting(case: Case, name: str, advice: UserMessage) -> Finding:
 
 
 def _light_threshold(case: Case) -> Finding:
-    """Without a profile the advice cannot be checked: a warning."""
+    """Warn where there is no profile: the advice cannot be checked then."""
     finding = _setting(case, "light_threshold", message(marked("as read with the bay open")))
     if finding.result is CheckResult.PASS and "light_threshold_v" not in case.profile.settings:
         return finding._replace(result=CheckResult.WARN)
@@ -371,7 +371,7 @@ def _trigger_records(case: Case) -> Finding:
 
 
 class RecordsWord(Enum):
-    """What a person can say of the trigger records; the value is what a button says, in English, translatable."""
+    """A person's word for the trigger records; the value is what a button says, in English, translatable."""
 
     REVIEWED = marked("Mark as reviewed")
     NEW_MODULE = marked("New, no records")
@@ -459,8 +459,8 @@ def _guided_tests(case: Case) -> Finding:
 
 
 def _service(case: Case) -> Finding:
-    """What a person has to do to the module: overdue is a warning, or not met where the profile says so. A module that
-    may have fired and was not repacked is never fit."""
+    """Judge the services that the module needs: an overdue one is a warning, or not met where the profile says so. A
+    module that may have fired and was not repacked is never fit."""
     due, is_required = case.past.due, case.profile.is_service_required
     limit = case.under_name(message(marked("nothing overdue")))
     is_against = any(service.is_after_firing for service in due)

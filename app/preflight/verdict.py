@@ -42,7 +42,7 @@ class Verdict(Enum):
 
 
 def verdict_named(name: object) -> Verdict:
-    """By its value; NO-GO for any other."""
+    """Return the verdict by its value; NO-GO for any other word."""
     return next((verdict for verdict in Verdict if verdict.value == name), Verdict.NO_GO)
 
 
@@ -72,7 +72,7 @@ def verdict_sentence(verdict: Verdict, activated_by: ActivatedBy) -> UserMessage
 
 
 def unsigned(who: object, module: object, aircraft: object) -> UserMessage | None:
-    """What the signature of a check lacks: person, module or aircraft; None if it is complete."""
+    """Return what the signature of a check lacks: person, module or aircraft; None if it is complete."""
     missing = [
         UserMessage(text)
         for text, value in ((marked("Checked by"), who), (marked("Module"), module), (marked("Aircraft"), aircraft))
@@ -181,7 +181,7 @@ NOT_CHECKED = CheckState()
 
 
 def check_state(assessment: Assessment | None, void: Void | None, *, is_running: bool) -> CheckState:
-    """Of a check that was begun."""
+    """Return the state of a check that was begun."""
     # What voids one that runs is said when it ends, with what it found.
     if is_running or (assessment is None and void is None):
         return CheckState(Standing.CHECKING)

@@ -51,7 +51,7 @@ class Filed(NamedTuple):
 
     @property
     def exported(self) -> SignedRecord:
-        """What may leave this computer. Raises `UserError` where it could not be signed."""
+        """The record as it may leave this computer. Raises `UserError` where it could not be signed."""
         if self.signed is None:
             raise self.trouble or UserError(marked("The record is not signed."))
         return self.signed
@@ -190,9 +190,9 @@ def keep_check(facts: Facts, filed: Filed) -> None:
 
 
 class CheckLine(NamedTuple):
-    """One check as it is listed. `id`: of its fact, for `document_of`; `at`: ISO 8601 in UTC; `code`: of the settings;
-    `is_fired_since`: a deploy left or a TRIGGERED was seen after it, so that what it said of the module is no longer
-    so."""
+    """One check as a list shows it. `id` names its fact, for `document_of`; `at` is ISO 8601 in UTC; `code` stands for
+    the settings; `is_fired_since` says that a deploy left or a TRIGGERED was seen after it, so that what it said of the
+    module is no longer so."""
 
     id: str
     at: str
@@ -208,7 +208,7 @@ class CheckLine(NamedTuple):
 
     @property
     def words(self) -> UserMessage:
-        """Its verdict and what limits it."""
+        """The verdict, and what limits it."""
         word = message(verdict_named(self.verdict).value)
         if self.is_simulated:
             return message(marked("{verdict} (simulated)"), verdict=word)
@@ -254,13 +254,13 @@ def checks_in(facts: Facts, module: str | None = None) -> tuple[CheckLine, ...]:
 
 
 def document_of(facts: Facts, id_: str) -> str:
-    """Of one check that is listed."""
+    """Return the document of one check that is listed."""
     check = facts.by_id(PreflightCheck, id_)
     return "" if check is None else check.content.document
 
 
 def aircraft_of(facts: Facts, module: str) -> str:
-    """In the last check of this module that names one; else empty."""
+    """Return the aircraft of this module's last check that names one, else ""."""
     checks = islice(facts.back_from_newest(PreflightCheck, module), LOOKED_AT)
     return next((check.content.aircraft for check in checks if check.content.aircraft), "")
 

@@ -135,7 +135,7 @@ class SignedRecord(NamedTuple):
 
 
 class Document(Struct, frozen=True, kw_only=True):
-    """As it came: fields of a newer version stay under the signature. Keys and signatures are hexadecimal."""
+    """A record as it came: fields of a newer version stay under the signature. Keys and signatures are hexadecimal."""
 
     format: Literal["dps-s pre-flight record"]
     record: dict[str, Any]
@@ -227,7 +227,7 @@ def canonical(value: object) -> bytes:
 
 
 def read_document(data: bytes) -> Document:
-    """Raises `UserError` for what is no record."""
+    """Read a document. Raises `UserError` for what is no record."""
 
     def only_once(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
         # Of a doubled field one program would read the first, and another the last.
@@ -253,7 +253,7 @@ def read_document(data: bytes) -> Document:
 
 
 def record_of(document: Document) -> Record:
-    """Raises `UserError` for what this version cannot read."""
+    """Return the record of a document. Raises `UserError` for what this version cannot read."""
     try:
         return msgspec.convert(document.record, Record)
     except (msgspec.ValidationError, RecursionError):
@@ -261,6 +261,6 @@ def record_of(document: Document) -> Record:
 
 
 def stored_record(text: str) -> SignedRecord:
-    """Of a document that was verified when it came in. Raises `UserError` for what this version cannot read."""
+    """Read a document that was verified when it came in. Raises `UserError` for what this version cannot read."""
     document = read_document(text.encode())
     return SignedRecord(record_of(document), document.station, text)

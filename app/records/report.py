@@ -62,7 +62,7 @@ def report_html(signed: SignedRecord) -> str:
 
 
 def _tests(record: Record) -> list[dict[str, str]]:
-    """Those that this version knows."""
+    """Return the guided tests that this version knows."""
     known = []
     for fields in record.tests[: len(GuidedKind)]:
         test = stored_test(fields, str(fields.get("at")))
@@ -85,7 +85,7 @@ def _tests(record: Record) -> list[dict[str, str]]:
 
 
 def check_target(path: Path, kind: str = FORMAT) -> None:
-    """Raises `UserError` where the PDF, and its JSON beside it, cannot be written there: only files of this kind are
+    """Raise `UserError` where the PDF, and its JSON beside it, cannot be written there: only files of this kind are
     replaced."""
     if path.suffix.lower() != ".pdf":
         raise UserError(marked("{file}: the name of a report ends in .pdf."), file=path.name)

@@ -36,8 +36,8 @@ class RecordState(Enum):
 
 
 class StationNames(NamedTuple):
-    """What stations call themselves. `own`: the key of this computer. `introductions`: keys and names, each once. Keys
-    are hexadecimal."""
+    """The names that stations give themselves. `own` is the key of this computer; `introductions` are keys and names,
+    each once. Keys are hexadecimal."""
 
     own: str | None = None
     introductions: tuple[tuple[str, str], ...] = ()
@@ -75,7 +75,7 @@ class Verification(NamedTuple):
         return is_intact and record is not None and record.verdict is Verdict.GO and not record.is_simulated
 
     def sentences(self) -> list[UserMessage]:
-        """For people: the state, which record it is, and who signed it."""
+        """The sentences for people: the state, which record it is, and who signed it."""
         record, told = self.record, []
         verdict = UserMessage("")
         if record is not None:
@@ -123,14 +123,15 @@ class Verification(NamedTuple):
 
 
 def verify_file(path: Path, names: StationNames) -> Verification:
-    """Raises `OSError` where the file cannot be read, and `UserError` where it is no record."""
+    """Verify the record in a file. Raises `OSError` where the file cannot be read, and `UserError` where it is no
+    record."""
     with path.open("rb") as file:
         return verify_bytes(file.read(LARGEST_FILE + 1), names)
 
 
 def verify_bytes(data: bytes, names: StationNames) -> Verification:
-    """Raises `UserError` where it is no record, also of a report that carries several: a person could be shown one and
-    a program told another."""
+    """Verify the record in these bytes. Raises `UserError` where there is none, also for a report that carries several:
+    a person could be shown one and a program told another."""
     if len(data) > LARGEST_FILE:
         raise UserError(marked("too large"))
     is_report, carried = data.startswith(b"%PDF-"), [data]
@@ -142,7 +143,7 @@ def verify_bytes(data: bytes, names: StationNames) -> Verification:
 
 
 def verify(document: Document, names: StationNames) -> Verification:
-    """Raises `UserError` where it is intact and of a version that cannot be read here."""
+    """Verify a document. Raises `UserError` where it is intact and of a version that cannot be read here."""
     if not is_signature(document.station, document.signature, document.signed_bytes):
         record = None
         with suppress(UserError):

@@ -41,7 +41,7 @@ class RowState(Enum):
 
 @dataclass(slots=True)
 class SettingDraft:
-    """One setting in one conversation."""
+    """The draft of one setting in one conversation."""
 
     command: Command
     known: Known | None = None
@@ -59,7 +59,7 @@ class SettingDraft:
             self.wanted = wanted
 
     def take(self, known: Known | None) -> None:
-        """What the module says may end a "verified", or settle what had failed."""
+        """Take what the module says, which may end a "verified", or mend what had failed."""
         self.known, result = known, self.result
         if result is None:
             return
@@ -72,7 +72,8 @@ class SettingDraft:
                 self.wanted = None
 
     def end_write(self, written: Written | None, known: Known | None) -> None:
-        """What was not sent stays edited; what the module has already is no edit any more."""
+        """Take the report of a write: what was not sent stays edited; what the module has already is no edit any
+        more."""
         self.is_writing = False
         if written is not None and written.is_sent:
             if written.fault is None:
@@ -158,7 +159,7 @@ class Match(Enum):
 
 
 class ProfileRow(NamedTuple):
-    """One setting in the profile (`target`) and on the module."""
+    """One setting as the profile has it (`target`) and as the module has it."""
 
     command: Command
     target: Value | None

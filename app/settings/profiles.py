@@ -108,11 +108,11 @@ class Profile(NamedTuple):
     tests_within_days: Mapping[GuidedKind, int] = MappingProxyType({})
 
     def limit(self, name: str) -> float:
-        """One of `LIMITS`."""
+        """Return one of `LIMITS`."""
         return self.limits.get(name, LIMITS[name].usual)
 
     def answered(self, answers: Mapping[int, bool]) -> "Profile":
-        """With a person's answers for its manual checks, by number from 1."""
+        """Return the profile with a person's answers for its manual checks, by number from 1."""
         lines = enumerate(self.manual, 1)
         return self._replace(manual=tuple(line._replace(is_done=answers.get(number)) for number, line in lines))
 

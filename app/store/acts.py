@@ -33,7 +33,7 @@ _FIRED: Final = "fired:"
 
 
 class Where(NamedTuple):
-    """On which connection, and by what its module is known. `adapter`: its USB identity."""
+    """The connection of an act, and by what its module is known. `adapter` is its USB identity."""
 
     port: str
     origin: str
@@ -41,7 +41,7 @@ class Where(NamedTuple):
     known_as: KnownAs = UNNAMED
 
     def left_active(self, at: str) -> LeftActive:
-        """What this connection leaves ACTIVE. `at`: ISO 8601 in UTC."""
+        """Return what this connection leaves ACTIVE. `at` is ISO 8601 in UTC."""
         known_as = self.known_as
         return LeftActive(run=known_as.run, module=known_as.name, port=self.port, adapter=self.adapter, at=at)
 
@@ -91,7 +91,7 @@ def settle(facts: Facts, intent: str, act: Act, where: Where, outcome: Outcome, 
 
 
 def note_report(facts: Facts, where: Where, *, is_active: bool) -> None:
-    """What the module reports, when that changes, when it gets a name, and at the end of its conversation."""
+    """Note what the module reports: when that changes, when it gets a name, and at the end of its conversation."""
     if not is_active:
         note_locked(facts, where.known_as.run)
     elif not is_simulated(where.port):
@@ -107,7 +107,7 @@ def note_said_safe(facts: Facts, left: LeftActive, origin: str) -> None:
 
 
 def _plain(values: Mapping[str, object]) -> dict[str, Any]:
-    """As it may stand in a fact: texts are bounded."""
+    """Return the values as they may stand in a fact: texts are bounded."""
     return {name: clean(value) if isinstance(value, str) else value for name, value in values.items()}
 
 
@@ -133,7 +133,8 @@ class StoreJournal:
         return entry
 
     def settle(self, entry: Entry, outcome: Outcome, result: Mapping[str, object]) -> None:
-        """Behind its entry: the queue keeps the order. An intent that was not written has no outcome to write."""
+        """Write the outcome behind its entry: the queue keeps the order. An intent that was not written has no outcome
+        to write."""
         kept = dict(result)
         act = self._acts.pop(entry, None)
 
@@ -161,7 +162,7 @@ class Fired(NamedTuple):
 
 
 def all_fired(facts: Facts, module: str) -> list[Fired]:
-    """Of the module of this name, the oldest first."""
+    """Return when the module of this name may have fired, the oldest first."""
     seen = facts.of_module(MayHaveFired, module)
     fired = [Fired(_seen_at(kept), is_simulated(kept.content.port)) for kept in seen]
     deploys = facts.of_module(DeployIntended, module)
@@ -192,7 +193,8 @@ def note_triggered(facts: Facts, module: str = "", *, port: str, adapter: str = 
 
 
 def unnamed_fired(facts: Facts, *, port: str, adapter: str = "") -> dict[str, Fired]:
-    """What may have fired at this port without a name: of the next one that is named there. By key of the state."""
+    """Return what may have fired at this port without a name, by key of the state: it is that of the next one that is
+    named there."""
     noted = {key: facts.state(key) for key in (_FIRED + adapter, _FIRED + port)}
     return {key: Fired(one["at"], is_simulated(one["port"])) for key, one in noted.items() if one is not None}
 
@@ -208,11 +210,13 @@ def claim_fired(facts: Facts, module: str, *, port: str, adapter: str = "") -> N
 
 
 class StreamMemory:
-    """Of one port, by adapter, or by port where there is none: whether the program left a module's serial output on.
+    """It remembers of one adapter, or of one port where there is none, whether the program left a module's serial
+    output on.
 
     The intent is on the disk before the module is told, and stands until the module has confirmed "off": one that was
     left on is not "as found", and the next conversation switches it off. An adapter does not tell which module is
-    behind it, so that its boot count has to be the same. Without a store it forgets with the program."""
+    behind it, so that its boot count has to be the same. Without a store it forgets with the program.
+    """
 
     def __init__(self, store: Store | None = None, adapter: str = "") -> None:
         self._store, self._key = store, f"stream:{adapter}"
@@ -227,13 +231,14 @@ class StreamMemory:
 
     @property
     def left_on(self) -> dict[str, Any] | None:
-        """What an earlier conversation did not switch off: `boot_count`, on which start of the module, where known."""
+        """The note of an earlier conversation that did not switch it off: `boot_count`, on which start of the module,
+        where known."""
         kept = self._left_on
         is_known = kept.done() and not kept.cancelled() and kept.exception() is None
         return kept.result() if is_known else None
 
     def note_on(self, boot_count: int | None) -> "Future[Any]":
-        """Done when it is on the disk, or cannot be."""
+        """Note that it is switched on. The future is done when that is on the disk, or cannot be."""
         return self._keep({"boot_count": boot_count})
 
     def clear(self) -> None:

@@ -211,7 +211,7 @@ def connect_to_read(path: Path) -> sqlite3.Connection:
 
 
 def make_tables(connection: sqlite3.Connection) -> None:
-    """In one transaction. Another program may have made them while this one waited for the lock."""
+    """Make the tables in one transaction. Another program may have made them while this one waited for the lock."""
     with connection:
         connection.execute("BEGIN IMMEDIATE")
         if not connection.execute("SELECT count(*) FROM sqlite_master").fetchone()[0]:
@@ -222,7 +222,7 @@ def make_tables(connection: sqlite3.Connection) -> None:
 
 
 def _check(connection: sqlite3.Connection, path: Path, *, is_whole: bool = True) -> None:
-    """Raises `sqlite3.DatabaseError` for one that is damaged or of something else, `StoreTrouble` for a newer one."""
+    """Raise `sqlite3.DatabaseError` for a file that is damaged or of something else, `StoreTrouble` for a newer one."""
     if connection.execute("PRAGMA application_id").fetchone()[0] != APPLICATION_ID:
         raise sqlite3.DatabaseError("of another program")
     layout = connection.execute("PRAGMA user_version").fetchone()[0]
@@ -235,9 +235,10 @@ def _check(connection: sqlite3.Connection, path: Path, *, is_whole: bool = True)
 
 
 def _left_active(former: Path) -> dict[str, object]:
-    """What a file of a development build leaves ACTIVE, by key of the state; of any other file nothing.
+    """Return what a file of a development build leaves ACTIVE, by key of the state; of any other file nothing.
 
-    Its audit log had an intent (`act`) and what came of it (`outcome`, linked by the intent's hash), both as JSON."""
+    Its audit log had an intent (`act`) and what came of it (`outcome`, linked by the intent's hash), both as JSON.
+    """
     query = """
         SELECT a.made_at, a.payload, o.payload FROM facts a LEFT JOIN facts o ON o.kind = 'outcome' AND o.link = a.hash
         WHERE a.kind = 'act' AND a.link IN ('activate', 'lock', 'shutdown') ORDER BY a.number
@@ -272,7 +273,7 @@ def copies_of(path: Path) -> list[Path]:
 
 
 def copy_if_due(path: Path, now: datetime) -> None:
-    """Once a day. A copy that fails is logged."""
+    """Copy the file once a day. A copy that fails is logged."""
     target = path.parent / "copies" / f"{path.stem}.{now.astimezone(UTC):%Y%m%d}{path.suffix}"
     draft = target.with_suffix(".part")
     try:
@@ -312,14 +313,15 @@ class Kept(NamedTuple, Generic[OneContent]):
 
 
 class Facts:
-    """What a piece of work reads from and writes to: one connection, and within `Store.write` one transaction. `now`
-    gives a time that is later than any before."""
+    """The facts and the state over one connection, within `Store.write` in one transaction. `now` gives a time that is
+    later than any before."""
 
     def __init__(self, connection: sqlite3.Connection, station: str, now: Clock) -> None:
         self.connection, self.station, self.now = connection, station, now
 
     def add(self, content: Content, module: str | None = None, *, at: datetime | None = None) -> Row:
-        """Only within `Store.write`. `at`: else now. Raises `ValueError` for a content that is none."""
+        """Add a fact; only within `Store.write`. `at` is now where it is missing. Raises `ValueError` for a content
+        that is none."""
         kind, text = KIND_OF[type(content)], content_text(content)
         row = make_row(kind, text, module=module, station=self.station, at=at or self.now())
         self.connection.execute(INSERT, row)
@@ -330,11 +332,11 @@ class Facts:
         return list(self._each(type_, "module IS ?", module, order="ASC"))
 
     def of_kind(self, type_: type[OneContent]) -> list[Kept[OneContent]]:
-        """Those about all modules, the oldest first."""
+        """Return the facts of this kind about all modules, the oldest first."""
         return list(self._each(type_, "TRUE", order="ASC"))
 
     def back_from_newest(self, type_: type[OneContent], module: str | None) -> Iterator[Kept[OneContent]]:
-        """As `of_module`; each is read when it is asked for."""
+        """Go through the facts as of `of_module`, the newest first; each is read when it is asked for."""
         return self._each(type_, "module IS ?", module, order="DESC")
 
     def newest(self, type_: type[OneContent], module: str | None) -> Kept[OneContent] | None:
@@ -344,11 +346,12 @@ class Facts:
         return next(self._each(type_, "id = ?", id_, order="ASC"), None)
 
     def state(self, key: str) -> Any:
-        """None where it is not set, or cannot be read."""
+        """Return the value; None where it is not set, or cannot be read."""
         return self.states(key).get("")
 
     def states(self, prefix: str) -> dict[str, Any]:
-        """By the rest of their keys, without those that cannot be read: a damaged one costs no other and no verdict."""
+        """Return the values by the rest of their keys, without those that cannot be read: a damaged one costs no other
+        and no verdict."""
         query = "SELECT key, value FROM state WHERE substr(key, 1, ?) = ? ORDER BY key"
         found = {}
         for key, value in self.connection.execute(query, (len(prefix), prefix)):
@@ -357,13 +360,14 @@ class Facts:
         return found
 
     def set_state(self, key: str, value: object) -> None:
-        """None removes it. Only within `Store.write`."""
+        """Set a value, or remove it with None; only within `Store.write`."""
         self.connection.execute("DELETE FROM state WHERE key = ?", (key,))
         if value is not None:
             self.connection.execute("INSERT INTO state VALUES (?, ?)", (key, msgspec.json.encode(value).decode()))
 
     def _each(self, type_: type[OneContent], where: str, *values: str | None, order: str) -> Iterator[Kept[OneContent]]:
-        """Without those that cannot be read, as of a newer version, and those from a clock that is ahead."""
+        """Go through the facts, without those that cannot be read, as of a newer version, and those from a clock that
+        is ahead."""
         query = f"SELECT {COLUMNS} FROM facts WHERE kind = ? AND {where} AND made_at <= ? ORDER BY made_at {order}"  # noqa: S608
         latest = time_text(utc_now() + AHEAD)
         for found in self.connection.execute(query, (KIND_OF[type_], *values, latest)):
@@ -374,8 +378,8 @@ class Facts:
 
 
 class Store:
-    """Made at once. Any thread may call. Its threads are daemons, so a disk that never answers does not keep the
-    program from ending."""
+    """A store is made at once, and any thread may call it. Its threads are daemons, so a disk that never answers does
+    not keep the program from ending."""
 
     def __init__(self, folder: Path | None = None, *, clock: Clock = utc_now, starts_late: bool = False) -> None:
         """`starts_late`: it opens only when it is first used, so that nothing competes with LOCK's first frame."""
@@ -408,7 +412,7 @@ class Store:
         return self.write(lambda facts: facts.add(content, module))
 
     def set_state(self, key: str, value: object) -> "Future[None]":
-        """None removes it."""
+        """Set a value, or remove it with None."""
         return self.write(lambda facts: facts.set_state(key, value))
 
     def write(self, work: Callable[[Facts], Result]) -> "Future[Result]":
@@ -424,7 +428,8 @@ class Store:
         return future
 
     def read(self, work: Callable[[Facts], Result]) -> Result:
-        """In this thread. Waits for the opening, so not in the window's before that. Raises `StoreTrouble`."""
+        """Read in this thread. It waits for the opening, so not in the window's thread before that. Raises
+        `StoreTrouble`."""
         self.start()
         try:
             self.opened.result(OPENING_LIMIT_S)
@@ -437,7 +442,7 @@ class Store:
             raise trouble_of(error, self.path) from error
 
     def state(self, key: str) -> Any:
-        """None where it is not set. Raises `StoreTrouble`."""
+        """Return the value; None where it is not set. Raises `StoreTrouble`."""
         return self.read(lambda facts: facts.state(key))
 
     def close(self, limit_s: float = CLOSE_LIMIT_S) -> bool:
@@ -500,7 +505,7 @@ class Store:
             future.set_result(result)
 
     def _open(self) -> tuple[Facts, UserMessage | None]:
-        """With this station introduced by its key and the name of its computer. Raises as `open_file`."""
+        """Open the file, and introduce this station by its key and the name of its computer. Raises as `open_file`."""
         connection, notice = open_file(self.path)
         facts = Facts(connection, "", self._now)
         try:

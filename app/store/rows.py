@@ -39,7 +39,7 @@ Detail = dict[Word, bool | Whole | float | Text | list[Text] | None]
 
 
 class Content(Struct, frozen=True, kw_only=True):
-    """What every kind is derived from."""
+    """The base of every kind of fact."""
 
 
 OneContent = TypeVar("OneContent", bound=Content)
@@ -168,7 +168,7 @@ class DeployIntended(ActIntended, frozen=True, kw_only=True):
 
 
 class ActEnded(Content, frozen=True, kw_only=True):
-    """What came of the intent `of`; an intent without an end reads as unknown."""
+    """The end of the intent `of`; an intent without an end reads as unknown."""
 
     of: Annotated[str, Meta(pattern=r"^[0-9a-f]{40}$")]
     outcome: Outcome
@@ -185,7 +185,7 @@ class ServiceKind(Enum):
 
 
 class Serviced(Content, frozen=True, kw_only=True):
-    """What a person did to a module, and when it is due again."""
+    """A service that a person did to a module, and when it is due again."""
 
     service: ServiceKind
     on: date
@@ -243,7 +243,7 @@ class BadRow(ValueError):
 
 
 def time_text(at: datetime) -> str:
-    """In UTC with microseconds, so that times sort as text."""
+    """Return the time in UTC with microseconds, so that times sort as text."""
     return at.astimezone(UTC).isoformat(timespec="microseconds")
 
 
@@ -253,8 +253,8 @@ def time_in_id(at: datetime) -> str:
 
 
 def fact_id(kind: str, module: str | None, station: str, made_at: str, content: str) -> str:
-    """From what the row says, so that one that was changed in place no longer has its own id. Raises `ValueError` for a
-    time or a text that is none."""
+    """Return the id, made from what the row says, so that one that was changed in place no longer has its own. Raises
+    `ValueError` for a time or a text that is none."""
     told = "\n".join((kind, module or "", station, made_at, content))
     return time_in_id(datetime.fromisoformat(made_at)) + hashlib.sha256(told.encode()).hexdigest()[:28]
 
@@ -295,8 +295,8 @@ def check_row(row: tuple[object, ...]) -> Row:
 
 
 def content_of(row: Row, type_: type[OneContent]) -> OneContent | None:
-    """What a row of our own files says; None for what cannot be read, as of a newer version. This is the one place
-    where the decoding of a stored row may fail."""
+    """Return what a row of our own files says; None for what cannot be read, as of a newer version. This is the one
+    place where the decoding of a stored row may fail."""
     if KINDS.get(row.kind) is not type_:
         return None
     try:

@@ -23,7 +23,7 @@ _UNUSABLE: Final = marked("The key of this station cannot be used: {why}.")
 
 
 class Station(NamedTuple):
-    """Made by `own_station`. `key`: the public one, as hex."""
+    """A station, made by `own_station`. `key` is the public one, as hex."""
 
     key: str
     private: "Ed25519PrivateKey"

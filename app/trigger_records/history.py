@@ -193,7 +193,7 @@ def uptime_message(record: TriggerRecord) -> UserMessage:
 
 
 def cell_text(record: TriggerRecord) -> str:
-    """Its cell voltage with what is wrong with it, in the language in use."""
+    """Return the cell voltage of a record with what is wrong with it, in the language in use."""
     volts, outside = f"{record.cell_voltage_v:.2f} V", record_outside(record)
     if outside is not None:
         return f"{volts}{in_brackets(tr(outside.fault.value))}"
@@ -214,7 +214,8 @@ class SeenRecord(NamedTuple):
 
 
 class Visit(NamedTuple):
-    """One reading of a module's records. `records`: all that are known since; `new`: how many of them it added."""
+    """One reading of a module's records. `records` are all that are known since; `new` counts how many of them it
+    added."""
 
     records: tuple[SeenRecord, ...]
     new: int
@@ -359,8 +360,9 @@ def file_triggers(
 
 
 def write_archive(path: Path, module: str, records: Iterable[SeenRecord], *, seen_once: frozenset[int]) -> None:
-    """All records as CSV, safe for spreadsheets: UTF-8 with a byte-order mark, written atomically; the sentence is in
-    the language in use. Raises `OSError`. `seen_once`: places of the records that came in one reading only."""
+    """Write all records as CSV, safe for spreadsheets: UTF-8 with a byte-order mark, written atomically; return a
+    sentence in the language in use. `seen_once`: places of the records that came in one reading only. Raises
+    `OSError`."""
     rows = []
     for seen in records:
         record = record_of(seen.raw)
