@@ -162,18 +162,20 @@ def sync(store: Store, address: str) -> Synced:
         # After a day, or with another version of the program, what was left out is looked at again.
         here.execute('DELETE FROM refused WHERE "on" <> ?', (today,))
         here.execute("CREATE TEMP TABLE left_out AS SELECT id FROM refused WHERE place = ?", (place.name,))
+        left_out = {id_ for (id_,) in here.execute("SELECT id FROM left_out")}
         # With what was left out, else the two sides would never be equal.
         ours = digests(here, "main.facts", "own.facts", "temp.left_out")
         theirs = place.buckets()
+        differing = [one for one in sorted(ours.keys() | theirs.keys()) if ours.get(one) != theirs.get(one)]
         done = Synced()
-        for bucket in sorted(ours.keys() | theirs.keys()):
-            if ours.get(bucket) == theirs.get(bucket):
-                continue
-            here_ids, there_ids = lengths_in(here, bucket), place.lengths(bucket)
-            known = here_ids.keys() | {id_ for (id_,) in here.execute("SELECT id FROM left_out")}
-            for ids in _pages(there_ids, there_ids.keys() - known):
+        for bucket in differing:
+            there_ids = place.lengths(bucket)
+            for ids in _pages(there_ids, there_ids.keys() - lengths_in(here, bucket).keys() - left_out):
                 _receive(here, place, {id_: there_ids[id_] for id_ in ids}, today, done)
-            for ids in _pages(here_ids, here_ids.keys() - there_ids.keys()):
+        # Afterwards, as the place may be full or write-protected.
+        for bucket in differing:
+            here_ids = lengths_in(here, bucket)
+            for ids in _pages(here_ids, here_ids.keys() - place.lengths(bucket).keys()):
                 done.sent += place.add(sorted(Row(*row) for row in rows_in(here, ids)))
         count = "SELECT count(*) FROM refused WHERE place = ?"
         done.left_out_count = here.execute(count, (place.name,)).fetchone()[0]

@@ -117,6 +117,19 @@ def test_an_exchange_that_is_broken_off_goes_on_where_it_was(
     assert exchanged(store, stick)[1] == 1
 
 
+def test_a_stick_that_takes_nothing_gives_all_that_is_on_it(desk: Desk, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Write-protected, say, and what this station has to add is older than what is there."""
+    there = [made(at=NOW - timedelta(days=days)) for days in (0, 80)]
+    desk.put(*there)
+    at = NOW - timedelta(days=100)
+    desk.stores[0].write(lambda facts: facts.add(SaidNew(is_new=True), "M-07", at=at)).result(PATIENCE_S)
+    with monkeypatch.context() as patch:
+        patch.setattr("app.archive.places.INSERT", "INSERT INTO nowhere VALUES (?, ?, ?, ?, ?, ?)")
+        with pytest.raises(UserError, match="cannot be written"):
+            desk.exchange(0)
+    assert {row.id for row in there} <= desk.ids(0)
+
+
 def test_an_act_never_waits_for_a_page_of_an_exchange(desk: Desk) -> None:
     with all_facts(desk.stores[0]) as facts:
         facts.connection.execute("BEGIN IMMEDIATE")

@@ -1,6 +1,7 @@
 """The Fleet page over fake ports: no wrong row ever, LOCK for one and for all, several at once; the archive."""
 
 import random
+import sqlite3
 import time
 from collections.abc import Callable, Iterator
 from contextlib import closing
@@ -378,6 +379,7 @@ def test_a_group_act_sends_questions_and_settings_only_where_it_may(desk: Desk) 
     desk.settle()
     assert desk.cell(1, NEXT) == "Attitude threshold 60° → 70°"  # another module may be there
     assert "1 FAILED: port1 (The port was lost.)" in desk.notice  # it is told until the next writing
+    assert "port3" not in desk.notice, "it is not ticked"
 
 
 def test_a_profile_is_opened_and_what_is_wrong_with_a_file_is_said(desk: Desk, tmp_path: Path) -> None:
@@ -546,6 +548,11 @@ def test_a_file_brings_what_another_station_knows(qtbot: QtBot, assembly: Assemb
     assert [table.geometry() for table in (panel.modules, panel.life)] == before, "a table moved under the hand"
     panel.modules.selectRow(1)
     qtbot.waitUntil(lambda: panel.life.model().rowCount() > 2, timeout=WAIT_MS)
+    with closing(sqlite3.connect(stick)) as altered, altered:
+        row = "SELECT ?, kind, module, station, made_at, content FROM facts LIMIT 1"
+        altered.execute(f"INSERT INTO facts {row}", ("f" * 40,))
+    panel.carry.click()
+    qtbot.waitUntil(lambda: "ffffffffffff: altered." in panel.state.text(), timeout=WAIT_MS)
 
 
 def test_a_long_history_does_not_hold_the_window_and_what_is_in_sight_of_it_wraps(
