@@ -23,7 +23,7 @@ from protocol.fields import Value
 
 
 class OpenModule:
-    """One unbroken conversation with one module. Where it ends, every method raises `Interrupted` from then on."""
+    """An open module in one unbroken conversation. Where that ends, every method raises `Interrupted` from then on."""
 
     def __init__(self, port: OpenPort, records: Records) -> None:
         self._port = port

@@ -60,7 +60,7 @@ Event = Literal["joined", "left", "dropped", "refused", "lock", "locked", "not_l
 
 
 class Reader:
-    """One connection, and what is kept of it."""
+    """One reader: its connection, and what is kept of it."""
 
     def __init__(self, client: socket.socket, name: str) -> None:
         self.client = client
@@ -73,7 +73,7 @@ class Reader:
         self.second_began_at = steady_time()
 
     def receive(self) -> list[Request]:
-        """What it asks for. Raises OSError where it has left."""
+        """Return what it asks for. Raises OSError where it has left."""
         data = self.client.recv(CHUNK)
         if not data:
             raise ConnectionResetError
@@ -105,8 +105,8 @@ class Reader:
 
 
 def listen_at(host: str, port: int) -> tuple[socket.socket, str, str]:
-    """What readers connect to (port 0 is a free one), the address that they open, and what a person must know of it
-    where others than this computer reach it, else "". Raises OSError."""
+    """Listen at an address (port 0 is a free one). Returns the listener, the address that readers open, and what a
+    person must know of it where others than this computer reach it, else "". Raises OSError."""
     listener = socket.create_server((host, port), family=socket.AF_INET6 if ":" in host else socket.AF_INET)
     host, port = listener.getsockname()[:2]
     address = f"shared://[{host}]:{port}" if ":" in host else f"shared://{host}:{port}"

@@ -118,8 +118,8 @@ def is_empty_slot(raw: bytes) -> bool:
 
 
 def check_module(raw: bytes) -> Reason | None:
-    """What is wrong with these bytes as a module frame, or None. They have a known code and one of its lengths; the
-    header is not checked."""
+    """Say what is wrong with these bytes as a module frame; None if nothing is. They have a known code and one of its
+    lengths; the header is not checked."""
     code = raw[2]
     is_allowed = True
     if len(raw) == Layout.STATUS.value:
@@ -138,7 +138,7 @@ def check_module(raw: bytes) -> Reason | None:
 
 
 def check_host(raw: bytes) -> Reason | None:
-    """What is wrong with these six bytes as a host frame, or None. The header is not checked."""
+    """Say what is wrong with these six bytes as a host frame; None if nothing is. The header is not checked."""
     if raw[2] not in BY_CODE:
         return Reason.UNKNOWN_CODE
     allowed = _HOST_VALUES.get((raw[2], raw[3]))
@@ -188,7 +188,7 @@ class Reading(NamedTuple):
 
     @property
     def value(self) -> Value:
-        """In the unit of the command's field. Raises `LookupError` for a command whose reply carries none."""
+        """The value in the unit of the command's field. Raises `LookupError` for a command whose reply carries none."""
         if self.command.reply is None:
             raise LookupError(f"the reply to {self.command.name} carries no value")
         return self.command.reply.decode(self.raw)

@@ -219,8 +219,8 @@ class FlagAnswers:
 
 
 class ToldValues:
-    """What the module last told of each lasting value: two different answers to one question come from two modules on
-    this line, or another one than before. Times are the link's `now`.
+    """It keeps what the module last told of each lasting value: two different answers to one question come from two
+    modules on this line, or another one than before. Times are the link's `now`.
 
     Only the boot count and the settings that can be read are compared: they change by a set or a restart only. A frame
     that may be old, or the acknowledgement of a set, is not compared for a while after that set.

@@ -146,7 +146,7 @@ class PostgresPlace:
             return self._connection.execute(query, (ids,)).fetchall()
 
     def add(self, rows: list[Row]) -> int:
-        """In the order of the ids, so that two stations never wait for each other in a circle."""
+        """Add rows in the order of their ids, so that two stations never wait for each other in a circle."""
         columns = [list(column) for column in zip(*rows, strict=True)]
         with self._troubles():
             return self._connection.execute(_ADD, columns).rowcount

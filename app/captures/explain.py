@@ -110,7 +110,7 @@ def meaning(frame: Frame, asked: Asked = None) -> dict[str, JsonValue]:
 
 
 def sentence(piece: Frame | Noise, asked: Asked = None) -> str:
-    """One line for people, in the language in use; for rejected bytes the reason."""
+    """Return one line for people, in the language in use; for rejected bytes the reason."""
     if isinstance(piece, Noise):
         return labelled(tr("no frame"), tr(piece.reason.value))
     if piece.direction is Direction.HOST_TO_MODULE:
@@ -158,7 +158,7 @@ _cached_sentence = lru_cache(maxsize=4096)(sentence)
 
 
 def event_sentence(event: Event) -> str:
-    """What an event of the link says, in the language in use; "" for what its frames have told."""
+    """Say in the language in use what an event of the link tells; "" for what its frames have told."""
     match event:
         case Sent():
             return _cached_sentence(Frame(Direction.HOST_TO_MODULE, event.raw))

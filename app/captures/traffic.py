@@ -172,7 +172,7 @@ class TextReader:
         self._last_s = 0.0
 
     def feed(self, line: str) -> list[Explained]:
-        """What the line completes. Raises `NotHex` where the text has no times."""
+        """Take a line, and return what it completes. Raises `NotHex` where the text has no times."""
         self._number += 1
         plain = line.strip("\ufeff \t\r\n")
         if not plain or plain.startswith("#"):

@@ -40,7 +40,7 @@ class SubCommand(NamedTuple):
         parser.set_defaults(command=self.name)
 
     def parse_words(self, words: list[str]) -> argparse.Namespace:
-        """Raises `Refused`; exits after --help."""
+        """Parse the words of this command. Raises `Refused`; exits after --help."""
         parser = console.Parser(prog=f"dps-s {self.name}")
         self.describe(parser)
         # Which takes longer, and cannot be used where there are commands.

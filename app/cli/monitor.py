@@ -80,8 +80,9 @@ def run(args: argparse.Namespace) -> int:
 
 
 def watched(args: argparse.Namespace, *, reads_all: bool = False) -> Iterator[Batch]:
-    """All that comes from a port, in order and through the ends of conversations, which are told; until a signal, or
-    for `--seconds` from the first status. Raises one of `LOST` at the end, and `Signalled` if no status had come.
+    """Go through all that comes from a port, in order and through the ends of conversations, which are told; until a
+    signal, or for `--seconds` from the first status. Raises one of `LOST` at the end, and `Signalled` if no status had
+    come.
 
     In the first conversation the module is made to stream, and its serial output is switched off again at the end.
     After a break another module may answer: from then on the status is only polled.

@@ -162,7 +162,7 @@ def _check(args: argparse.Namespace, profile: Profile, records: Records) -> int:
 
 
 def contract_of(assessment: Assessment) -> PreflightJson:
-    """In English, with the manual items last, as "manual_1" …"""
+    """Return the check in English, with the manual items last, as "manual_1" …"""
     checks = [_result_of(judged) for judged in assessment.checks]
     checks += [_result_of_item(number, item) for number, item in enumerate(assessment.manual, 1)]
     return PreflightJson(

@@ -130,7 +130,7 @@ def run(args: argparse.Namespace) -> int:
 
 
 def _take_each(bench: BatchRun, store: Store, troubles: list[UserMessage], args: argparse.Namespace) -> None:
-    """One module after the other, until no name is left."""
+    """Take one module after the other, until no name is left."""
     last: console.Line = ""
 
     def tell(line: console.Line) -> None:

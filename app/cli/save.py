@@ -53,7 +53,7 @@ class ModuleSettings(NamedTuple):
 
 
 def read_module(port: str, baud_rate: int | None) -> ModuleSettings:
-    """Raises `Interrupted` where the conversation ended meanwhile."""
+    """Read the settings of the module. Raises `Interrupted` where the conversation ended meanwhile."""
     with connected(port, baud_rate) as opened:
         reading = opened.run(read_settings())
     rate = opened.connection.baud_rate

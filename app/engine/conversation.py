@@ -131,7 +131,7 @@ class StatusSample(NamedTuple):
 
 
 class ConversationView(NamedTuple):
-    """What was known at one moment; immutable, so any thread may keep it."""
+    """The knowledge of one moment; immutable, so any thread may keep it."""
 
     number: int = 0  # from 1 over the program's life at one port; 0 before the first one
     began_at: float = 0.0
@@ -160,7 +160,7 @@ class ConversationView(NamedTuple):
 
     @property
     def boot_count(self) -> int | None:
-        """As last read; of an ended conversation, too. None before the first one."""
+        """The boot count as last read, of an ended conversation, too. None before the first one."""
         known = self.values.get(BOOT_COUNT.key)
         return None if known is None else int(known.value)
 

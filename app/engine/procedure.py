@@ -127,7 +127,7 @@ class LinkView(NamedTuple):
 
 
 class EngineView(NamedTuple):
-    """What `Inspect` shows. `baud_rate` is the port's; `conversation` the one that goes on, or else the last one."""
+    """The answer to `Inspect`. `baud_rate` is the port's; `conversation` the one that goes on, or else the last one."""
 
     now: float
     baud_rate: int
@@ -259,7 +259,7 @@ class Job(Generic[Result]):
         return is_news
 
     def interrupt(self, reason: Interrupted, now: float) -> None:
-        """Its conversation is over. Whoever expected that goes on with questions; who did not ends now."""
+        """End it, as its conversation is over. Whoever expected that goes on with questions; who did not ends now."""
         if reason.reason in self._expects:
             self.outlast()
             self.throw(reason, now)
@@ -267,7 +267,7 @@ class Job(Generic[Result]):
             self.stop(reason, now)
 
     def outlast(self) -> None:
-        """From now on it belongs to the port, not to a conversation."""
+        """Let it belong to the port from now on, not to a conversation."""
         self.asks_only |= not self.is_free
         self.is_free = True
 

@@ -35,7 +35,7 @@ class Absence(Enum):
 
 
 class Address(NamedTuple):
-    """Where the module is connected. `identity` and `location` as in `PortInfo`, or empty."""
+    """The place where the module is connected. `identity` and `location` are as in `PortInfo`, or empty."""
 
     device: str
     identity: str = ""

@@ -138,7 +138,7 @@ class Session:
         return LinkView(link.counters.copy(), link.lag_s, self._noise)
 
     def take_events(self) -> list[Event]:
-        """What happened since the last call, in order."""
+        """Return what happened since the last call, in order."""
         events, self._events = self._events, []
         return events
 

@@ -45,7 +45,7 @@ def sets_rate(port: str) -> bool:
 
 
 def host_and_port(address: str) -> tuple[str, int]:
-    """Of "HOST:PORT", the host of IPv6 in brackets. Raises ValueError."""
+    """Split "HOST:PORT", where an IPv6 host stands in brackets. Raises ValueError."""
     host, _, port = address.strip().rpartition(":")
     host = host.strip("[]")
     if not host or not port.isdecimal() or int(port) > 0xFFFF:

@@ -68,10 +68,10 @@ class OwedLock(NamedTuple):
 
 
 class Batch(NamedTuple):
-    """What happened since the last batch. Every event and every sample is in exactly one batch.
+    """A batch has what happened since the last one. Every event and every sample is in exactly one batch.
 
-    `conversation`: the one that goes on, or else the one that ended last. `samples` are of this one only: at the end of
-    a conversation a batch is handed over before the next one begins.
+    `conversation` is the one that goes on, or else the one that ended last. `samples` are of this one only: at the end
+    of a conversation a batch is handed over before the next one begins.
     """
 
     at: float

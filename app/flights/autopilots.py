@@ -67,7 +67,7 @@ _ULOG_ARMED: Final = 2
 
 
 def _force_of_changes(x_m_s: Floats, y_m_s: Floats, z_m_s: Floats, took_us: Floats) -> Floats:
-    """Of changes of velocity, and how long each took."""
+    """Return the force from changes of velocity, and how long each took."""
     took_s = np.where(took_us > 0, took_us * 1e-6, np.nan)
     return force_of_axes(x_m_s / took_s, y_m_s / took_s, z_m_s / took_s)
 
@@ -97,7 +97,7 @@ _WANTED: Final = {one.table: {TIME: 1e-6} | dict.fromkeys(one.columns, 1.0) for 
 
 
 class UlogFile:
-    """Raises `UserError`."""
+    """A ULog file (PX4), read once. Raises `UserError`."""
 
     def __init__(self, data: bytes) -> None:
         self._data = data
@@ -213,7 +213,7 @@ def _layout_of(fields: str) -> Layout | None:
 
 
 def read_ulog(data: bytes, name: str) -> RawLog:
-    """Raises `UserError`."""
+    """Read a ULog file (PX4). Raises `UserError`."""
     file = UlogFile(data)
     raw = RawLog(name=name, tilts_deg=channels_of(file.topics, _ULOG_TILTS))
     for sources in (_ESTIMATOR_FORCES, _SENSOR_FORCES):
@@ -390,7 +390,7 @@ def _numbers(cells: Sequence[str]) -> Floats:
 
 
 def _by_sensor(table: Table) -> list[Table]:
-    """With seconds. Newer logs number the sensors within one table."""
+    """Split a table by its sensors, with seconds. Newer logs number the sensors within one table."""
     for clock, seconds in _CLOCKS.items():
         if clock in table:
             table[TIME] = table[clock] * seconds
@@ -460,7 +460,7 @@ def is_telemetry(start: bytes) -> bool:
 
 
 class _Message(NamedTuple):
-    """Where it ends and, of one that is asked for, its vehicle and number, its stamp and the numbers in it."""
+    """Where a message ends and, of one that is asked for, its vehicle and number, its time and the numbers in it."""
 
     end: int
     source: tuple[int, int] = (0, 0)
@@ -506,7 +506,7 @@ def _message_at(data: bytes, begin: int) -> _Message | None:
 
 
 def read_telemetry(data: bytes, name: str) -> RawLog:
-    """Of the one vehicle with an attitude. Raises `UserError` where there are more."""
+    """Read the one vehicle with an attitude. Raises `UserError` where there are more."""
     found: dict[tuple[int, int], list[tuple[float, ...]]] = {}
     skipped_bytes = read_until = 0
     for first in _FIRST_BYTE.finditer(data, _STAMP_BYTES):

@@ -61,7 +61,8 @@ class Channel(NamedTuple):
 
 
 class ChannelSource(NamedTuple):
-    """Where logs of a kind have a quantity: in which table, in which columns, and what makes one value of these."""
+    """The place where logs of a kind have a quantity: in which table, in which columns, and what makes one value of
+    these."""
 
     table: str
     columns: tuple[str, ...]
@@ -169,10 +170,8 @@ def force_of_axes(x_m_s2: Floats, y_m_s2: Floats, z_m_s2: Floats) -> Floats:
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class FlightLog:
-    """One flight. All arrays have the same length, one row per report that a module would have sent.
-
-    Times are seconds since the first sample. Where nothing was logged there are no rows.
-    """
+    """One flight. All arrays have the same length, one row per report that a module would have sent. Times are seconds
+    since the first sample. There are no rows for a time of which nothing was logged."""
 
     # Path of the file as given.
     name: str
@@ -270,7 +269,7 @@ class _Sensor(NamedTuple):
 
 
 def assembled(raw: RawLog) -> FlightLog:
-    """Raises `UserError` where neither attitude nor acceleration can be judged."""
+    """Make the flight of a raw log. Raises `UserError` where neither attitude nor acceleration can be judged."""
     # Of the attitudes the first that is usable, and of all sensors what can be believed.
     tilts = list(islice(_usable(raw.tilts_deg, raw, is_tilt=True), 1))
     forces = list(_usable(raw.forces_g, raw, is_tilt=False))
@@ -323,7 +322,7 @@ def assembled(raw: RawLog) -> FlightLog:
 
 
 def _usable(channels: Iterable[Channel], raw: RawLog, *, is_tilt: bool) -> Iterator[_Sensor]:
-    """Those with valid samples, and of these no others, in order of time."""
+    """Return the tables with valid samples, and of these no others, in order of time."""
 
     def note_left_out(text: str, is_kept: Flags) -> None:
         if not is_kept.all():
@@ -379,7 +378,8 @@ def _held(sensor: _Sensor, start_s: float, raw: RawLog, *, is_tilt: bool) -> Cha
 
 
 def _judged(armed: list[Channel], time_s: Floats, start_s: float) -> Flags:
-    """From the first arming until `_AFTER_DISARM_S` after disarming; everything where the log does not say."""
+    """Return the rows that are judged: from the first arming until `_AFTER_DISARM_S` after disarming; everything where
+    the log does not say."""
     channel = next((channel for channel in armed if len(channel.time_s)), None)
     if channel is None:
         return np.ones(len(time_s), np.bool_)
@@ -442,7 +442,7 @@ def _believed_force(time_s: Floats, sensors: list[Floats], raw: RawLog) -> Float
 
 
 def _checked(time_s: Floats, force_g: Floats, number: int, raw: RawLog) -> Floats:
-    """Without what a sensor with a wrong scale, or one that is stuck, measured."""
+    """Return the samples without those of a sensor with a wrong scale, or of one that is stuck."""
     rows = np.flatnonzero(np.isfinite(force_g))
     times_s, mean_g = time_s[rows], _averaged(time_s[rows], force_g[rows])
     if ((mean_g >= _REST_G[0]) & (mean_g <= _REST_G[1])).mean() < _MIN_REST:

@@ -55,7 +55,7 @@ class Firing(NamedTuple):
 
 
 class FlightOutcome(NamedTuple):
-    """What given thresholds do in one flight."""
+    """The effect of given thresholds in one flight."""
 
     answer: Answer
     # Why it is not judged.
@@ -157,7 +157,7 @@ def steps_of(value: float, per_unit: int) -> int:
 
 
 def acceleration_step(limits: TriggerLimits) -> int:
-    """Raises LookupError for a free-fall acceleration above 1.5 g."""
+    """Return the step of a threshold. Raises LookupError for a free-fall acceleration above 1.5 g."""
     step = steps_of(limits.freefall_acceleration_g, TENTH_G.per_unit)
     if step > MAX_ACCELERATION_STEPS:
         raise LookupError(limits.freefall_acceleration_g)
@@ -340,7 +340,7 @@ def _last_calm_end(time_s: Floats, is_calm: Flags) -> float | None:
 
 
 class FlightGroup(Enum):
-    """What a flight is expected to do; the value is the text that is shown."""
+    """The side of a flight: what it is expected to do. The value is the text that is shown."""
 
     # Only a person knows whether it crashed, so a flight is on no side until one chooses.
     UNSORTED = marked("not sorted yet")
@@ -357,10 +357,10 @@ TIMES_S: Final = TIME_STEPS / CENTISECOND.per_unit
 def fire_map(
     must_not: Sequence[FlightSummary], must: Sequence[FlightSummary], limits: TriggerLimits
 ) -> tuple[Floats, Floats]:
-    """By attitude threshold (rows) and free-fall time (columns): the share of the flights that fire and must not, and
-    of those that must and do not fire before the impact.
+    """Return, by attitude threshold (rows) and free-fall time (columns), the share of the flights that fire and must
+    not, and of those that must and do not fire before the impact.
 
-    Acceleration threshold and enabled triggers are those of `limits`; its other two values are not used. Takes
+    Acceleration threshold and enabled triggers are those of `limits`; its other two values are not used. It takes
     milliseconds for a thousand flights. Raises LookupError for an acceleration above 1.5 g.
     """
     step = acceleration_step(limits)
@@ -409,7 +409,7 @@ class FlightMargin(NamedTuple):
 
 
 class DefaultsResult(NamedTuple):
-    """What the vendor's defaults do in the flights of one side, while the other side is empty."""
+    """The effect of the vendor's defaults in the flights of one side, while the other side is empty."""
 
     group: FlightGroup
     total: int

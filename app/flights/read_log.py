@@ -75,7 +75,7 @@ def read_flight_log(path: Path, columns: CsvColumns | None = None) -> FlightLog:
 
 
 def _read(path: Path, columns: CsvColumns | None) -> RawLog:
-    """Raises `UserError`, OSError, MemoryError."""
+    """Read a log of any kind. Raises `UserError`, OSError, MemoryError."""
     name = str(path)
     if path.is_file() and _begins(path, _MCAP):
         return _read_recording(path, name)
@@ -119,7 +119,7 @@ def _read_recording(path: Path, name: str) -> RawLog:
 
 
 def flight_of_recording(recording: "Recording") -> FlightLog:
-    """What an open recording holds. Raises `UserError` where that is nothing to judge."""
+    """Return the flight in an open recording. Raises `UserError` where that is nothing to judge."""
     return assembled(_recorded(recording, str(recording.entry.path)))
 
 

@@ -98,7 +98,7 @@ class UnreadTable(UserError):
 
 
 def role_words(columns: CsvColumns) -> list[str]:
-    """As they are typed: "roll_deg=ATT.Roll"."""
+    """Return the columns as they are typed: "roll_deg=ATT.Roll"."""
     return [f"{quantity}_{unit}={name}" if unit else f"{quantity}={name}" for quantity, (name, unit) in columns.items()]
 
 

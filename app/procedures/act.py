@@ -82,7 +82,7 @@ SENTENCES: Mapping[tuple[Act, Outcome], str] = {
 
 @dataclass(slots=True)
 class Armed:
-    """What is armed now; set by the window and read by the procedures."""
+    """It names the act that is armed now; set by the window and read by the procedures."""
 
     act: Act | None = None
 
@@ -104,7 +104,7 @@ class Performed:
 
     @property
     def sentence(self) -> str:
-        """In the language in use now."""
+        """The sentence in the language in use now."""
         if self.outcome is Outcome.NOT_SENT:
             parts = [tr("Nothing was sent."), *(refusal.sentence for refusal in self.refusals)]
         else:
@@ -211,7 +211,7 @@ def begin_act(
 
 
 def inputs_of(view: EngineView, permit: Permit | None, armed: Armed | None) -> InterlockInputs:
-    """What is known without asking the module anything."""
+    """Return what is known without asking the module anything."""
     return replace(
         inputs_at(view.conversation, view.now),
         permit=permit,
@@ -224,7 +224,7 @@ def inputs_of(view: EngineView, permit: Permit | None, armed: Armed | None) -> I
 def checked_inputs(
     present: Present, view: EngineView, *, permit: Permit | None = None, armed: Armed | None = None
 ) -> InterlockInputs:
-    """What the conditions are judged by, just after it was asked who is there."""
+    """Return what the conditions are judged by, just after it was asked who is there."""
     status = present.status
     contradiction = present.contradiction
     # Two modules that tell the same contradict nothing, and yet both would obey.
@@ -243,7 +243,7 @@ def checked_inputs(
 
 
 def _observe(act: Act, answer: Acknowledgement | None) -> Procedure[tuple[Outcome, StatusSample | None]]:
-    """What the module reports after the act."""
+    """Ask what the module reports after the act."""
     # Without an answer to it an old report could still come, so the first question is fenced; and what is not reported
     # may still be carried out.
     is_accepted = answer is not None and answer.is_accepted

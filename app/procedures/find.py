@@ -33,7 +33,7 @@ _MAVLINK = {0xFE: (8, 2), 0xFD: (12, 4)}
 
 
 class Silence(Enum):
-    """What was received instead of an answer."""
+    """The kind of what was received instead of an answer."""
 
     NOTHING = "nothing"
     GARBAGE = "garbage"  # more invalid bytes than frames: most likely another baud rate
@@ -51,7 +51,7 @@ def await_module() -> Procedure[Silence | None]:
 
 
 def what_came(counters: Counters, noise: bytes = b"") -> Silence:
-    """What came instead of an answer. `noise`: the last invalid bytes, in which an echo may be damaged."""
+    """Return what came instead of an answer. `noise` are the last invalid bytes, in which an echo may be damaged."""
     echoes = counters.by_role[Role.ECHO]
     frames = counters.frames - echoes
     # A glimpse of a frame amid more invalid bytes is accidental.

@@ -77,12 +77,12 @@ class Locked:
 
     @property
     def is_locked(self) -> bool | None:
-        """What the module reports; None while unknown."""
+        """Whether the module reports LOCKED; None while unknown."""
         return {Outcome.CONFIRMED: True, Outcome.REFUSED: False}.get(self.outcome)
 
     @property
     def sentence(self) -> str:
-        """In the language in use now."""
+        """The sentence in the language in use now."""
         if self.may_be_another and self.outcome is Outcome.CONFIRMED:
             return tr("The module that answers now reports LOCKED.")
         text = SENTENCES[self.outcome]
@@ -107,7 +107,7 @@ class _Proof:
         self._reported_in = (0, False)
 
     def look(self) -> Procedure[EngineView]:
-        """What was reported in a conversation counts in no other."""
+        """Look at the conversation: what was reported in one counts in no other."""
         view: EngineView = yield Inspect()
         now = view.conversation
         if self._pressed_in is None:
@@ -132,7 +132,7 @@ class _Proof:
 
     @property
     def is_locked(self) -> bool | None:
-        """None while there are too few reports, or they contradict each other."""
+        """Whether the last reports say LOCKED; None while there are too few, or they contradict each other."""
         last = self._reports[-AGREEING:]
         return None if len(last) < AGREEING or len(set(last)) > 1 else not last[0]
 

@@ -49,8 +49,8 @@ _WORDS: Mapping[Command, tuple[str, str]] = {
 def contradictions(
     active: Value | None, triggered: Value | None, status: StatusSample | None
 ) -> Mapping[str, UserMessage]:
-    """Where 30 or 31 and the status differ, or one of them was not answered (None): what both say, by the status's
-    key."""
+    """Return where 30 or 31 and the status differ, or one of them was not answered (None): what both say, by the
+    status's key."""
     found: dict[str, UserMessage] = {}
     for command, answer in ((ACTIVE, active), (TRIGGERED, triggered)):
         reported = None if status is None else getattr(status, command.key)
@@ -68,7 +68,7 @@ def contradictions(
 
 
 class Readings:
-    """What was read. (No dataclass: importing those takes longer than the rest of `dps-s read`.)"""
+    """The readings of one job. (It is no dataclass: importing those takes longer than the rest of `dps-s read`.)"""
 
     def __init__(self) -> None:
         self.answered_at: float | None = None  # when the first question was, in seconds of the session's clock

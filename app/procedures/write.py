@@ -92,12 +92,12 @@ class SettingChange(NamedTuple):
 
     @property
     def risks(self) -> tuple[Consequence, ...]:
-        """What a person has to accept before it is written."""
+        """The risks that a person has to accept before it is written."""
         return risks(self.command, self.value)
 
 
 def risk_message(changes: Iterable[SettingChange]) -> UserMessage | None:
-    """What these changes take away, by setting; None if nothing."""
+    """Say what these changes take away, by setting; None if nothing."""
     parts = [
         message(
             marked("{value}: {why}"),
@@ -112,7 +112,7 @@ def risk_message(changes: Iterable[SettingChange]) -> UserMessage | None:
 
 @dataclass(slots=True)
 class Written:
-    """What became of one setting. Values are in the field's unit."""
+    """The fate of one setting. Values are in the field's unit."""
 
     command: Command
     target: Value
@@ -136,7 +136,7 @@ class Written:
 
     @property
     def outcome(self) -> Outcome:
-        """For the log."""
+        """The outcome as the log has it."""
         if not self.is_sent:
             return Outcome.NOT_SENT
         if self.fault in (None, WriteFault.VERIFIED_THEN, WriteFault.ACKNOWLEDGED_THEN):
@@ -148,7 +148,7 @@ class Written:
 
 @dataclass(slots=True)
 class WriteReport:
-    """What became of each, in the order in which they were to be written; filled in as it goes on, so that an
+    """The fate of each setting, in the order in which they were to be written; filled in as it goes on, so that an
     interrupted one is as good as it got."""
 
     results: Sequence[Written]
@@ -176,7 +176,7 @@ class WriteReport:
 
 
 def why_not_verified(written: Written, report: WriteReport) -> UserMessage | None:
-    """What to say of a setting; None where it is as written."""
+    """Say why a setting is not verified; None where it is as written."""
     fault, interrupted = written.fault, report.interrupted
     if fault is WriteFault.NOT_ALLOWED and report.refusals:
         why = joined([refusal.message for refusal in report.refusals], between=" ")
@@ -190,7 +190,7 @@ def why_not_verified(written: Written, report: WriteReport) -> UserMessage | Non
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class WriteContext:
-    """What a write needs besides the values."""
+    """Everything that a write needs besides the values."""
 
     journal: Journal
     armed: Armed | None = None
@@ -212,8 +212,8 @@ def write_all(changes: Sequence[SettingChange], context: WriteContext) -> Proced
 
 
 def set_each(changes: Sequence[SettingChange], context: WriteContext) -> Procedure[WriteReport]:
-    """As `write_all`, within a procedure that reads the settings itself. What was acknowledged of the triggers counts
-    once `await_flags_known` has returned. Raises `Interrupted` and `Cancelled`."""
+    """Write as `write_all` does, within a procedure that reads the settings itself. What was acknowledged of the
+    triggers counts once `await_flags_known` has returned. Raises `Interrupted` and `Cancelled`."""
     report = yield from _Writing(changes, context).run(reads=False)
     if report.interrupted is not None:
         raise report.interrupted
@@ -223,7 +223,7 @@ def set_each(changes: Sequence[SettingChange], context: WriteContext) -> Procedu
 
 
 def await_flags_known(progress: Report) -> Procedure[None]:
-    """After a set of 16 or 17: wait until no copy of its answer can come any more, or one has come (E4)."""
+    """Wait after a set of 16 or 17, until no copy of its answer can come any more, or one has come (E4)."""
     view: EngineView = yield Inspect()
     ends_at = view.now + FLAGS_LIMIT_S
     while not (view.flags.has_repeated or view.flags.are_known(view.now)) and view.now < ends_at:
@@ -441,7 +441,7 @@ class BaudChanged:
 
     @property
     def sentence(self) -> str:
-        """In the language in use now."""
+        """The sentence in the language in use now."""
         text = _RATE_ENDS[self.written.fault][0]
         rates = {"old": self.old_rate, "new": self.written.target, "found": self.written.read_back}
         words = tr(text, **{name: rate for name, rate in rates.items() if f"{{{name}}}" in text})

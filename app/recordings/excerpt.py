@@ -90,7 +90,7 @@ class Measured(LimitSteps):
         return bool(states[-1]) if len(states) else None
 
     def _excerpt(self, start_s: float, end_s: float, flags: NDArray[np.uint8], *, is_whole: bool = True) -> Excerpt:
-        """As views of the series. `flags`: one for each sample of tilt in the span."""
+        """Cut out an excerpt, as views of the series. `flags` has one for each sample of tilt in the span."""
         # Of the marks before it, that the module is simulated, and its name, hold on.
         held: dict[MarkerKind, Marker] = {}
         for marker in self.markers:

@@ -21,7 +21,7 @@ _NUMBER: Final = re.compile(r"-(\d{1,9})$")
 
 
 def recordings_folder() -> Path:
-    """In this user's folder for the program's data."""
+    """Return the folder of the recordings, in this user's folder for the program's data."""
     return data_folder() / "recordings"
 
 
@@ -80,8 +80,8 @@ class RecordingLibrary:
         return self.folder / f"{started_at.astimezone(UTC):%Y%m%dT%H%M%SZ}-{number:05}{SUFFIX}"
 
     def delete(self, entry: RecordingEntry) -> None:
-        """Raises OSError, `UserError` for one that is being written, ValueError outside of this library, where nothing
-        may be deleted."""
+        """Delete a recording. Raises OSError, `UserError` for one that is being written, ValueError outside of this
+        library, where nothing may be deleted."""
         if entry.path.parent != self.folder or entry.path.suffix != SUFFIX:
             raise ValueError(f"{entry.path} is not in this library")
         if _is_held(entry.path):

@@ -127,12 +127,12 @@ class MarkerTracker:
 
 
 def limits_of(conversation: ConversationView, now: float) -> ModuleLimits:
-    """What the module has told in the conversation that goes on."""
+    """Return what the module has told in the conversation that goes on."""
     return _limits(lambda key: conversation.fresh(key, now))
 
 
 def acting_limits(conversation: ConversationView, now: float) -> ModuleLimits:
-    """Those that the module acts on: of triggers that are known to be enabled."""
+    """Return the limits that the module acts on: those of triggers that are known to be enabled."""
     limits = limits_of(conversation, now)
     if conversation.fresh(TILT_TRIGGER, now) is not True:
         limits = limits._replace(fires_deg=None, rearms_deg=None)

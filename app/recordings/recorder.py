@@ -106,7 +106,7 @@ class Recorder:
 
     @property
     def started_at(self) -> datetime | None:
-        """Of the file that is being written."""
+        """When the file that is being written was begun."""
         writer = self._writer
         return None if writer is None else writer.opening.started_at
 

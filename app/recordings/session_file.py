@@ -66,7 +66,8 @@ ClockTime = Annotated[float, Meta(ge=-1e9, le=1e9)]
 
 
 class Opening(msgspec.Struct, frozen=True, kw_only=True):
-    """What is known when a recording begins. `start_s` is of the program's clock; `started_at` is the same moment."""
+    """The head of a recording: what is known when it begins. `start_s` is of the program's clock; `started_at` is the
+    same moment."""
 
     started_at: Annotated[datetime, Meta(tz=True)]
     start_s: ClockTime
@@ -163,7 +164,7 @@ def _head_of(record: Metadata, kind: type[Head]) -> Head:
 
 
 def read_head(path: Path) -> tuple[Opening, State]:
-    """Where and when it was recorded, and how far. Raises OSError, `UserError`."""
+    """Read where and when it was recorded, and how far. Raises OSError, `UserError`."""
     with path.open("rb", buffering=0) as file:
         head = file.read(HEAD_BYTES)
     if not head.startswith(MCAP0_MAGIC):
@@ -307,7 +308,7 @@ class SessionFile:
 
     @property
     def damage(self) -> UserMessage | None:
-        """What is missing in it; None for a whole recording."""
+        """The sentence on what is missing in it; None for a whole recording."""
         missing = []
         if self.is_damaged:
             at = datetime.fromtimestamp(self.last_ns / NANOSECONDS).astimezone()
@@ -318,7 +319,7 @@ class SessionFile:
         return joined(missing, " ") if missing else None
 
     def messages(self) -> Iterator[FileMessage]:
-        """All up to the first damage. Raises OSError."""
+        """Go through all messages up to the first damage. Raises OSError."""
         reports = 0
         try:
             for topic, log_ns, data in self._read():

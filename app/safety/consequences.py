@@ -35,7 +35,7 @@ class Consequence(NamedTuple):
 
     @property
     def sentence(self) -> str:
-        """In the language in use now."""
+        """The sentence in the language in use now."""
         return self.message.translated()
 
 
@@ -55,10 +55,8 @@ def consequences(command: Command, value: Value) -> tuple[Consequence, ...]:
 
 
 def risks(command: Command, value: Value) -> tuple[Consequence, ...]:
-    """What a person has to accept before `value` is written: less protection, or against the vendor's advice.
-
-    Nothing for the baud rate, which takes no protection away and is never written without a permit.
-    """
+    """Return what a person has to accept before `value` is written: less protection, or against the vendor's advice.
+    The baud rate has none: it takes no protection away and is never written without a permit."""
     if command is BAUD_RATE:
         return ()
     return tuple(consequence for consequence in consequences(command, value) if consequence.weight is not Weight.PLAIN)

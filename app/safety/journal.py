@@ -94,7 +94,7 @@ class Journal(Protocol):
 
 
 class NoJournal:
-    """Without a store nothing can be logged, so nothing dangerous is sent."""
+    """A journal that logs nothing, as there is no store: so nothing dangerous is sent."""
 
     is_ready = False
 

@@ -15,11 +15,9 @@ LAST_HEARD_ACTIVE: Final = marked("Last heard ACTIVE: treat it as ready to fire.
 
 
 def keep_away(restoring: str = "") -> str:
-    """What to do about a module that was last heard ACTIVE and is silent, in the language in use.
-
-    It may fire while somebody leans over it, so no advice that brings a hand near it comes before this. `restoring`: a
-    sentence about how the link comes back, which needs nothing done at the module.
-    """
+    """Say what to do about a module that was last heard ACTIVE and is silent, in the language in use. It may fire while
+    somebody leans over it, so no advice that brings a hand near it comes before this. `restoring` is a sentence about
+    how the link comes back, which needs nothing done at the module."""
     return join_sentences((tr("Keep away, LOCK again, restore the link; only then switch it off."), restoring))
 
 
@@ -70,7 +68,7 @@ TRIGGER_NOT_KNOWN = marked("trigger not known")
 
 
 class TriggerFlags(NamedTuple):
-    """None where it is not known."""
+    """The two triggers: whether each is enabled, None where it is not known."""
 
     tilt: bool | None = None
     fall: bool | None = None
@@ -85,7 +83,7 @@ class TriggerFlags(NamedTuple):
 
     @property
     def text(self) -> str:
-        """In the language in use. One that is off is said even where the other is not known."""
+        """The words in the language in use. One that is off is said even where the other is not known."""
         if self.is_one_off:
             is_tilt_off, is_fall_off = self.tilt is False, self.fall is False
             return tr("both off") if is_tilt_off and is_fall_off else tr("tilt off") if is_tilt_off else tr("fall off")
@@ -93,7 +91,7 @@ class TriggerFlags(NamedTuple):
 
     @staticmethod
     def texts() -> tuple[str, ...]:
-        """All that `text` may be."""
+        """Return all that `text` may be."""
         flags = (True, True), (False, False), (False, None), (None, False), (None, None)
         return tuple(TriggerFlags(tilt, fall).text for tilt, fall in flags)
 

@@ -43,8 +43,8 @@ class States(Protocol):
 
 
 class KnownAs(NamedTuple):
-    """By what a module is known in the audit log: the `name` that a person said in this conversation, "" where nobody
-    did, and the conversation, `run`, which no other one is called."""
+    """The words by which the audit log knows a module: the `name` that a person said in this conversation, "" where
+    nobody did, and the conversation, `run`, which no other one is called."""
 
     name: str = ""
     run: str = ""
@@ -69,7 +69,7 @@ class LeftActive(Struct, frozen=True, kw_only=True):
 
     @property
     def sentence(self) -> str:
-        """In the language in use."""
+        """The sentence in the language in use."""
         when = local_time(self.at, MINUTE)
         module = self.module or tr("The module at {port}", port=self.port)
         if self.is_lock_unconfirmed:

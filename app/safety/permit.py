@@ -32,8 +32,8 @@ class Origin(Enum):
 
 @dataclass(slots=True, eq=False)
 class Permit:
-    """For one frame of one act in the conversation of this number: given by a person, it expires, and is used once.
-    Only the sending thread calls `spend`."""
+    """A permit allows one frame of one act in the conversation of this number: given by a person, it expires, and is
+    used once. Only the sending thread calls `spend`."""
 
     act: Act
     origin: Origin
@@ -107,7 +107,7 @@ STILL_FOR_S = 1.8
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class InterlockInputs:
-    """What the conditions are judged by at `now`, in seconds of the session's clock. None: unknown."""
+    """The facts by which the conditions are judged at `now`, in seconds of the session's clock. None is unknown."""
 
     now: float
     conversation: int | None = None  # the number of the one that goes on; None without one
@@ -130,7 +130,7 @@ class InterlockInputs:
 
 
 def inputs_at(conversation: ConversationView, now: float) -> InterlockInputs:
-    """From what is known of the module at `now`, for display. Whoever sends asks who is there first, and takes only
+    """Return what is known of the module at `now`, for display. Whoever sends asks who is there first, and takes only
     those answers (`app.procedures.act.checked_inputs`)."""
 
     def reported(key: str) -> bool | None:
@@ -162,7 +162,7 @@ class Refusal(NamedTuple):
 
     @property
     def sentence(self) -> str:
-        """In the language in use now."""
+        """The sentence in the language in use now."""
         return self.message.translated()
 
 

@@ -97,7 +97,8 @@ class Wire:
 
 
 class SimulatedBench:
-    """All methods are thread-safe. `changed` is notified where something may have become due."""
+    """A simulated module with its port and its world. All methods are thread-safe. `changed` is notified where
+    something may have become due."""
 
     def __init__(self, setup: Setup | None = None, *, clock: Clock = time.monotonic) -> None:
         setup = setup or Setup()

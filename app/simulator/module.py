@@ -107,7 +107,8 @@ class Physics:
 
 @dataclass(slots=True, kw_only=True)
 class Memory:
-    """What survives a restart; bytes as on the wire. `records`: their eleven data bytes (D4 … D14), oldest first."""
+    """The memory that survives a restart; bytes as on the wire. `records` are their eleven data bytes (D4 … D14),
+    oldest first."""
 
     light_threshold: int = 0x12
     attitude_threshold: int = 60
@@ -121,7 +122,7 @@ class Memory:
 
 @dataclass(slots=True, kw_only=True)
 class ModuleState:
-    """What a restart resets. A module begins locked, with both triggers enabled."""
+    """The state that a restart resets. A module begins locked, with both triggers enabled."""
 
     is_active: bool = False
     attitude_is_enabled: bool = True

@@ -76,7 +76,7 @@ def begin(facts: Facts, act: Act, frame: bytes, detail: Mapping[str, object], wh
 
 
 def settle(facts: Facts, intent: str, act: Act, where: Where, outcome: Outcome, result: Mapping[str, object]) -> None:
-    """What came of an intent; to be called once."""
+    """Add what came of an intent; to be called once."""
     facts.add(ActEnded(of=intent, outcome=outcome, result=_plain(result)), where.known_as.name or None)
     has_done_nothing = outcome is Outcome.NOT_SENT or (act is Act.ACTIVATE and outcome is Outcome.REFUSED)
     if act in (Act.LOCK, Act.SHUTDOWN) and outcome is Outcome.CONFIRMED:

@@ -23,7 +23,7 @@ SECOND, MINUTE, DAY = "%Y-%m-%d %H:%M:%S", "%Y-%m-%d %H:%M", "%Y-%m-%d"
 
 
 def wall_offset_s() -> float:
-    """What makes a time of `steady_time` seconds since 1970; once a wrong clock was set, also an earlier one."""
+    """Return what makes a time of `steady_time` seconds since 1970; once a wrong clock was set, also an earlier one."""
     return time.time() - steady_time()
 
 

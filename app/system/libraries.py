@@ -39,7 +39,7 @@ FOR_X: Final = {
 
 
 def missing(libraries: Mapping[str, str]) -> dict[str, str]:
-    """Those that cannot be loaded."""
+    """Return the libraries that cannot be loaded."""
     lacking: dict[str, str] = {}
     for name, package in libraries.items():
         try:
@@ -50,7 +50,7 @@ def missing(libraries: Mapping[str, str]) -> dict[str, str]:
 
 
 def install_command(packages: Iterable[str]) -> str | None:
-    """What a person types to install these packages of Debian; None on another system."""
+    """Return what a person types to install these packages of Debian; None on another system."""
     return f"sudo apt-get install {' '.join(packages)}" if shutil.which("apt-get") else None
 
 

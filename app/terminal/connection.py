@@ -55,7 +55,8 @@ LOST: Final = (PortError, NoLink, Interrupted)
 
 
 class OpenPort:
-    """Made by `connected`, used by one thread, in which the listeners are called with all batches, in order."""
+    """The open port, made by `connected`. One thread uses it, in which the listeners are called with all batches, in
+    order."""
 
     def __init__(self, on_batch: Callable[[Batch], None] | None, journal: "Journal | None") -> None:
         """`journal`: of a command that activates, and so may owe LOCK."""
@@ -80,7 +81,7 @@ class OpenPort:
         self.number = 0
 
     def open(self, port: str, baud_rate: int) -> None:
-        """Raises `PortError`, or `NoLink` if the port does not open within two seconds."""
+        """Open the port. Raises `PortError`, or `NoLink` if it does not open within two seconds."""
         self.worker.start()
         if self._journal is not None:
             from app.terminal.records import adapter_of
@@ -131,7 +132,7 @@ class OpenPort:
                 self._receive(self._batches.get_nowait())
 
     def pay_owed_lock(self) -> None:
-        """After an activation that was interrupted when its frame had left: wait until a module answers on the same
+        """Wait, where an activation was interrupted when its frame had left, until a module answers on the same
         adapter, which gets LOCK first, and say what came of it."""
         self.drain()
         if not self._is_lock_owed and self._owed is None:
@@ -152,7 +153,8 @@ class OpenPort:
         self._say_locked()
 
     def lock_what_was_broken_off(self) -> None:
-        """After Ctrl-C, when an activation has left: lock it within ten seconds, or until Ctrl-C comes again."""
+        """Lock the module after Ctrl-C, where an activation has left, within ten seconds, or until Ctrl-C comes
+        again."""
         state.signal = None
         self.worker.submit(self._make_lock(is_owed=False), is_urgent=True)
         ends_at = steady_time() + OWED_LIMIT_S

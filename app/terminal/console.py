@@ -65,7 +65,7 @@ class OutputLost(Exception):
 
 
 class _Run:
-    """What this process was told, and has printed."""
+    """The options of this process, and what it has printed."""
 
     verbosity = 0  # -1 with --quiet, else how often -v was given
     has_result = False  # something was written to standard output
@@ -95,7 +95,7 @@ USUAL_RATE: Final = 115200
 
 
 class Parser(argparse.ArgumentParser):
-    """Raises `Refused` where argparse would print it and exit, so that --json can say it as an object."""
+    """A parser that raises `Refused` where argparse would print it and exit, so that --json can say it as an object."""
 
     def error(self, message: str) -> NoReturn:
         unknown = re.search(r"unrecognized arguments: .*?(--?[^\s=]+)", message)
@@ -231,10 +231,10 @@ PATIENCE_S: Final = 1.0
 
 @contextmanager
 def signals_noted() -> Iterator[None]:
-    """From now on signals are only noted, until the outermost block ends, and `check_signals` raises them.
+    """Only note signals from now on, until the outermost block ends; `check_signals` raises them.
 
     So none interrupts a line of output, or the switching off of a stream. Where a pipe that nobody reads blocks the
-    output, an alarm a second later breaks it off. Does nothing in other threads.
+    output, an alarm a second later breaks it off. It does nothing in other threads.
     """
     if state.is_noting or threading.current_thread() is not threading.main_thread():
         yield
@@ -278,13 +278,13 @@ def _set_alarm(every_s: float) -> None:
 
 
 def note(sentence: str) -> None:
-    """Like `notify`, for what is neither an error nor a warning: silent with --quiet."""
+    """Notify of what is neither an error nor a warning: it is silent with --quiet."""
     if state.verbosity >= 0:
         notify(sentence)
 
 
 def note_wait(sentence: str) -> None:
-    """Like `note`, for a person at a terminal who waits for the result."""
+    """Note something for a person at a terminal who waits for the result."""
     if sys.stderr.isatty():
         note(sentence)
 
@@ -296,7 +296,7 @@ def notify(sentence: str) -> None:
 
 
 def notify_once(sentence: str) -> None:
-    """Once in a command."""
+    """Notify once in a command."""
     if sentence not in state.said:
         state.said.add(sentence)
         notify(sentence)

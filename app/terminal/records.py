@@ -76,7 +76,8 @@ def opened_store(
 
 
 def say_notice(store: Store, limit_s: float = CLOSE_LIMIT_S, troubles: Sequence[UserMessage] = ()) -> None:
-    """What a person should know of it, or why there is none, and `troubles`: once, however often a command opens it."""
+    """Say what a person should know of the store, or why there is none, and `troubles`: once, however often a command
+    opens it."""
     notice: UserMessage | None = None
     try:
         notice = store.opened.result(limit_s)
@@ -91,7 +92,7 @@ def say_notice(store: Store, limit_s: float = CLOSE_LIMIT_S, troubles: Sequence[
 
 @contextmanager
 def records_of(port: str, limit_s: float = CLOSE_LIMIT_S, *, starts_late: bool = False) -> Iterator[Records]:
-    """With a store of its own."""
+    """Give the records of a port, with a store of its own."""
     with opened_store(limit_s, starts_late=starts_late) as (store, troubles):
         yield records_on(store, troubles, port)
 
@@ -144,8 +145,9 @@ def say_left_active(ports: Sequence[str], module: str | None) -> None:
 
 
 def conclude_lock(records: Records, args: argparse.Namespace, locked: ConversationView | None) -> None:
-    """After LOCK: end what was left ACTIVE by this module, as far as a person says which one it is, and say the
-    rest. Waits for the store for a limited time. `locked`: the conversation in which it reported LOCKED, if one did."""
+    """End what was left ACTIVE by the module that was locked, as far as a person says which one it is, and say the
+    rest. Waits for the store for a limited time. `locked` is the conversation in which it reported LOCKED, if one
+    did."""
     if is_simulated(args.port):
         return
 
@@ -176,7 +178,7 @@ def conclude_lock(records: Records, args: argparse.Namespace, locked: Conversati
 
 
 def _left_here(facts: Facts, port: str, module: str | None) -> list[LeftActive]:
-    """What was left ACTIVE under this name or, where it or the module has none, on this adapter."""
+    """Return what was left ACTIVE under this name or, where it or the module has none, on this adapter."""
     entries = all_left(facts)
     adapter = adapter_of(port) if any(left.adapter for left in entries) else ""
     here: list[LeftActive] = []

@@ -81,8 +81,8 @@ def read_messages(path: Path) -> dict[str, str]:
 
 
 def variants(english: str, chinese: str) -> Iterator[tuple[str, str]]:
-    """What needs no translation of its own: the same text with a capital first letter, in capitals, as a sentence, and
-    with the ellipsis of what asks first."""
+    """Return the texts that need no translation of their own: with a capital first letter, in capitals, as a sentence,
+    and with the ellipsis of what asks first."""
     for text in (english, english[:1].upper() + english[1:]):
         yield text, chinese
         if text[-1:].isalnum() or text.endswith("}"):

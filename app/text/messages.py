@@ -120,12 +120,12 @@ class UserMessage(NamedTuple):
     values: tuple[tuple[str, Union[str, "UserMessage"]], ...] = ()
 
     def in_english(self) -> str:
-        """For JSON and logs."""
+        """Return it in English, for JSON and logs."""
         values = {name: value if isinstance(value, str) else value.in_english() for name, value in self.values}
         return _filled(self.text, values)
 
     def translated(self) -> str:
-        """In the language in use; see `joined` for lists."""
+        """Return it in the language in use; see `joined` for lists."""
         values = {name: value if isinstance(value, str) else value.translated() for name, value in self.values}
         if language() == CHINESE and re.fullmatch(_LIST, self.text):
             return _filled(self.text.replace(", ", "，"), values)
@@ -133,7 +133,7 @@ class UserMessage(NamedTuple):
         return join_sentences([filled]) if re.fullmatch(_SENTENCES, self.text) else filled
 
     def to_json(self) -> dict[str, Any]:
-        """For a record; `message_from_json` reverses it."""
+        """Return it for a record; `message_from_json` reverses it."""
         values = {name: value if isinstance(value, str) else value.to_json() for name, value in self.values}
         return {"text": self.text, "values": values} if values else {"text": self.text}
 
@@ -150,7 +150,8 @@ def message(text: str, /, **values: object) -> UserMessage:
 
 
 def joined(parts: Sequence[UserMessage], between: str = ", ") -> UserMessage:
-    """Its comma, or the space between sentences, is that of the language in which it is read."""
+    """Join messages. The comma between them, or the space between sentences, is that of the language in which it is
+    read."""
     places = [f"p{number}" for number in range(len(parts))]
     return UserMessage(between.join(f"{{{place}}}" for place in places), tuple(zip(places, parts, strict=True)))
 
@@ -174,7 +175,7 @@ def _filled(text: str, values: Mapping[str, str]) -> str:
 
 
 def clean(text: str, *, longest: int = MAX_TEXT_LENGTH) -> str:
-    """What somebody typed, or what a file says, on one line, `visible`, and cut at `longest` characters."""
+    """Return what somebody typed, or what a file says, on one line, `visible`, and cut at `longest` characters."""
     shown = visible(text[: longest + 1])
     return shown[: longest - 1] + "…" if len(shown) > longest else shown
 
