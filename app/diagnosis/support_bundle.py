@@ -63,10 +63,10 @@ def bundle_files(
     *,
     version: str,
     log: str = "",
-    connection: Connection | None = None,
-    conversation: ConversationView | None = None,
+    connection: Connection,
+    conversation: ConversationView,
     now: float = 0.0,
-    statistics: LinkStatistics | None = None,
+    statistics: LinkStatistics,
     preferences: Mapping[str, object] = MappingProxyType({}),
     traffic: Sequence[Event] = (),
 ) -> dict[str, str]:
@@ -86,8 +86,8 @@ def bundle_files(
     }
     texts = {
         "about.json": _json(about),
-        "link.json": _json(_link(connection or Connection(), statistics)),
-        "module.json": _json(_module(conversation or ConversationView(), now)),
+        "link.json": _json(_link(connection, statistics)),
+        "module.json": _json(_module(conversation, now)),
         "preferences.json": _json(dict(preferences)),
         "log.txt": log,
     }
@@ -116,7 +116,7 @@ def _json(value: object) -> str:
     return json.dumps(value, indent=2, ensure_ascii=False, default=str) + "\n"
 
 
-def _link(connection: Connection, statistics: LinkStatistics | None) -> dict[str, object]:
+def _link(connection: Connection, statistics: LinkStatistics) -> dict[str, object]:
     link: dict[str, object] = {
         "port": connection.port,
         "baud_rate": connection.baud_rate,
@@ -126,12 +126,11 @@ def _link(connection: Connection, statistics: LinkStatistics | None) -> dict[str
         link["trouble"] = connection.trouble.trouble.value
         link["what"] = explain(connection.trouble).what
         link["driver_says"] = connection.trouble.detail
-    if statistics is not None:
-        for name, count in vars(statistics.totals).items():
-            link[name] = {key.value: n for key, n in count.most_common()} if isinstance(count, Counter) else count
-        trips = {f"{share:.0%}": statistics.quantile_s(share) for share in (0.5, 0.95, 1.0)}
-        link["losses"] = statistics.losses
-        link["round_trips_ms"] = {share: round(trip * 1000, 1) for share, trip in trips.items() if trip is not None}
+    for name, count in vars(statistics.totals).items():
+        link[name] = {key.value: n for key, n in count.most_common()} if isinstance(count, Counter) else count
+    trips = {f"{share:.0%}": statistics.quantile_s(share) for share in (0.5, 0.95, 1.0)}
+    link["losses"] = statistics.losses
+    link["round_trips_ms"] = {share: round(trip * 1000, 1) for share, trip in trips.items() if trip is not None}
     return link
 
 

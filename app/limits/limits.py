@@ -20,20 +20,26 @@ from protocol.translatable import marked
 
 
 class SettingBound(NamedTuple):
-    """Inclusive. `advised_*`: the vendor's advice, or ours if there is none. `low`, `high`: hard bounds of profiles."""
+    """Inclusive. `advised_*`: the vendor's advice, or ours if there is none, and how that is `shown`. `low`, `high`:
+    hard bounds of profiles."""
 
     check: str
+    shown: str
     advised_low: float
     advised_high: float
     low: float
     high: float
 
+    @property
+    def advice(self) -> UserMessage:
+        return message(self.shown.format(self.advised_low, self.advised_high))
+
 
 SETTING_BOUNDS: Mapping[str, SettingBound] = MappingProxyType({
-    "attitude_threshold_deg": SettingBound("attitude_threshold", 55, 90, 30, 90),
-    "freefall_acceleration_g": SettingBound("freefall_acceleration", 0.1, 0.6, 0.1, 0.8),
-    "freefall_time_s": SettingBound("freefall_time", SHORT_FALL_S, 2.55, 0.2, 2.55),
-    "light_threshold_v": SettingBound("light_threshold", 0.1, 25.4, 0.1, 25.5),
+    "attitude_threshold_deg": SettingBound("attitude_threshold", "{:g}–{:g}°", 55, 90, 30, 90),
+    "freefall_acceleration_g": SettingBound("freefall_acceleration", "{:g}–{:g} g", 0.1, 0.6, 0.1, 0.8),
+    "freefall_time_s": SettingBound("freefall_time", "{:.2f}–{:.2f} s", SHORT_FALL_S, 2.55, 0.2, 2.55),
+    "light_threshold_v": SettingBound("light_threshold", "{:g}–{:g} V", 0.1, 25.4, 0.1, 25.5),
 })  # fmt: skip
 
 
@@ -48,7 +54,7 @@ def softened(profile: Profile) -> Mapping[str, UserMessage]:
     for key, value in profile.settings.items():
         bound = SETTING_BOUNDS.get(key)
         if bound is not None and not bound.advised_low <= value <= bound.advised_high:
-            advice[bound.check] = [message(f"{bound.advised_low:g}–{bound.advised_high:g}")]
+            advice[bound.check] = [bound.advice]
     return {check: joined(texts) for check, texts in advice.items()}
 
 

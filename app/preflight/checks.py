@@ -17,11 +17,11 @@ from app.limits.past import LastTested, Past
 from app.modules.names import NOT_NAMED, known_by
 from app.preflight.evidence import CANCELLED, HEARTBEATS, STILL_S, UNFINISHED, Evidence
 from app.procedures.read import ANSWERED_TWICE
-from app.settings.profiles import LIMITS, Profile
+from app.settings.profiles import LIMITS, SETTINGS_BY_KEY, Profile
 from app.settings.values import fingerprint, value_text
 from app.system.clock import DAY, local_time
 from app.text.messages import UserMessage, joined, message
-from protocol.catalogue import BY_NAME, READABLE_SETTINGS
+from protocol.catalogue import READABLE_SETTINGS
 from protocol.fields import Value
 from protocol.translatable import marked
 
@@ -299,14 +299,13 @@ def _bay_closed(case: Case) -> Finding:
 # Its settings and triggers
 
 
-def _setting(case: Case, name: str, advice: UserMessage) -> Finding:
+def _setting(case: Case, key: str, advice: UserMessage | None = None) -> Finding:
     """Equal to the profile's value if it has one, else within the advice; never beyond the bounds."""
-    command = BY_NAME[name]
-    target, bound = case.profile.settings.get(command.key), SETTING_BOUNDS[command.key]
-    limit = advice if target is None else message(f"= {value_text(command, target)}")
-    value = case.evidence.values.get(command.key)
+    command, bound, target = SETTINGS_BY_KEY[key], SETTING_BOUNDS[key], case.profile.settings.get(key)
+    limit = advice or bound.advice if target is None else message(f"= {value_text(command, target)}")
+    value = case.evidence.values.get(key)
     if value is None:
-        return case.unread(command.key, limit)
+        return case.unread(key, limit)
     is_fine = bound.advised_low <= value <= bound.advised_high if target is None else value == target
     is_fine &= bound.low <= value <= bound.high
     return _judged(value, value_text(command, value), limit, is_fine=is_fine)
@@ -314,7 +313,7 @@ def _setting(case: Case, name: str, advice: UserMessage) -> Finding:
 
 def _light_threshold(case: Case) -> Finding:
     """Warn where there is no profile: the advice cannot be checked then."""
-    finding = _setting(case, "light_threshold", message(marked("as read with the bay open")))
+    finding = _setting(case, "light_threshold_v", message(marked("as read with the bay open")))
     if finding.result is CheckResult.PASS and "light_threshold_v" not in case.profile.settings:
         return finding._replace(result=CheckResult.WARN)
     return finding
@@ -517,14 +516,12 @@ CHECKS: Final[tuple[Check, ...]] = (
     Check("light", marked("Bay closed"), _bay_closed,
           marked("More light reading higher is assumed until it was measured with the bay closed and open."),
           marked("Close the bay, or measure the light threshold.")),
-    Check("attitude_threshold", marked("Attitude threshold"),
-          partial(_setting, name="attitude_threshold", advice=message("55–90°")),
+    Check("attitude_threshold", marked("Attitude threshold"), partial(_setting, key="attitude_threshold_deg"),
           marked("Too low, it fires in a turn; too high, it fires too late."), _WRITE_IT),
     Check("freefall_acceleration", marked("Free-fall acceleration threshold"),
-          partial(_setting, name="freefall_acceleration", advice=message("0.1–0.6 g")),
+          partial(_setting, key="freefall_acceleration_g"),
           marked("Too high, it fires in a descent; too low, it misses falls."), _WRITE_IT),
-    Check("freefall_time", marked("Free-fall time"),
-          partial(_setting, name="freefall_time", advice=message("0.50–2.55 s")),
+    Check("freefall_time", marked("Free-fall time"), partial(_setting, key="freefall_time_s"),
           marked("Too short, it fires without need; too long, it costs height."), _WRITE_IT),
     Check("light_threshold", marked("Light threshold"), _light_threshold,
           marked("Light in the parachute bay: tells whether it is open."),

@@ -6,7 +6,7 @@ from typing import Final
 
 from PySide6.QtCore import Qt, Signal
 from PySide6.QtGui import QFontMetrics
-from PySide6.QtWidgets import QFrame, QStackedLayout, QWidget
+from PySide6.QtWidgets import QFrame, QLabel, QStackedLayout, QWidget
 
 from app.engine.procedure import Job
 from app.engine.target import sets_rate
@@ -81,11 +81,8 @@ class ActRow(QFrame):
         self.act = act
         self._services, self._ports = services, services.ports
         self._performed: Performed | None = None
-        title = text_label(f"{name}_title", "strong")
-        title.setText(tr(TITLES[act]))
-        title.setWordWrap(False)
-        self._effect = text_label(f"{name}_effect", "small")
-        self._effect.setText(tr(EFFECTS[act]))
+        title = named(QLabel(tr(TITLES[act])), f"{name}_title", "strong")
+        self._effect = text_label(f"{name}_effect", "small", tr(EFFECTS[act]))
         self.live = named(ElidedLabel(), f"{name}_live", "small")
         # On Pre-flight the verdict stands above.
         self.live.setVisible(act is Act.ACTIVATE and place == "act")

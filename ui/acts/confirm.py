@@ -32,8 +32,7 @@ class Confirm(QWidget):
         self.go = control(StepButton(tr(go)), f"{name}_go", role="danger", slot=self._go)
         cancel = StepButton(tr("Cancel"), is_safe=True)
         self.cancel = control(cancel, f"{name}_cancel", tip=tr("Nothing is sent."), key="Esc", slot=self.withdraw)
-        self.left = named(TickingLabel(), f"{name}_left", "small")
-        self.left.setAccessibleName(tr("Withdrawn in"))
+        self.left = named(TickingLabel(), f"{name}_left", "small", says=tr("Withdrawn in"))
         # Its room is that of the longest time: the buttons beside it never move.
         self.left.setText(tr("{value} s", value=ceil(ASKS_FOR_S)))
         self.left.setMinimumWidth(self.left.sizeHint().width())

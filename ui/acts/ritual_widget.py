@@ -221,11 +221,9 @@ class RitualWidget(QFrame):
         # The number of the one in which it was chosen.
         self._conversation = 0
         self._title = named(ElidedLabel(), "ritual_title", "strong")
-        self._effect = text_label("ritual_effect", "small")
-        self._effect.setText(tr(EFFECTS[Act.DEPLOY]))
+        self._effect = text_label("ritual_effect", "small", tr(EFFECTS[Act.DEPLOY]))
         self.conditions = text_label("ritual_conditions", "attention")
-        self.step = text_label("ritual_step", "strong")
-        self.step.setWordWrap(False)
+        self.step = named(QLabel(), "ritual_step", "strong")
         self.marks = [
             named(QLabel(tr("Step {number}: {name}", number=number, name=tr(title))), f"ritual_step_{name}")
             for number, (name, title) in enumerate(_STEPS, 1)

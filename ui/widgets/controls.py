@@ -274,9 +274,9 @@ def retain_size(widget: QWidget, *, is_kept: bool = True) -> None:
 # Labels
 
 
-def text_label(name: str, role: str = "", *, is_selectable: bool = False) -> QLabel:
+def text_label(name: str, role: str = "", text: str = "", *, is_selectable: bool = False) -> QLabel:
     """A label that wraps; `role` is one of the style sheet's."""
-    label = named(QLabel(), name, role)
+    label = named(QLabel(text), name, role)
     label.setWordWrap(True)
     if is_selectable:
         label.setTextInteractionFlags(SELECTABLE)

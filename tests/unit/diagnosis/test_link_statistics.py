@@ -160,5 +160,5 @@ def test_a_bundle_contains_what_support_needs() -> None:
     started, *lines = files["capture.txt"].splitlines()
     assert started.startswith("# started: 20")
     assert lines == [f"0.000000 > {TRAFFIC[0].raw.hex(' ').upper()}", "1.000000 < 02"]
-    least = bundle_files(NAMES, version="1")
+    least = CONTENTS(log="", traffic=())
     assert least.keys() == {"about.json", "link.json", "module.json", "preferences.json"}

@@ -12,7 +12,10 @@ import pytest
 from PySide6.QtWidgets import QApplication
 from pytestqt.qtbot import QtBot
 
+from app.diagnosis.link_state import LinkStatistics
 from app.diagnosis.support_bundle import bundle_files
+from app.engine.conversation import ConversationView
+from app.engine.worker import Connection
 from app.system import libraries as qt_libraries
 from app.system import logs
 from app.system.clock import steady_time, wall_offset_s
@@ -160,7 +163,13 @@ def test_what_came_an_hour_ago_came_an_hour_ago(qapp: QApplication) -> None:
     event = asked(steady_time() - HOUR_S)
     model.append([event])
     model.show_new()
-    capture = bundle_files(version="1", traffic=[event])["capture.txt"]
+    capture = bundle_files(
+        version="1",
+        connection=Connection(),
+        conversation=ConversationView(),
+        statistics=LinkStatistics(),
+        traffic=[event],
+    )["capture.txt"]
     began = datetime.fromisoformat(capture.splitlines()[0].removeprefix("# started: "))
     assert abs((datetime.now(UTC) - began).total_seconds() - HOUR_S) < 2
     shown = model.index(0, Column.TIME.value).data()

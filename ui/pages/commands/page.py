@@ -33,8 +33,7 @@ class CommandsPage(Page):
             ("commands_maintenance", tr("Maintenance"), (Act.ZERO, Act.SHUTDOWN, Act.FORBID_DEPLOY)),
         )
         for name, title, acts in groups:
-            caption = text_label(f"{name}_caption", "caption")
-            caption.setText(title)
+            caption = text_label(f"{name}_caption", "caption", title)
             card = named(QFrame(), name, "card")
             rows = [ActRow(services, act) for act in acts]
             self.acts |= zip(acts, rows, strict=True)

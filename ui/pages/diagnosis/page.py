@@ -95,13 +95,11 @@ class BundlePreview(QWidget):
         self.files: dict[str, str] | None = None
         self._making: BackgroundTask[dict[str, str]] = BackgroundTask("dps-s support bundle", self)
         self._folder = Path.home()
-        promise = text_label("bundle_promise")
-        promise.setText(
-            tr(
-                "The names of the user and the computer are replaced. Names of modules, files and ports, serial "
-                "numbers and addresses stay: read everything before you pass it on. Nothing is sent."
-            )
+        promised = tr(
+            "The names of the user and the computer are replaced. Names of modules, files and ports, serial "
+            "numbers and addresses stay: read everything before you pass it on. Nothing is sent."
         )
+        promise = text_label("bundle_promise", text=promised)
         self.text = named(QPlainTextEdit(), "bundle_text", says=tr("Contents"))
         self.text.setReadOnly(True)
         self.text.setLineWrapMode(QPlainTextEdit.LineWrapMode.NoWrap)
@@ -180,8 +178,7 @@ class DiagnosisPage(Page):
         tabs.setDocumentMode(True)
         tabs.setFocusPolicy(Qt.FocusPolicy.NoFocus)  # also of the bar, to which it passes the focus
         tabs.setUsesScrollButtons(False)
-        bar = named(tabs.tabBar(), "diagnosis_tabs")
-        bar.setAccessibleName(tr("Diagnosis"))
+        bar = named(tabs.tabBar(), "diagnosis_tabs", says=tr("Diagnosis"))
         bar.setFocusPolicy(Qt.FocusPolicy.TabFocus)
         self._keys: list[str] = []
         for key, title, view, scrolls in (

@@ -93,10 +93,9 @@ class _Row(QFrame):
         # The columns of all rows begin at the same place.
         words = [tr(word) for word in (*RESULT_WORDS.values(), *MANUAL_WORDS.values())]
         self.word.setMinimumWidth(max(map(QFontMetrics(font(Size.SMALL, is_bold=True)).horizontalAdvance, words)))
-        self.title = text_label(f"{name}_title", "strong")
-        self.measured, self.limit = text_label(f"{name}_measured"), text_label(f"{name}_limit", "muted")
-        for label, text in ((self.title, title), (self.measured, measured), (self.limit, limit)):
-            label.setText(text)
+        self.title = text_label(f"{name}_title", "strong", title)
+        self.measured = text_label(f"{name}_measured", text=measured)
+        self.limit = text_label(f"{name}_limit", "muted", limit)
         self.grid = QGridLayout(self)
         self.grid.setContentsMargins(Space.S, Space.XS, Space.M, Space.XS)
         self.grid.setHorizontalSpacing(Space.S)
@@ -145,15 +144,14 @@ class CheckRow(_Row):
             set_role(self.measured, "muted" if is_void else "strong" if is_explained else "")
             if is_explained:
                 reason = f"{reason} → {judged.do.translated()}"
-        self.reason = text_label(f"{self.objectName()}_why", "small")
-        self.reason.setText(reason)
+        self.reason = text_label(f"{self.objectName()}_why", "small", reason)
         below = in_row((self.reason, 1), spacing=Space.M)
         self.grid.addLayout(below, 1, 2, 1, 3)
         self.reason.setVisible(is_explained)
         self.act: StepButton | None = None
         if remedy is not None:
-            self.act = named(StepButton(tr(remedy.words)), f"{self.objectName()}_act")
-            self.act.setAccessibleName(f"{tr(remedy.words)}: {self.title.text()}")
+            says = f"{tr(remedy.words)}: {self.title.text()}"
+            self.act = named(StepButton(tr(remedy.words)), f"{self.objectName()}_act", says=says)
             below.addWidget(self.act)
         self.say(state, reason)
 

@@ -70,8 +70,7 @@ class GuidedPanel(QWidget):
         self.work = self.module.guided
         self._guard = RitualGuard(self)
         self._watched: QWidget | None = None
-        self.list = named(QListWidget(), "guided_list")
-        self.list.setAccessibleName(tr("Guided tests"))
+        self.list = named(QListWidget(), "guided_list", says=tr("Guided tests"))
         self.list.setWordWrap(True)
         self.list.setHorizontalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAlwaysOff)
         self.list.addItems([tr(TITLES[test.kind]) for test in GUIDED_TESTS])

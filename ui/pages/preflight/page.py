@@ -498,9 +498,8 @@ class PreflightPage(Page):
         Shortcut(self.guided.primary, "Ctrl+Return")
 
     def _lay_out(self) -> None:
-        self.tabs = named(QTabBar(), "preflight_views")
+        self.tabs = named(QTabBar(), "preflight_views", says=tr("Pre-flight"))
         self.tabs.setDrawBase(False)
-        self.tabs.setAccessibleName(tr("Pre-flight"))
         for title in (tr("Checks"), tr("Guided tests"), tr("Past checks")):
             self.tabs.addTab(title)
         header = self.header = self.make_header(tr("Pre-flight"), self.tabs)

@@ -121,8 +121,7 @@ class PastChecks(QWidget):
         self._services = services
         self.checks: tuple[CheckLine, ...] = ()
         self._loading: BackgroundTask[Sequence[CheckLine]] = BackgroundTask("dps-s past checks", self)
-        self.filter = named(QComboBox(), "past_checks_filter")
-        self.filter.setAccessibleName(tr("Past checks"))
+        self.filter = named(QComboBox(), "past_checks_filter", says=tr("Past checks"))
         self.filter.setSizeAdjustPolicy(QComboBox.SizeAdjustPolicy.AdjustToContents)
         WheelGuard(self.filter)
         self.filter.activated.connect(self._read)

@@ -44,8 +44,7 @@ class ProfileEditor(QWidget):
             ("airframe", tr("Airframe"), self.airframe),
             ("activated_by", tr("Activated by"), self.activated_by),
         ):
-            named(field, f"profile_{key}").setAccessibleName(title)
-            self._form.addRow(title, field)
+            self._form.addRow(title, named(field, f"profile_{key}", says=title))
         self.service = named(QCheckBox(tr("Overdue service is NO-GO")), "profile_service")
         self.service.setChecked(one.is_service_required)
         self._form.addRow(self.service)
@@ -91,9 +90,8 @@ class ProfileEditor(QWidget):
         self.refresh()
 
     def _add_number(self, name: str, title: str, kind: NumberKind, least: str, most: str) -> NumberLine:
-        line = named(NumberLine(kind, start=float(kind.low), may_be_empty=True), name)
+        line = named(NumberLine(kind, start=float(kind.low), may_be_empty=True), name, says=title)
         span = tr("{low} to {high}", low=least, high=most)
-        line.setAccessibleName(title)
         line.setAccessibleDescription(span)
         line.edited.connect(self.refresh)
         self._form.addRow(title + in_brackets(span), line)
@@ -101,8 +99,8 @@ class ProfileEditor(QWidget):
 
     def _add_manual(self, item: ManualLine) -> None:
         number = len(self.manual) + 1
-        text = named(QLineEdit(item.text), f"profile_manual_{number}_text")
-        text.setAccessibleName(f"{tr('Manual checks')} {number}")
+        says = f"{tr('Manual checks')} {number}"
+        text = named(QLineEdit(item.text), f"profile_manual_{number}_text", says=says)
         required = named(QCheckBox(tr("Required")), f"profile_manual_{number}_required")
         required.setChecked(item.is_required)
         text.textEdited.connect(self.refresh)

@@ -263,11 +263,9 @@ class _Panel(QWidget):
 
     def __init__(self, page: SettingsPage, name: str, says: str) -> None:
         super().__init__()
-        self.setObjectName(name)
-        self.setAccessibleName(says)
+        named(self, name, says=says)
         self.page = page
-        self.title = text_label(f"{name}_title", "title")
-        self.title.setText(says)
+        self.title = text_label(f"{name}_title", "title", says)
         self.card = named(QFrame(), f"{name}_table", "card")
         self.grid = QGridLayout(self.card)
         self.grid.setHorizontalSpacing(Space.M)
@@ -291,8 +289,7 @@ class ComparePanel(_Panel):
         # What a person ticked or unticked stays so.
         self._touched: set[str] = set()
         self.about = text_label("profile_about", "small")
-        note = text_label("profile_note", "small")
-        note.setText(tr("The baud rate is never applied with a profile."))
+        note = text_label("profile_note", "small", tr("The baud rate is never applied with a profile."))
         self.apply = control(QPushButton(), "profile_apply", picture=Icon.CHECK, role="primary")
         for column, head in enumerate((tr("Parameter"), tr("Profile"), tr("Module"), tr("State"))):
             self.grid.addWidget(named(QLabel(head), f"profile_head_{column}", "caption"), 0, column)
@@ -302,8 +299,8 @@ class ComparePanel(_Panel):
         for place, command in enumerate((*FORM_COMMANDS, BAUD_RATE), 1):
             title, name = tr(command.title), command.name
             # A check box does not wrap its text.
-            tick = named(QCheckBox(title.replace(" ", "\n") if is_text_large() else title), f"profile_tick_{name}")
-            tick.setAccessibleName(title)
+            tick = QCheckBox(title.replace(" ", "\n") if is_text_large() else title)
+            named(tick, f"profile_tick_{name}", says=title)
             tick.clicked.connect(partial(self._touch, command.key))
             wanted, held = named(QLabel(), f"profile_wanted_{name}"), named(QLabel(), f"profile_stands_{name}")
             self._cells[command.key] = tick, wanted, held, text_label(f"profile_match_{name}")
@@ -366,8 +363,8 @@ class CalibrationPanel(_Panel):
         super().__init__(page, "calibration", tr("Measure the light threshold"))
         self.bands: dict[Side, Band] = {}
         self.measuring: Side | None = None
-        intro = text_label("calibration_intro", "muted")
-        intro.setText(tr("Measure in the light of the flight day, with no hand over the sensor."))
+        advice = tr("Measure in the light of the flight day, with no hand over the sensor.")
+        intro = text_label("calibration_intro", "muted", advice)
         self.texts: dict[Side, QLabel] = {}
         self.buttons: dict[Side, QPushButton] = {}
         self.grid.setColumnStretch(1, 1)

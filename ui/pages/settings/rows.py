@@ -105,8 +105,7 @@ class HeldValue(QWidget):
         super().__init__()
         self._command = command
         self.value = named(QLabel(), f"{command.name}_stands", "strong")
-        self.how = named(TickingLabel(), f"{command.name}_stands_how", "small")
-        self.how.setAccessibleName(tr(command.title))
+        self.how = named(TickingLabel(), f"{command.name}_stands_how", "small", says=tr(command.title))
         self.how.setWordWrap(True)
         in_column(self.value, self.how, of=self, spacing=0, margins=0)
 
@@ -143,8 +142,7 @@ class SettingRow(QObject):
         super().__init__(table)
         self.command = command
         name, key, title = command.name, command.key, tr(command.title)
-        self.name = text_label(f"{name}_name")
-        self.name.setText(title)
+        self.name = text_label(f"{name}_name", text=title)
         self.held = HeldValue(command)
         if isinstance(field := command.write, Quantity):
             line = NumberLine(NumberKind.of_field(field), start=float(DEFAULTS.get(key) or 0), may_be_empty=True)
@@ -236,8 +234,7 @@ class BaudRow(QObject):
     def __init__(self, table: SettingsTable, services: Services) -> None:
         super().__init__(table)
         self._services, self._ports = services, services.ports
-        self.name = text_label("baud_title")
-        self.name.setText(tr(BAUD_RATE.title))
+        self.name = text_label("baud_title", text=tr(BAUD_RATE.title))
         self.held = HeldValue(BAUD_RATE)
         field = BAUD_RATE.write
         rates = sorted(field.values.values(), reverse=True) if isinstance(field, Choice) else ()
