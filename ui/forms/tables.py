@@ -255,6 +255,7 @@ class RowsTable(QTableView, Generic[Row]):
         self.source.show_rows(tuple(rows))
         if chosen and not self.selectionModel().hasSelection():
             self.choose(lambda row: identify(row) in chosen)
+        self._hide_spare()
 
     def chosen(self) -> tuple[Row, ...]:
         """The selected rows in the order shown."""
@@ -269,16 +270,23 @@ class RowsTable(QTableView, Generic[Row]):
                 model.select(self.filter.index(row, 0), model.SelectionFlag.Select | model.SelectionFlag.Rows)
 
     def resizeEvent(self, event: QResizeEvent) -> None:
-        """Hides the last of the columns that are spare while there is no room for all."""
         super().resizeEvent(event)
+        self._hide_spare()
+
+    def _hide_spare(self) -> None:
+        """Hides the last of the columns that are spare while there is no room for all."""
         # Whether it scrolls or not, so that lists of one width have the same columns.
         room_px = self.width() - 2 * self.frameWidth() - self.verticalScrollBar().sizeHint().width()
-        needed_px = sum(self._widths)
+        widths = [
+            width if column.widest is not None else max(width, self.sizeHintForColumn(place))
+            for place, (column, width) in enumerate(zip(self.source.columns, self._widths, strict=True))
+        ]
+        needed_px = sum(widths)
         for place, column in reversed(list(enumerate(self.source.columns))):
             if column.is_spare:
                 has_room = needed_px <= room_px
                 self.setColumnHidden(place, not has_room)
-                needed_px -= 0 if has_room else self._widths[place]
+                needed_px -= 0 if has_room else widths[place]
 
     def keyPressEvent(self, event: QKeyEvent) -> None:
         if event.key() in (Qt.Key.Key_Return, Qt.Key.Key_Enter):
