@@ -25,7 +25,7 @@ from app.store.fact_store import FILE_NAME, open_file, utc_now
 from app.system.files import data_folder
 from app.terminal.console import Signalled
 from protocol.catalogue import BY_NAME
-from tests.support.cli_line import Program, bench_of
+from tests.support.cli_line import Program, bench_of, sets
 from tests.support.patience import in_time
 from tests.support.processes import PROGRAM, ran, ran_code, run_module
 from tests.support.records.stored import audit, begin, kept_settings, left_in, open_store, settle
@@ -34,20 +34,6 @@ from tests.unit.simulator.test_simulator_servers import posix_only, pty, serving
 pytest_plugins = ["tests.support.cli_fixtures"]
 pytestmark = pytest.mark.usefixtures("speaks_english")
 in_virtual_time = pytest.mark.usefixtures("no_waiting")
-DANGEROUS = {0x10, 0x11, 0x12, 0x24, 0x25}
-
-
-def acts(wire: list[bytes]) -> list[bytes]:
-    return [frame for frame in wire if frame[2] in DANGEROUS]
-
-
-def sets(wire: list[bytes]) -> list[bytes]:
-    return [frame for frame in wire if frame[3] == 0x02]
-
-
-def block_store() -> None:
-    data_folder().parent.mkdir(parents=True)
-    data_folder().write_text("in the way", encoding="utf-8")
 
 
 @in_virtual_time
@@ -55,7 +41,8 @@ def block_store() -> None:
 def test_with_yes_it_is_done_once_and_recorded(name: str, port: str, dps_s: Program, wire: list[bytes]) -> None:
     options = {"lock": "?active=yes", "zero": "?tilt=4"}.get(name, "")
     assert dps_s([name, "--port", port + options, "--yes"]).out.startswith(("The module ", "Acknowledged"))
-    assert acts(wire) == [REQUESTS[Act(name)].encode()]
+    assert sets(wire) == [REQUESTS[Act(name)].command.name]
+    assert REQUESTS[Act(name)].encode() in wire
     with closing(open_store()) as store:
         assert [(entry.act, entry.outcome) for entry in audit(store)] == [(Act(name), Outcome.CONFIRMED)]
     module = bench_of(port).module
@@ -71,12 +58,34 @@ def test_zeroing_that_leaves_a_tilt_is_no_success(capsys: pytest.CaptureFixture[
 
 
 @in_virtual_time
-def test_without_a_store_of_the_acts_only_locking_is_done(port: str, dps_s: Program, wire: list[bytes]) -> None:
-    block_store()
-    assert "The audit log cannot be written." in dps_s(["activate", "--port", port, "--yes"], 1).err
-    assert acts(wire) == []
-    dps_s(["lock", "--port", port])
-    assert acts(wire) == [REQUESTS[Act.LOCK].encode()]
+@pytest.mark.parametrize(
+    ("words", "code", "said", "sent"),
+    [
+        ("activate --yes", 1, ["Nothing was sent. The audit log cannot be written."], []),
+        ("lock", 0, ["The module reports LOCKED."], ["activation"]),
+        (
+            "set freefall_time_s=1.2 baud_rate=9600",
+            1,
+            ["1.2: verified", "9600: NOT verified (not sent: The audit log cannot be written"],
+            ["freefall_time"],
+        ),
+        (
+            "preflight --activate --yes --module M-07",
+            1,
+            ["READY: activate", "Nothing was sent", "Not kept."],
+            ["freefall_trigger", "attitude_trigger"],
+        ),
+    ],
+)
+def test_without_a_store_no_dangerous_frame_leaves_but_lock(
+    words: str, code: int, said: list[str], sent: list[str], port: str, dps_s: Program, wire: list[bytes]
+) -> None:
+    data_folder().parent.mkdir(parents=True)
+    data_folder().write_text("in the way", encoding="utf-8")
+    printed = dps_s([*words.split(), "--port", port], code)
+    assert [part for part in said if part not in printed.out + printed.err] == []
+    assert "The program may not write into " in printed.err
+    assert sets(wire) == sent
 
 
 @in_virtual_time
@@ -168,16 +177,6 @@ def test_it_is_recorded_and_the_old_values_are_kept(port: str, dps_s: Program) -
         assert kept["freefall_time_s"] == 1.6
 
 
-def test_without_a_store_settings_are_written_and_the_rate_is_not(port: str, dps_s: Program, wire: list[bytes]) -> None:
-    block_store()
-    printed = dps_s(["set", "freefall_time_s=1.2", "baud_rate=9600", "--port", port, "--json"], 1)
-    results = json.loads(printed.out)["results"]
-    assert results["freefall_time_s"]["verified"] is True
-    assert results["baud_rate"]["error"].startswith("not sent: The audit log cannot be written")
-    assert f"The program may not write into {data_folder() / FILE_NAME}." in printed.err
-    assert len(sets(wire)) == 1
-
-
 @pytest.mark.promise("f")
 def test_a_setting_that_nobody_wrote_and_that_changed_is_named(
     port: str, dps_s: Program, monkeypatch: pytest.MonkeyPatch
@@ -196,20 +195,37 @@ def test_a_setting_that_nobody_wrote_and_that_changed_is_named(
     assert "Changed without being written: freefall_acceleration_g 0.5 → 2." in printed.err
 
 
+@in_virtual_time
+@pytest.mark.parametrize(
+    ("words", "frames", "sent"),
+    [
+        ("set attitude_threshold_deg=65 freefall_time_s=1.2 light_threshold_v=2", 0, 2),
+        ("preflight --enable-triggers", 0, 1),
+        ("preflight", 12, 0),
+    ],
+)
 @pytest.mark.parametrize("is_json", [False, True])
-def test_interrupted_it_says_that_it_may_have_been_carried_out(
-    is_json: bool, port: str, dps_s: Program, wire: list[bytes], monkeypatch: pytest.MonkeyPatch
+def test_interrupted_it_says_what_may_have_been_carried_out(
+    words: str,
+    frames: int,
+    sent: int,
+    is_json: bool,
+    port: str,
+    dps_s: Program,
+    wire: list[bytes],
+    monkeypatch: pytest.MonkeyPatch,
 ) -> None:
+    """Ctrl-C comes after so many frames, and so many sets."""
+
     def check() -> None:
-        if len(sets(wire)) == 2:
+        if len(wire) > frames and len(sets(wire)) == sent:
             raise Signalled(2)
 
     monkeypatch.setattr("app.terminal.connection.check_signals", check)
-    words = ["attitude_threshold_deg=65", "freefall_time_s=1.2", "light_threshold_v=2"]
-    printed = dps_s(["set", *words, "--port", port, *(["--json"] if is_json else [])], 130)
-    assert printed.out == "" or json.loads(printed.out)["error"]["code"] == "cancelled"
-    assert printed.err.startswith("Interrupted; may have been carried out.\n")
-    assert len(sets(wire)) == 2
+    printed = dps_s([*words.split(), "--port", port, *(["--json"] if is_json else [])], 130)
+    assert printed.out == "" if not is_json else json.loads(printed.out)["error"]["code"] == "cancelled"
+    assert printed.err.startswith("Interrupted; may have been carried out.\n") == (sent > 0)
+    assert len(sets(wire)) == sent
 
 
 # What an earlier run left ACTIVE

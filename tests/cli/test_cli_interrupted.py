@@ -15,8 +15,7 @@ from app.simulator.bench import SimulatedBench
 from app.simulator.module import invent_records
 from app.terminal.connection import connected
 from protocol.catalogue import BY_NAME
-from protocol.messages import decode_request
-from tests.support.cli_line import Program, bench_of, exchange, faults
+from tests.support.cli_line import Program, bench_of, exchange, faults, sets
 from tests.support.line.frames import at_frame
 from tests.support.records.stored import audit, modules_in, open_store
 
@@ -35,10 +34,6 @@ ENDS: dict[str, tuple[End, str]] = {
 def at(bench: SimulatedBench, name: str, act: End, *, number: int = 1) -> None:
     """`act` happens in place of delivering the `number`-th frame of this command."""
     at_frame(bench, number, lambda: act(bench), code=BY_NAME[name].code, is_lost=True)
-
-
-def sets(wire: list[bytes]) -> list[str]:
-    return [request.command.name for request in map(decode_request, wire) if not request.is_repeatable]
 
 
 @pytest.mark.parametrize("end", ENDS)

@@ -15,8 +15,7 @@ from app.store.fact_store import Facts, StoreFault, StoreTrouble
 from app.store.rows import Content, ModuleProvisioned, PreflightCheck, Row
 from app.terminal import console
 from app.terminal.console import Refused
-from protocol.messages import decode_request
-from tests.support.cli_line import bench_of, falls_after, run_here
+from tests.support.cli_line import bench_of, falls_after, run_here, sets
 from tests.support.line.odd_module import forget_settings
 from tests.support.records.stored import checks_of, modules_in, open_store, register
 
@@ -81,10 +80,6 @@ def batch(monkeypatch: pytest.MonkeyPatch, port: str, tmp_path: Path, capsys: py
 ALLOWED = ("--yes", "--enable-triggers", "--records-reviewed")
 
 
-def _sets(wire: list[bytes]) -> list[str]:
-    return [request.command.name for request in map(decode_request, wire) if not request.is_repeatable]
-
-
 def _verdicts(module: str | None) -> list[str]:
     with closing(open_store()) as store:
         return [check.verdict for check in checks_of(store, module)]
@@ -108,7 +103,7 @@ def test_a_batch_names_what_is_ready_and_sets_aside_what_is_not(
     assert aside[0] == "SET ASIDE: It may be M-001: boot count and settings fit."
     assert aside[1] == "SET ASIDE: The module is ACTIVE: lock it first."
     assert aside[2].startswith("SET ASIDE: ")
-    assert (len(aside), _sets(wire)) == (
+    assert (len(aside), sets(wire)) == (
         3,
         ["attitude_threshold", "freefall_time", "freefall_trigger", "attitude_trigger"] * 3,
     )

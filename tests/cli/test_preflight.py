@@ -17,12 +17,9 @@ from app.simulator.bench import SimulatedBench
 from app.store.acts import unnamed_fired
 from app.store.fact_store import Store
 from app.store.rows import PreflightCheck
-from app.system.files import data_folder
-from app.terminal.console import Signalled
 from protocol.catalogue import ACTIVATION, Request
-from protocol.messages import decode_request
 from tests.files.records.test_record import signed_record
-from tests.support.cli_line import Program, bench_of, faults
+from tests.support.cli_line import Program, bench_of, faults, sets
 from tests.support.line.frames import at_each_frame
 from tests.support.processes import PROGRAM, ran, run_module
 from tests.support.records.stored import audit, checks_of, open_store, records_of
@@ -49,11 +46,6 @@ def kept() -> Iterator[Store]:
     """The store of this test, after the command."""
     with closing(open_store()) as store:
         yield store
-
-
-def sets(wire: list[bytes]) -> list[str]:
-    """What was sent besides questions, in order."""
-    return [request.command.name for request in map(decode_request, wire) if not request.is_repeatable]
 
 
 def test_ready_is_the_contract(port: str, dps_s: Program, wire: list[bytes]) -> None:
@@ -210,20 +202,6 @@ def test_where_nobody_reads_it_is_kept_and_reported(
     assert (tmp_path / "r.pdf").exists()
 
 
-@pytest.mark.parametrize(("options", "is_said"), [(["--enable-triggers"], True), ([], False)])
-def test_interrupted_it_says_that_the_triggers_may_be_enabled(
-    options: list[str], is_said: bool, port: str, dps_s: Program, wire: list[bytes], monkeypatch: pytest.MonkeyPatch
-) -> None:
-    def check() -> None:
-        if any(frame[3] == 2 for frame in wire) or (not options and len(wire) > 12):
-            raise Signalled(2)
-
-    monkeypatch.setattr("app.terminal.connection.check_signals", check)
-    printed = dps_s(["preflight", "--port", port, "--json", *options], 130)
-    assert json.loads(printed.out)["error"]["code"] == "cancelled"
-    assert printed.err.startswith("Interrupted; may have been carried out.\n") == is_said
-
-
 # READY and GO, only in the connection in which the triggers were enabled
 
 
@@ -282,18 +260,6 @@ def test_what_happens_at_the_activation_is_no_go_and_it_is_sent_once(
     at_each_frame(bench, happen)
     assert dps_s([*ACTIVATE, "--port", port], 1).out.startswith("NO-GO")
     assert wire.count(ACTIVATION.set(True).encode()) == 1
-
-
-def test_without_an_audit_log_it_is_ready_not_kept_and_not_activated(
-    port: str, dps_s: Program, wire: list[bytes]
-) -> None:
-    data_folder().parent.mkdir(parents=True)
-    data_folder().write_bytes(b"")  # a file where the folder should be
-    printed = dps_s([*ACTIVATE, "--port", port], 1)
-    assert printed.out.startswith("READY")
-    assert "Nothing was sent" in printed.err
-    assert "Not kept." in printed.err
-    assert "activation" not in sets(wire)
 
 
 def test_an_audit_log_that_is_not_written_in_time_is_said(

@@ -104,40 +104,28 @@ OTHER = PortInfo("/dev/ttyUSB9", "CH340", vid=0x1A86, pid=0x7523)
 BOARD = PortInfo("/dev/ttyS0")
 
 
-def found(monkeypatch: pytest.MonkeyPatch, *ports: PortInfo) -> None:
-    monkeypatch.delenv(program.PORT, raising=False)
-    monkeypatch.setattr(port_list, "list_ports", lambda: list(ports))
-
-
-def test_the_only_adapter_is_taken_and_named(monkeypatch: pytest.MonkeyPatch, dps_s: Program) -> None:
-    found(monkeypatch, BOARD, ADAPTER)
-    printed = dps_s(["find", "--json"])
-    assert json.loads(printed.out)["baud_rate"] == 115200
-    assert printed.err == "Port sim://only (CP2102)\n"
-
-
-def test_the_environment_names_it(port: str, monkeypatch: pytest.MonkeyPatch, dps_s: Program) -> None:
-    found(monkeypatch, ADAPTER, OTHER)
-    monkeypatch.setenv(program.PORT, port)
-    printed = dps_s(["find"])
-    assert (printed.out, printed.err) == (f"{port}, 115200 baud\n", f"Port {port} (DPS_S_PORT)\n")
-    assert dps_s(["find", "--quiet"]).err == ""
-
-
 @pytest.mark.parametrize(
-    ("words", "ports", "code", "said"),
+    ("words", "named", "adapters", "code", "said"),
     [
-        (["activate", "--yes"], (ADAPTER, OTHER), 2,
+        ("find", "", (BOARD, ADAPTER), 0, "Port sim://only (CP2102)\n"),
+        ("find", "sim://named", (ADAPTER, OTHER), 0, "Port sim://named (DPS_S_PORT)\n"),
+        ("find --quiet", "sim://named", (), 0, ""),
+        ("activate --yes", "", (ADAPTER, OTHER), 2,
          "There are several adapters: sim://only, /dev/ttyUSB9. Give --port.\n"),
-        (["read"], (BOARD,), 3, "There is no USB adapter. Plug it in, or give --port.\n"),
-        (["zero"], (), 2, "Nothing was done. Add --yes to do it.\n"),  # looks for no port
+        ("read", "", (BOARD,), 3, "There is no USB adapter. Plug it in, or give --port.\n"),
+        ("zero", "", (), 2, "Nothing was done. Add --yes to do it.\n"),  # looks for no port
     ],
 )  # fmt: skip
-def test_without_the_only_adapter_none_is_taken(
-    words: list[str], ports: tuple[PortInfo, ...], code: int, said: str, monkeypatch: pytest.MonkeyPatch, dps_s: Program
-) -> None:
-    found(monkeypatch, *ports)
-    assert dps_s(words, code).err == said
+def test_the_only_adapter_is_taken_unless_the_environment_names_a_port(
+    words: str, named: str, adapters: tuple[PortInfo, ...], code: int, said: str, monkeypatch: pytest.MonkeyPatch,
+    dps_s: Program,
+) -> None:  # fmt: skip
+    monkeypatch.setenv(program.PORT, named)
+    monkeypatch.setattr(port_list, "list_ports", lambda: list(adapters))
+    printed = dps_s(words.split(), code)
+    assert printed.err == said
+    if code == 0:
+        assert printed.out == f"{named or ADAPTER.device}, 115200 baud\n"
 
 
 def test_ports_for_programs_and_people(dps_s: Program, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -7,6 +7,7 @@ import pytest
 
 import app.__main__ as program
 from app.simulator import bench as benches
+from protocol.messages import decode_request
 from tests.support.line.frames import at_frame
 
 
@@ -36,6 +37,11 @@ def faults(name: str, value: object) -> list[str]:
         name = "error"
     validator = Draft202012Validator(schema_of(name), format_checker=Draft202012Validator.FORMAT_CHECKER)
     return [f"{error.json_path}: {error.message}" for error in validator.iter_errors(value)]
+
+
+def sets(wire: Sequence[bytes]) -> list[str]:
+    """What was sent besides questions, in order."""
+    return [request.command.name for request in map(decode_request, wire) if not request.is_repeatable]
 
 
 Program = Callable[..., Printed]
