@@ -52,7 +52,7 @@ _STORE_LIMIT_S: Final = 5.0
 
 
 class WindowOptions(NamedTuple):
-    """Without `port` and `demo` the user chooses a port."""
+    """The options of the window. Without `port` and `demo` the user chooses a port."""
 
     port: str | None = None
     baud_rate: int = 115200

@@ -169,8 +169,8 @@ class FiringDoubt:
         return self.needs_records or self.is_to_be_told
 
     def note_ended(self, conversation: ConversationView, *, was_active: bool = False) -> None:
-        """To be called once with each conversation that has ended. `was_active`: it was ACTIVE a moment before, and was
-        not locked from here: a module that restarted reports LOCKED before its boot count tells of the restart."""
+        """Take the end of a conversation; to be called once with each. `was_active`: it was ACTIVE a moment before, and
+        was not locked from here: a module that restarted reports LOCKED before its boot count tells of the restart."""
         self._boot_count_before = None
         active = conversation.values.get("active")
         # An act of which nothing was reported may have made it active.
@@ -183,8 +183,8 @@ class FiringDoubt:
             self._boot_count_before = conversation.boot_count
 
     def note_begun(self, conversation: ConversationView) -> None:
-        """To be called with each conversation once it has begun. One start more is this module again; after a silence
-        without a restart it still reports itself that it has fired."""
+        """Take the beginning of a conversation; to be called once with each. One start more is this module again; after
+        a silence without a restart it still reports itself that it has fired."""
         before, self._boot_count_before = self._boot_count_before, None
         if before is not None and conversation.boot_count == (before + 1) % BOOTS:
             self._raise()

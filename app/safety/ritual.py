@@ -130,13 +130,14 @@ class Ritual:
         self._apply(Input.RELEASE)
 
     def disarm(self, why: Input) -> None:
-        """One of `DISARMING`, or `FINISHED`. Raises ValueError for anything else."""
+        """Disarm for one of `DISARMING`, or `FINISHED`. Raises ValueError for anything else."""
         if why not in DISARMING and why is not Input.FINISHED:
             raise ValueError(f"{why.name} does not disarm")
         self._apply(why)
 
     def tick(self, now: float) -> Permit | None:
-        """To be called at least ten times a second. Returns the permit, once, when the hold is complete."""
+        """Look at the time; to be called at least ten times a second. Returns the permit, once, when the hold is
+        complete."""
         gap_s, self._ticked_at = now - self._ticked_at, now
         # Also where the clock went back.
         if not 0.0 <= now - self._armed_at < ARMED_FOR_S:

@@ -50,8 +50,8 @@ def is_blocked(open_ones: list[Refusal]) -> bool:
 
 
 def say_outcome(job: PageJob, module: ShownModule, done: Performed | None) -> None:
-    """On the module's own page; what left and was interrupted stays as a notice of the port, too: the next conversation
-    shows nothing of this one."""
+    """Say it on the module's own page; what left and was interrupted stays as a notice of the port, too: the next
+    conversation shows nothing of this one."""
     if done is None:
         job.notify(Meaning.ATTENTION, tr("Link lost. Nothing was sent."))
         return
@@ -106,7 +106,7 @@ class ActRow(QFrame):
 
     @property
     def _job(self) -> PageJob:
-        """Of the module shown; what came of it is shown on no other."""
+        """The job of the module shown; what came of it is shown on no other."""
         return self._ports.module.job(self.objectName())
 
     def _on_shown(self, _module: ShownModule) -> None:

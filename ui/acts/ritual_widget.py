@@ -299,7 +299,7 @@ class RitualWidget(QFrame):
 
     @property
     def _job(self) -> PageJob:
-        """Of the module shown; what came of it is shown on no other."""
+        """The job of the module shown; what came of it is shown on no other."""
         return self._ports.module.job("ritual")
 
     def disarm(self, why: Input) -> None:

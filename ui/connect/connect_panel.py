@@ -256,7 +256,7 @@ class ConnectPanel(QScrollArea):
         self._show_state()
 
     def _show_state(self) -> None:
-        """Of the connection that there is, with its port and rate; else what connecting does."""
+        """Show the state of the connection that there is, with its port and rate; else what connecting does."""
         port = self._ports.current
         state, target = port.state, port.target
         if state.phase is Phase.CLOSED or target is None:

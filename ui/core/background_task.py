@@ -115,8 +115,9 @@ class BackgroundTask(QObject, Generic[Result]):
         then: Callable[[Result], object],
         failed: Callable[[StoreTrouble], object] | None = None,
     ) -> None:
-        """As `run`, as one transaction in the store's thread, after what was asked for before; its result comes once
-        that is on the disk. It runs even if it is replaced; once the store is closed no result is delivered."""
+        """Run `work` as `run` does, as one transaction in the store's thread, after what was asked for before; its
+        result comes once that is on the disk. It runs even if it is replaced; once the store is closed no result is
+        delivered."""
 
         def fail(error: Exception) -> None:
             if failed is None or not isinstance(error, StoreTrouble):
@@ -156,7 +157,7 @@ class BackgroundTask(QObject, Generic[Result]):
         return self._running
 
     def take(self, running: Running, future: "Future[Result]") -> None:
-        """What has ended, in the window's thread."""
+        """Take what has ended, in the window's thread."""
         if self._for_once:
             self.deleteLater()
         if running is not self._running:

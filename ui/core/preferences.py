@@ -99,7 +99,7 @@ class Preferences:
 
     @property
     def profile_folder(self) -> Path:
-        """Where a dialog for profiles begins."""
+        """The folder in which a dialog for profiles begins."""
         return Path(self.recent_profiles[0]).parent if self.recent_profiles else Path.home()
 
     def add_profile(self, path: Path) -> None:

@@ -131,7 +131,7 @@ def anchor_of(heading: str) -> str:
 
 
 def show_guide(window: QWidget, chapter: str) -> bool:
-    """One viewer a window; whether the guide is installed."""
+    """Show the guide, in one viewer a window. Returns whether it is installed."""
     return (window.findChild(GuideViewer) or GuideViewer(window)).open_at(chapter)
 
 

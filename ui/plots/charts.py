@@ -121,7 +121,7 @@ def ago_text(seconds: float, decimals: int) -> str:
 
 
 class StaticPlot(PaintedWidget):
-    """One view of pyqtgraph with axes. `draw` puts the items into it, after each change and in each theme."""
+    """A plot with axes in one view of pyqtgraph. `draw` puts the items into it, after each change and in each theme."""
 
     accessible_role: ClassVar = QAccessible.Role.Chart
     usual: ClassVar = QSize(320, 130)
@@ -179,7 +179,7 @@ class StaticPlot(PaintedWidget):
         raise NotImplementedError
 
     def fit_to_view(self) -> None:
-        """Called after a change of the view's size, for what is drawn in pixels."""
+        """Fit what is drawn in pixels; called after a change of the view's size."""
 
     def add(self, *items: Any) -> None:
         for item in items:

@@ -115,7 +115,7 @@ class TiltGauge(PaintedWidget):
             painter.drawLine(_at(rearms, radius + 2), _at(rearms, radius - 8))
 
     def _paint_aircraft(self, painter: QPainter, radius: float, tilt_deg: float) -> None:
-        """From behind, rotated by the tilt, with a needle from its right arm to the scale."""
+        """Paint it from behind, rotated by the tilt, with a needle from its right arm to the scale."""
         theme = current()
         fires = self._fires_deg is not None and not self._is_unproven and tilt_deg >= self._fires_deg
         ink = theme.ink(Meaning.DANGER if fires else None)

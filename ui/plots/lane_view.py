@@ -102,7 +102,7 @@ class LimitLine(Curve):
 
 
 class LaneView:
-    """Made once for a lane; `box` is the rectangle of its view in the scene."""
+    """The view of a lane, made once for it; `box` is its rectangle in the scene."""
 
     def __init__(self, lane: Lane, scene: QGraphicsScene) -> None:
         self.lane = lane

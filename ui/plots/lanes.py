@@ -128,7 +128,7 @@ SLOW_GAP_S: Final = 5.0
 
 
 def measured_lanes(data: Measured, in_use: LimitsInUse, acting: LimitSteps, unproven: LimitSteps) -> tuple[Lane, ...]:
-    """Of a session or a recording, with the limits that act, and those of which that is not known."""
+    """Make the lanes of a session or a recording, with the limits that act, and those of which that is not known."""
 
     def cell_outside(volts: float, time_s: float) -> Outside | None:
         charging = data.charging_at(time_s)

@@ -18,7 +18,7 @@ from ui.style.icons import Icon
 
 
 class DraftExchange(QObject):
-    """What one page hands to another; any of them may be missing."""
+    """The ways in which one page hands something to another; any of them may be missing."""
 
     used = Signal(object)  # Values by the setting's key, to become drafts in Settings, unsent
     limits_used = Signal()  # `LimitsInUse` are those of another profile
@@ -33,7 +33,7 @@ class DraftExchange(QObject):
 
 @dataclass(frozen=True, slots=True)
 class Services:
-    """What the pages share."""
+    """The services that the pages share."""
 
     ports: Ports
     appearance: Appearance

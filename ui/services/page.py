@@ -113,7 +113,7 @@ class Page(QWidget):
         """Draw what `module` is now. Called while the page is seen, and when it comes into sight."""
 
     def on_batch(self, batch: Batch) -> None:
-        """Each batch of the module shown, whether the page is seen or not."""
+        """Take each batch of the module shown, whether the page is seen or not."""
 
     def on_ended(self) -> None:
         """Its conversation is over: what was prepared for it is done no more."""
@@ -132,11 +132,11 @@ class Page(QWidget):
         raise LookupError(f"{self.objectName()} has no view {view}")
 
     def ways_back(self) -> WaysBack:
-        """What Esc does is the first of them that is possible; it never sends anything but LOCK."""
+        """Return what Esc may do, of which it does the first that is possible; it never sends anything but LOCK."""
         return ()
 
     def notices(self) -> list[PageJob]:
-        """What says something on it."""
+        """Return all that says something on it."""
         return self.findChildren(PageJob)
 
     # What is the same for all
@@ -153,7 +153,7 @@ class Page(QWidget):
         return step is not None
 
     def end_notices(self, *, is_page_left: bool = False) -> None:
-        """What was said of another module, or before the page was left, is over; see `PageJob.end`."""
+        """End what was said of another module, or before the page was left; see `PageJob.end`."""
         for notice in self.notices():
             notice.end(is_page_left=is_page_left)
 

@@ -41,14 +41,14 @@ class Storage(QObject):
 
     @cached_property
     def library(self) -> "RecordingLibrary":
-        """Of recordings."""
+        """Return the library of recordings."""
         from app.recordings.library import RecordingLibrary
 
         return RecordingLibrary(self.folder / "recordings")
 
     @property
     def folder(self) -> Path:
-        """Of the store and of what belongs to it."""
+        """The folder of the store and of what belongs to it."""
         return self._store.folder
 
     @property
@@ -85,7 +85,7 @@ class Storage(QObject):
 
     @property
     def notice(self) -> str | None:
-        """What a person should know about the store once it is open, in the language in use."""
+        """The sentence on what a person should know about the store once it is open, in the language in use."""
         store = self.store
         if isinstance(store, StoreTrouble):
             return store.sentence
@@ -93,7 +93,7 @@ class Storage(QObject):
         return None if notice is None else notice.translated()
 
     def journal(self, target: Target | None, known_as: KnownAs = UNNAMED) -> Journal:
-        """Of a store that may still be opening: LOCK waits for no entry, and an act for its own."""
+        """Return the journal of a store that may still be opening: LOCK waits for no entry, and an act for its own."""
         store = self.begun
         if target is None or store is None or (store.opened.done() and self.ready is None):
             return NoJournal()

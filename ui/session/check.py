@@ -73,7 +73,7 @@ class ModuleCheck(QObject):
 
     @property
     def is_running(self) -> bool:
-        """Until the record is in the store, or cannot be kept."""
+        """Whether it runs, until the record is in the store, or cannot be kept."""
         return self._job is not None or (self._filing.is_running and self.filed is None)
 
     @property
@@ -88,7 +88,8 @@ class ModuleCheck(QObject):
 
     @property
     def signed(self) -> SignedRecord | None:
-        """What may be exported: None unless the check still holds, and while the next record of it is being kept."""
+        """The record that may be exported: None unless the check still holds, and while the next record of it is being
+        kept."""
         is_final = self.state.verdict is not None and not self.is_busy
         return self.filed.signed if self.filed is not None and is_final else None
 
@@ -99,8 +100,8 @@ class ModuleCheck(QObject):
             self._job.cancel()
 
     def state_again(self, person: Person) -> None:
-        """What is only written on the record voids nothing. A module that got its name after the check is judged again
-        by what is kept under that name."""
+        """Take what is only written on the record, which voids nothing. A module that got its name after the check is
+        judged again by what is kept under that name."""
         if person == self.person or self.void is not None:
             return
         is_named_now = person.module != self.person.module
@@ -171,7 +172,7 @@ class ModuleCheck(QObject):
             self._file(evidence, self.filed.assessment.case.past)
 
     def _remember_progress(self, report: Report) -> None:
-        """In the worker's thread. Only its own steps: what they are made of tells its progress, too."""
+        """Remember its own steps only: what they are made of tells its progress, too. Runs in the worker's thread."""
         if report.total == STEPS:
             self.progress = report
 
@@ -185,7 +186,7 @@ class ModuleCheck(QObject):
         self.poll()  # also what no page shows, and what is over by the next look
 
     def _on_ended(self) -> None:
-        """What came of one that runs is shown no more once the next conversation begins."""
+        """End it: what came of one that runs is shown no more once the next conversation begins."""
         end = self._module.end
         if self._job is not None and end is not None:
             why = void_of_end(end).message

@@ -41,7 +41,8 @@ class Stage(Enum):
 
 
 class Guided(QObject):
-    """Of one module. Its result stays as a notice of the port where the test ended with the conversation."""
+    """The guided test of one module. Its result stays as a notice of the port where the test ended with the
+    conversation."""
 
     changed = Signal()
     """The stage, the step or the earlier results are different."""
@@ -222,7 +223,7 @@ class Guided(QObject):
             self.changed.emit()
 
     def _on_ended(self) -> None:
-        """What measures ends with its job, which may have expected that."""
+        """End it. A test that measures ends with its job, which may have expected that."""
         if self.stage is Stage.CONFIRMING:
             self._break_off(LOST)
 

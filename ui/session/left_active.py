@@ -36,7 +36,7 @@ class LeftActiveWatch(QObject):
         ports.removed.connect(lambda port: self._told.pop(port, None))
 
     def load(self) -> None:
-        """Once the store is open."""
+        """Load what was left ACTIVE, once the store is open."""
         self._update(lambda _facts: None)
 
     def notices(self) -> list[Notice]:

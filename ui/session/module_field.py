@@ -46,7 +46,7 @@ class ModuleField(QComboBox):
         self._show_module(ports.module)
 
     def _show_module(self, module: ShownModule) -> None:
-        """What was typed was meant for the former one."""
+        """Show another module: what was typed was meant for the former one."""
         if self._module is not None:
             self._module.named.disconnect(self.show_name)
             self._module.changed.disconnect(self._enable)

@@ -61,7 +61,7 @@ class PageJob(QObject):
 
     @property
     def notices(self) -> list[Notice]:
-        """What runs, then what was said."""
+        """The notice of what runs, then what was said."""
         running = []
         if self._job is not None:
             running.append(progress_notice(self._doing_now(), self.cancel if self._can_cancel else None))
@@ -72,7 +72,7 @@ class PageJob(QObject):
 
     @property
     def said(self) -> list[Notice]:
-        """What was said last, the gravest first. What offers no choice can be closed."""
+        """The notices of what was said last, the gravest first. One that offers no choice can be closed."""
         notices = []
         for cause, find in self._said.items():
             notice = find()
@@ -82,8 +82,8 @@ class PageJob(QObject):
         return sorted(notices, key=lambda notice: _GRAVEST_FIRST.index(notice.meaning))
 
     def set_notice(self, notice: Notice | Callable[[], Notice | None], cause: str = "") -> None:
-        """In place of one of the same cause. Screen readers hear it once. What finds it is called whenever it is
-        shown."""
+        """Put a notice in place of one of the same cause. Screen readers hear it once. What finds it is called whenever
+        it is shown."""
         self._said[cause] = find = notice if callable(notice) else lambda: notice
         if (shown := find()) is not None:
             announce(shown.text, is_urgent=shown.meaning is Meaning.DANGER)
@@ -256,7 +256,7 @@ class PageJob(QObject):
         self.begin(tr("Saving…"), lambda _running: write(), say, refused, can_cancel=False, cause=str(path))
 
     def read_profile(self, path: Path) -> "Profile | None":
-        """None where the file is no profile, which is said."""
+        """Read a profile; None where the file is none, which is said."""
         from app.settings.profiles import ProfileRefused, read_profile  # the first paint does not wait for TOML
 
         try:
@@ -279,6 +279,6 @@ def _meaning_of(error: Exception) -> Meaning:
 
 
 def progress_notice(text: str, cancel: Callable[[], object] | None) -> Notice:
-    """Of a running job."""
+    """Return the notice of a running job."""
     choices = () if cancel is None else (Choice("cancel", tr("Cancel"), cancel),)
     return Notice(Meaning.INFORMATION, text, choices)

@@ -134,7 +134,7 @@ class Port(QObject):
 
     @property
     def now_s(self) -> float:
-        """By the clock of the engine."""
+        """The time by the clock of the engine."""
         return self._clock()
 
     @property
@@ -313,7 +313,7 @@ class Port(QObject):
         self.submit(self._finding, end)
 
     def _await_module(self) -> None:
-        """What comes where no module answers?"""
+        """Find out what comes where no module answers."""
         opening = self._opening
 
         def end(job: Job[Silence | None]) -> None:

@@ -60,7 +60,7 @@ class Ports(QObject):
 
     @property
     def all(self) -> tuple[Port, ...]:
-        """In the order in which they were added."""
+        """All ports in the order in which they were added."""
         return tuple(self._ports)
 
     @property
@@ -69,7 +69,7 @@ class Ports(QObject):
         return self.current.module
 
     def known_names(self) -> list[str]:
-        """Of all modules of the store, the last seen first; empty while there is no store."""
+        """Return the names of all modules of the store, the last seen first; empty while there is no store."""
         store = self.storage.ready
         try:
             return [] if store is None else [known.name for known in store.read(modules)]
@@ -178,7 +178,7 @@ class Ports(QObject):
 
 
 class LockControl:
-    """What presses LOCK: on the port whose module the pages show, or on all."""
+    """The LOCK of the window: it presses LOCK on the port whose module the pages show, or on all."""
 
     def __init__(self, ports: Ports) -> None:
         self._ports = ports

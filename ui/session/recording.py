@@ -19,7 +19,7 @@ _log = logging.getLogger(__name__)
 
 
 class RecordingState(NamedTuple):
-    """As the window shows it."""
+    """The state of recording, as the window shows it."""
 
     is_on: bool = True
     # Aware; None: nothing is being written.

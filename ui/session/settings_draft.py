@@ -43,20 +43,20 @@ class SettingsDraft(QObject):
 
     @property
     def rows(self) -> tuple[SettingDraft, ...]:
-        """With what the module says of each now."""
+        """The rows, with what the module says of each now."""
         for draft in self.drafts.values():
             draft.take(self._module.view.known(draft.command.key, self._module.now_s))
         return tuple(self.drafts.values())
 
     @property
     def changes(self) -> list[SettingChange]:
-        """What Write would send."""
+        """The changes that Write would send."""
         pending = ((draft.command, draft.pending) for draft in self.rows)
         return [SettingChange(command, value) for command, value in pending if value is not None]
 
     @property
     def wanted(self) -> dict[str, Value | str]:
-        """All edits by the setting's key; text is what was typed and cannot be sent."""
+        """The edits by the setting's key; text is what was typed and cannot be sent."""
         return {key: draft.wanted for key, draft in self.drafts.items() if draft.wanted is not None}
 
     @property
@@ -200,8 +200,8 @@ class SettingsDraft(QObject):
             self._keep_interrupted(WriteReport(results=()))
 
     def _keep_interrupted(self, report: WriteReport) -> None:
-        """What became of each setting: "Tilt threshold: verified then, before the interruption"; and what the module
-        did not have."""
+        """Keep what became of each setting ("Tilt threshold: verified then, before the interruption"), and what the
+        module did not have."""
         told = []
         for written in report.results:
             why = marked("verified") if written.fault is None else written.fault.value

@@ -23,7 +23,8 @@ TURN_EVERY_MS: Final = 20
 
 
 class PortSharing(QObject):
-    """What readers ask is asked in the window's thread as what the window itself asks; their LOCK is the window's."""
+    """It shares the port: what readers ask is asked in the window's thread as what the window itself asks; their LOCK
+    is the window's."""
 
     changed = Signal()
 

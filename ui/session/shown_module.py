@@ -57,7 +57,7 @@ UNTOLD = frozenset({EndReason.CLOSED, EndReason.RATE_CHANGED, EndReason.ANOTHER}
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Remainder:
-    """What stays of one conversation: a report, drafts, or, with neither, a TRIGGERED that was seen."""
+    """What stays of one conversation is a report, drafts, or, with neither, a TRIGGERED that was seen."""
 
     # The module's name, or "".
     module: str
@@ -73,7 +73,7 @@ class Remainder:
 
 
 class Interruptions(QObject):
-    """Of one port. Belongs to the window's thread."""
+    """The interruptions of one port. They belong to the window's thread."""
 
     changed = Signal()
 
@@ -161,7 +161,7 @@ class ShownModule(QObject):
 
     @property
     def number(self) -> int:
-        """Of its conversation; 0 while no module has answered yet."""
+        """The number of its conversation; 0 while no module has answered yet."""
         return self.view.number
 
     @property
@@ -175,12 +175,12 @@ class ShownModule(QObject):
 
     @property
     def target(self) -> Target | None:
-        """Where it is connected."""
+        """The port where it is connected."""
         return self._port.target
 
     @property
     def now_s(self) -> float:
-        """By the clock of the engine."""
+        """The time by the clock of the engine."""
         return self._port.now_s
 
     @property
@@ -208,7 +208,7 @@ class ShownModule(QObject):
 
     @property
     def journal(self) -> Journal:
-        """With what the module is known by now."""
+        """The journal, with what the module is known by now."""
         return self._storage.journal(self._port.target, self.known_as)
 
     # What is done with it
@@ -237,7 +237,8 @@ class ShownModule(QObject):
         return job
 
     def job(self, key: str) -> "PageJob":
-        """What a page runs on it and shows of it, by the page's own key: progress, cancel, and what came of it."""
+        """Return what a page runs on it and shows of it, by the page's own key: progress, cancel, and what came of
+        it."""
         from ui.session.page_job import PageJob
 
         if key not in self._work:
@@ -294,7 +295,7 @@ class ShownModule(QObject):
         return NOT_CHECKED if self.check is None else self.check.state
 
     def begin_check(self, profile: "Profile", person: "Person", *, is_enabling: bool) -> "ModuleCheck":
-        """In place of the last one, which is void then."""
+        """Begin a check in place of the last one, which is void then."""
         from ui.session.check import NEWER, ModuleCheck
 
         if self.check is not None:
@@ -308,18 +309,18 @@ class ShownModule(QObject):
     # What is kept of it
 
     def keep_report(self, text: UserMessage) -> None:
-        """What was interrupted with its conversation; stays as a notice until a person closes it."""
+        """Keep the report of what was interrupted with its conversation, as a notice, until a person closes it."""
         self._port.interruptions.keep(Remainder(self.name, text))
 
     def keep_drafts(self, drafts: Mapping[str, Value | str]) -> None:
-        """What was not written when its conversation ended, by the setting's key; stays until a person closes it."""
+        """Keep what was not written when its conversation ended, by the setting's key, until a person closes it."""
         self._port.interruptions.keep(Remainder(self.name, drafts=drafts))
 
     def keep_looked_at(self, records: Iterable[bytes]) -> None:
         self.looked_at |= Counter(records)
 
     def keep_as_found(self) -> Callable[[Mapping[str, Value], int | None], "Future[Row] | None"] | None:
-        """For the worker's thread, which may be late: keeps the settings before the first write; None once they are."""
+        """Keep the settings before the first write; None once they are. For the worker's thread, which may be late."""
         port = "" if self._port.target is None else self._port.target.device
         name = self.name
 
@@ -335,17 +336,17 @@ class ShownModule(QObject):
         return keep if self.as_found is None else None
 
     def note_records_read(self) -> None:
-        """Its trigger records were read in this conversation."""
+        """Note that its trigger records were read in this conversation."""
         self._port.firing_doubt.needs_records = False
         self._port.update_view()
         self.changed.emit()
 
     def note_go(self) -> None:
-        """Its verdict is GO, so that to be left ACTIVE is its normal end."""
+        """Note that its verdict is GO, so that to be left ACTIVE is its normal end."""
         self._write(partial(note_go, run=self.run_id))
 
     def _write(self, act: Callable[[Facts], object]) -> None:
-        """In the store, whose trouble has a notice of its own."""
+        """Write into the store, whose trouble has a notice of its own."""
 
         def log_trouble(written: "Future[object]") -> None:
             error = None if written.cancelled() else written.exception()
@@ -363,7 +364,7 @@ class ShownModule(QObject):
         return () if known is None else what_speaks_against(known, self.view)
 
     def remembered(self, name: str) -> Remembered | None:
-        """What was last kept under this name."""
+        """Return what was last kept under this name."""
         store = self._storage.ready
         if store is None or not name:
             return None
@@ -441,10 +442,11 @@ class ShownModule(QObject):
 
 
 def module_label(name: str) -> str:
-    """For sentences, in the language in use."""
+    """Return the module's name for sentences, in the language in use."""
     return name or tr("Unnamed")
 
 
 def not_kept(trouble: StoreTrouble, module: str) -> str:
-    """With the name of the module it is of: by the time that a slow store tells, another one may be shown."""
+    """Say that it was not kept, with the name of the module it is of: by the time that a slow store tells, another one
+    may be shown."""
     return labelled(capitalised(module_label(module)), join_sentences((trouble.sentence, tr("Not kept."))))

@@ -43,7 +43,8 @@ class TriggerRow(NamedTuple):
 
 
 class TriggerReading(QObject):
-    """Of one module. It is read by itself once while somebody looks, and again after it fired."""
+    """The trigger records of one module. They are read once by themselves while somebody looks, and again after it
+    fired."""
 
     # The rows, the progress or the notice are otherwise.
     changed = Signal()
@@ -82,7 +83,7 @@ class TriggerReading(QObject):
             self.job.run(read_triggers(), self._end, doing=marked("Reading the trigger records"))
 
     def read_unasked(self) -> None:
-        """Called while somebody looks."""
+        """Read them where that is due; called while somebody looks."""
         has_fired = self._module.view.reported[0] is True
         if has_fired and not self._had_fired:
             self._has_asked = False
@@ -132,7 +133,7 @@ class TriggerReading(QObject):
         self._keep_reading()
 
     def _on_named(self) -> None:
-        """What was read is of the module that a person named now."""
+        """Keep what was read: it is of the module that a person named now."""
         self.job.dismiss()
         self._keep_reading()
 

@@ -40,8 +40,8 @@ class Sound(Enum):
 
 
 class StateAnnouncer(QObject):
-    """Of the modules on all ports. Each state once, when it becomes so: a doubt alone (an age, a question without an
-    answer) is not told."""
+    """It announces the states of the modules on all ports. Each state once, when it becomes so: a doubt alone (an age,
+    a question without an answer) is not told."""
 
     def __init__(self, ports: Ports, preferences: Preferences) -> None:
         super().__init__(ports)
@@ -139,7 +139,7 @@ def is_played(sound: Sound) -> bool:
 
 
 def write_tones(path: Path, tones: tuple[int, ...]) -> None:
-    """Raises OSError."""
+    """Write the files of the sounds. Raises OSError."""
     count = int(_RATE * 0.15)  # s for each tone
     data = bytearray()
     for tone in tones:

@@ -61,7 +61,7 @@ class Attention(QObject):
         self.refresh()
 
     def report(self, error: UncaughtError) -> None:
-        """In any thread: disarms at once, and shows the error from the event loop. One place has one notice."""
+        """Disarm at once, and show the error from the event loop; from any thread. One place has one notice."""
         self._armed.act = None
         self._failed.emit(error)
 
@@ -75,7 +75,7 @@ class Attention(QObject):
         self.say(Notice(Meaning.ATTENTION, text, choices, cause=error.details))
 
     def _closable(self, notice: Notice) -> Notice:
-        """With a button to close it, until it has another cause."""
+        """Return it with a button to close it, until it has another cause."""
 
         def close() -> None:
             self._said.pop(notice.key, None)
@@ -85,7 +85,7 @@ class Attention(QObject):
         return notice._replace(dismiss=close)
 
     def _on_another_module(self, module: ShownModule) -> None:
-        """What a person has seen was about the former one."""
+        """Forget what a person has closed: it was about the former module."""
         if module is not self._watched:  # the same port may be chosen again
             self._watched = module
             module.changed.connect(self.refresh)
@@ -170,8 +170,8 @@ class Attention(QObject):
         return Notice(meaning, join_sentences(parts), tuple(choices), cause=f"link {state.phase.value}")
 
     def _which_module(self, port: Port) -> Notice | None:
-        """Where nothing speaks against a name, one press says it; else a second one is needed, beside what speaks
-        against it. Neither is ever the default button."""
+        """Ask which module it is. Where nothing speaks against a name, one press says it; else a second one is needed,
+        beside what speaks against it. Neither is ever the default button."""
         module = port.module
         name = module.doubted_name or ("" if module.name else port.last_name)
         if not name or not module.can_be_named:
@@ -192,7 +192,7 @@ class Attention(QObject):
         return Notice(meaning, join_sentences(parts), (same, other))
 
     def _interruptions(self, port: Port) -> Iterator[Notice]:
-        """One of all conversations that ended, once the link's own notice no longer says it."""
+        """Give one notice of all conversations that ended, once the link's own notice no longer says it."""
         kept = port.interruptions
         if kept.last is None or not (port.state.is_fine or port.state.phase is Phase.CLOSED):
             return
@@ -237,5 +237,5 @@ class Attention(QObject):
 
 
 def _clock_time(at: float) -> str:
-    """Of the day, such as 10:02; `at` in seconds since 1970."""
+    """Return the time of the day, such as 10:02; `at` is in seconds since 1970."""
     return time.strftime("%H:%M", time.localtime(at))

@@ -152,7 +152,7 @@ class TopBar(QFrame):
         VisibilityTimer(self, self.refresh)
 
     def _show_others(self) -> None:
-        """One is named; of several the tooltip names all."""
+        """Name another module that needs attention; of several the tooltip names all."""
         names = [port.module.name or port_name(port.connection.port) for port in self._ports.lock.others]
         self.lock_others.setVisible(bool(names))
         text = tr("LOCK ALL")
@@ -212,7 +212,7 @@ class TopBar(QFrame):
         self._ports.current.set_recorded(is_on)
 
     def _show_recording(self, state: RecordingState) -> None:
-        """Of the port that is shown."""
+        """Show the state of recording on the port that is shown."""
         words, picture, meaning = tr("Not recorded"), Icon.RECORD_OFF, None
         if state.trouble is not None:
             words, picture, meaning = state.trouble.translated(), Icon.WARNING, Meaning.ATTENTION
@@ -262,7 +262,8 @@ _OUT_OF_SIGHT: Final = QSizePolicy(QSizePolicy.Policy.Ignored, QSizePolicy.Polic
 
 
 class _Pages(QStackedWidget):
-    """At least as high as the page in sight needs: Qt would take the highest of all pages, and their usual heights."""
+    """The pages, at least as high as the page in sight needs: Qt would take the highest of all pages, and their usual
+    heights."""
 
     def heightForWidth(self, width: int) -> int:
         page = self.currentWidget()
@@ -296,7 +297,7 @@ class PageArea(QScrollArea):
 
 
 class Sidebar(QListWidget):
-    """One row for each page: its icon above its name."""
+    """The sidebar has one row for each page: its icon above its name."""
 
     page_wanted = Signal(str)
 

@@ -86,7 +86,7 @@ class Leaving(QObject):
         wish.proceed()
 
     def _question(self, wish: _Wish) -> Notice | None:
-        """One question about all that would be left behind; None where there is nothing."""
+        """Return one question about all that would be left behind; None where there is nothing."""
         port, is_closing = wish.ports[0], wish.is_closing
         is_other = not is_closing and port is not self._ports.current
         count = sum(one.module.settings.count_unsent() for one in wish.ports)

@@ -296,7 +296,7 @@ class MainWindow(QMainWindow):
         self.navigation.focusNextChild()
 
     def take_step(self, step: NextStep) -> None:
-        """What a person can do about the link."""
+        """Take the step that a person can take about the link."""
         port = self._ports.current
         match step:
             case NextStep.CHOOSE_PORT:
@@ -314,7 +314,7 @@ class MainWindow(QMainWindow):
         self._preferences.bring_up()
 
     def show_guide(self) -> None:
-        """At the chapter of the page in sight."""
+        """Show the guide at the chapter of the page in sight."""
         from ui.help.windows import show_guide  # the first paint does not wait for it
 
         entry = self._entries.get(self.shown_page)
@@ -335,7 +335,7 @@ class MainWindow(QMainWindow):
 
     @property
     def shown_page(self) -> str:
-        """Its key; "" while the list of ports is shown."""
+        """The key of the page; "" while the list of ports is shown."""
         return "" if self.panel.isVisible() else self.navigation.chosen
 
     @property

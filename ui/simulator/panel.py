@@ -150,7 +150,7 @@ _OF_REST: Final = frozenset(("tilt", "tilt_spread", "acceleration", "acceleratio
 
 
 def rest_offer(target: Target | None, against: Sequence[str], check_again: Callable[[], object]) -> Notice | None:
-    """None if the module is real or at rest, or if no check of rest failed."""
+    """Return the offer to lay the module at rest; None if it is real or at rest, or if no check of rest failed."""
     if target is None or not target.is_simulated or not _OF_REST.intersection(against):
         return None
     from app.port_urls.protocol_sim import open_bench  # the first paint does not wait for it

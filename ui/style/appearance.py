@@ -257,7 +257,7 @@ class Spoken:
 
 @cache
 def install_accessible_roles() -> None:
-    """Once for the application; before anybody asks."""
+    """Install the roles once for the application, before anybody asks."""
     QAccessible.installFactory(_make)
 
 
@@ -265,7 +265,7 @@ _POLITENESS = QAccessible.AnnouncementPoliteness
 
 
 def announce(text: str, *, is_urgent: bool = False) -> None:
-    """For events only, not for values that change all the time. `text` is in the language in use. `is_urgent`: it
+    """Announce an event, not a value that changes all the time. `text` is in the language in use. `is_urgent`: it
     interrupts what is being read."""
     visible = (window for window in QApplication.topLevelWidgets() if window.isVisible())
     speaker = QApplication.activeWindow() or next(visible, None)

@@ -18,7 +18,7 @@ from PySide6.QtWidgets import QApplication
 
 
 class Meaning(Enum):
-    """What a colour says.  Never colour alone: an icon and a word go with it."""
+    """The meaning of a colour. Never colour alone: an icon and a word go with it."""
 
     GOOD = "good"
     ATTENTION = "attention"
@@ -28,7 +28,7 @@ class Meaning(Enum):
 
 
 class Choice(Enum):
-    """What a person chooses; AUTO is light or dark, as the system is."""
+    """The choice of a person; AUTO is light or dark, as the system is."""
 
     AUTO = "auto"
     LIGHT = "light"
@@ -112,17 +112,17 @@ class Theme(NamedTuple):
 
     @property
     def danger(self) -> Tint:
-        """What can fire, and what went wrong."""
+        """The tint of what can fire, and what went wrong."""
         return self.meanings[Meaning.DANGER]
 
     @property
     def attention(self) -> Tint:
-        """What needs a second look."""
+        """The tint of what needs a second look."""
         return self.meanings[Meaning.ATTENTION]
 
     @property
     def information(self) -> Tint:
-        """What is chosen, focused or linked."""
+        """The tint of what is chosen, focused or linked."""
         return self.meanings[Meaning.INFORMATION]
 
     def tint(self, meaning: Meaning) -> Tint:
@@ -219,7 +219,7 @@ def scale_in_use() -> float:
 
 
 def is_text_large() -> bool:
-    """What lies side by side in the usual size of text has no room for that any more."""
+    """Return whether text is so large that what lies side by side in its usual size has no room for that any more."""
     return scale_in_use() > 1.5
 
 
@@ -245,7 +245,8 @@ def font(size: Size = Size.BODY, *, is_bold: bool = False) -> QFont:
 
 @cache
 def kept_font(px: int, is_bold: bool, line_px: float) -> QFont:
-    """To make one takes as long as to write a word in it. To be cleared when the application's font is another."""
+    """Return a font that is kept, as to make one takes as long as to write a word in it. To be cleared when the
+    application's font is another."""
     strong = QFont.Weight.Medium if line_px == 1 else QFont.Weight.Bold
     kept = QFont(QApplication.font())
     kept.setPixelSize(px)

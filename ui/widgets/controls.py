@@ -124,8 +124,8 @@ def name_key(widget: QWidget, key: str) -> None:
 
 
 class ChoiceButton(QToolButton):
-    """One of several side by side, of which none may be checked; a radio button to screen readers. Whoever handles the
-    clicks unchecks the others."""
+    """A button of several side by side, of which none may be checked; a radio button to screen readers. Whoever handles
+    the clicks unchecks the others."""
 
     accessible_role: ClassVar = QAccessible.Role.RadioButton
 
@@ -135,7 +135,7 @@ class ChoiceButton(QToolButton):
 
 
 def without_key(text: str) -> str:
-    """For a button or an action, which takes "&" for the mark of a key."""
+    """Return it for a button or an action, which takes "&" for the mark of a key."""
     return text.replace("&", "&&")
 
 
@@ -357,7 +357,7 @@ class IconLabel(QLabel):
 
 
 class EmptyState(QWidget):
-    """Without `title` and `text` the owner fills the labels."""
+    """An icon and words where there is nothing yet. Without `title` and `text` the owner fills the labels."""
 
     def __init__(self, name: str, picture: Icon, title: str = "", text: str = "") -> None:
         super().__init__()

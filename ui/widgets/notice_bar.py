@@ -208,5 +208,5 @@ class NoticeBar(QFrame):
 
 
 def _looks(choices: tuple[Choice, ...]) -> list[tuple[str, str, bool, bool, bool]]:
-    """All that a person sees of them, but whether they are enabled."""
+    """Return all that a person sees of them, but whether they are enabled."""
     return [(one.key, one.text, one.is_main, one.is_step, one.is_shown) for one in choices]

@@ -38,7 +38,7 @@ class NumberKind(NamedTuple):
 
     @classmethod
     def of_field(cls, field: Quantity) -> Self:
-        """What a byte of the module can carry."""
+        """Return the kind of what a byte of the module can carry."""
         step = Decimal(1) / field.per_unit
         return cls(Decimal(0), 255 * step, step, field.unit, field.decimals)
 
@@ -52,7 +52,7 @@ class NumberKind(NamedTuple):
         return float(number) if self.low <= number <= self.high and not number % self.step else None
 
     def shown(self, number: float) -> str:
-        """Without the unit."""
+        """Return the number without the unit."""
         return f"{number:.{self.decimals}f}"
 
     def with_unit(self, number: float | Decimal) -> str:
@@ -61,7 +61,7 @@ class NumberKind(NamedTuple):
 
     @property
     def range_text(self) -> str:
-        """What may be typed, in the language in use."""
+        """The range that may be typed, in the language in use."""
         low, high, step = (self.with_unit(number) for number in (self.low, self.high, self.step))
         return tr("{low} to {high}, in steps of {step}", low=low, high=high, step=step)
 
@@ -87,7 +87,7 @@ class NumberLine(QLineEdit):
 
     @property
     def number(self) -> float | None:
-        """What stands in the field; None where it cannot be used, or is empty."""
+        """The number in the field; None where it cannot be used, or is empty."""
         return self.kind.read(self.text())
 
     @property

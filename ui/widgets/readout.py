@@ -160,7 +160,8 @@ class Readout(Spoken, QFrame):
 
 
 class StateChip(Spoken, QFrame):
-    """One state as icon, word and colour, with small letters below where there is more to say; unknown at first.
+    """A chip shows one state as icon, word and colour, with small letters below where there is more to say; unknown at
+    first.
 
     Good and neutral states are plain, attention and danger filled, unknown dashed; a stale state is dashed and shows
     its age. `is_measured`: the word contains a measured value, of which each change is no news.

@@ -401,7 +401,8 @@ def leave_focus(widget: QWidget) -> None:
 
 
 class FocusBack(QObject):
-    """Of a part of a window that comes and goes: remembers where the focus was before it came into `part`."""
+    """It brings the focus back of a part of a window that comes and goes: it remembers where the focus was before it
+    came into `part`."""
 
     def __init__(self, part: QWidget) -> None:
         super().__init__(part)

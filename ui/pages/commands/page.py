@@ -53,7 +53,7 @@ class CommandsPage(Page):
         VisibilityTimer(self, self.refresh, every_ms=REFRESH_EVERY_MS)
 
     def refresh(self) -> None:
-        """What the reported state means for the person beside the module."""
+        """Show what the reported state means for the person beside the module."""
         module = self.module
         state, fired = module.activation.state, module.view.known("triggered", module.now_s)
         is_locked = state is Activation.LOCKED

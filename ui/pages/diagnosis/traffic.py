@@ -55,7 +55,7 @@ class Filter(Enum):
 
 
 class Shown(NamedTuple):
-    """What a row shows besides its meaning."""
+    """The parts of a row besides its meaning."""
 
     kind: str
     picture: Icon

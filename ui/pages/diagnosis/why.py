@@ -209,7 +209,7 @@ class WhyPanel(QWidget):
 
 
 class SharingCard(QFrame):
-    """What it says is of the port that the window shows."""
+    """A card on sharing the port that the window shows."""
 
     def __init__(self, services: Services) -> None:
         super().__init__()

@@ -157,7 +157,7 @@ class ArchivePanel(QWidget):
             self._exchange(self._server)
 
     def _sync(self) -> None:
-        """With the server whose address stands there, which is kept; none, where it is empty."""
+        """Exchange with the server whose address stands there, which is kept; with none, where it is empty."""
         typed, store = self.server.text(), self._services.storage.ready
         try:
             self._server = server_url(typed).shown if typed.strip() else None
@@ -170,12 +170,12 @@ class ArchivePanel(QWidget):
         self._exchange(typed if self._server else None)
 
     def _choose_file(self) -> None:
-        """One that is there gets what it lacks, and gives what this station lacks."""
+        """Exchange with a file: one that is there gets what it lacks, and gives what this station lacks."""
         suggested, then = Path.home() / "archive.dps-s", lambda path: self._exchange(str(path))
         self.ask_file(self, tr("Exchange with a file…"), suggested, "*.dps-s", then, is_extended=True)
 
     def _exchange(self, place: str | None) -> None:
-        """With a server or a file, in both directions; None: count only what is not shared with the server."""
+        """Exchange with a server or a file, in both directions; None: count only what is not shared with the server."""
         server, store = self._server, self._services.storage.store
         if self._exchanging.is_running:
             return
@@ -204,7 +204,7 @@ class ArchivePanel(QWidget):
         self._say(tr("Exchanging…"), needs_attention=False)
 
     def _fail_exchange(self, error: Exception) -> None:
-        """One that failed by itself is said wherever a person is."""
+        """Say why it failed. An exchange that failed by itself is said wherever a person is."""
         if not isinstance(error, UserError):
             raise error
         self._end_exchange((error.sentence, True))
@@ -266,7 +266,7 @@ class ArchivePanel(QWidget):
         self.use.setEnabled(len(told) == 1 and self._services.exchange.can_use())
 
     def _use_settings(self) -> None:
-        """As edits; nothing is sent."""
+        """Fill in the settings as edits; nothing is sent."""
         for event in self.life.chosen():
             if event.settings and self._services.exchange.can_use():
                 self._services.exchange.used.emit(as_edits(event.settings))
@@ -286,7 +286,8 @@ class ArchivePanel(QWidget):
 
 
 class ServiceForm(QWidget):
-    """What was done to a module: repacked, ejector, cell, firmware. `keep` gets it with the module's name."""
+    """The form of what was done to a module: repacked, ejector, cell, firmware. `keep` gets it with the module's
+    name."""
 
     closed = Signal()
 

@@ -119,7 +119,7 @@ class FleetPage(Page):
         self.notice_bar.show_notices(self._notices())
 
     def _notices(self) -> list[Notice]:
-        """What is going on, else what it came to, else the profile that is open."""
+        """Return what is going on, else what it came to, else the profile that is open."""
         if self.is_checking:
             done, total = len(self.verdicts), len(self._checked)
             text = tr("{what} ({done} of {total})", what=capitalised(tr("checking…")), done=done, total=total)
@@ -173,7 +173,7 @@ class FleetPage(Page):
 
     @property
     def verdicts(self) -> list[Verdict | None]:
-        """Of those that have ended, as they stand now: what is void by now is not checked, None."""
+        """The verdicts that have ended, as they stand now: one that is void by now is not checked, None."""
         ended = [module for port, module in self._checked.items() if not port.module.is_checking]
         return [None if module is None else module.check_state.verdict for module in ended]
 

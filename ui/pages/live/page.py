@@ -169,7 +169,7 @@ class LivePage(Page):
         self.draw()
 
     def _tick_alone(self) -> None:
-        """Called while no batches come."""
+        """Go on with the time; called while no batches come."""
         self._refreshed_at = 0.0
         self._tick()
 
@@ -212,7 +212,7 @@ class LivePage(Page):
             button.setDisabled(self.job.is_busy)
 
     def _save_values(self) -> None:
-        """All samples in sight."""
+        """Save all samples in sight."""
         excerpt = self.data.excerpt(*self.plot.time_range.span)
         parts = csv_parts(excerpt, wall_offset_s=wall_offset_s())
         saved = partial(saved_text, rows=excerpt.row_count, is_whole=excerpt.is_whole)

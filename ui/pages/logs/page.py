@@ -119,7 +119,7 @@ class LogsPage(Page):
         self.refresh_list()
 
     def _make_actions(self) -> None:
-        """For the chosen logs, in a bar above the list and in its menu."""
+        """Make the actions for the chosen logs, in a bar above the list and in its menu."""
 
         def move(group: FlightGroup) -> None:
             self.work.move([row.name for row in self.table.chosen()], group)
@@ -231,7 +231,8 @@ class LogsPage(Page):
         self._opened = 0
 
     def _read_notice(self, names: list[str]) -> Notice | None:
-        """Each that could not be read, as long as it is there; None where everything was read."""
+        """Return a notice on each log that could not be read, as long as it is there; None where everything was
+        read."""
         if not names:
             return Notice(Meaning.INFORMATION, tr("No logs found."))
         unread = [log for log in self.work.unread() if log.name in names]

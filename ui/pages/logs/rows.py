@@ -211,7 +211,7 @@ SIDES: Final = {
 
 
 class Verdict(NamedTuple):
-    """On a log with the chosen thresholds; only what is not as expected has a meaning."""
+    """The verdict on a log with the chosen thresholds; only what is not as expected has a meaning."""
 
     word: str  # Marked
     icon: Icon
@@ -295,7 +295,7 @@ def _answer(row: LogRow) -> str:
 
 
 def _answer_order(row: LogRow) -> float:
-    """What is not as expected first, then by time; what is not known last."""
+    """Sort what is not as expected first, then by time; what is not known last."""
     if row.verdict is None:
         return 1e10
     at_s = 1e8 if row.outcome is None else min(row.outcome.at_s, 1e8)

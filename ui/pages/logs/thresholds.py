@@ -94,10 +94,8 @@ Cells = NDArray[np.float64]
 
 
 def cell_colours(wrong: Cells, missed: Cells, *, has_must: bool) -> NDArray[np.uint8]:
-    """One pixel a cell, lowest row first: red for false triggers, else blue for missing ones.
-
-    `wrong` and `missed`: the shares of flights that fire and must not, and that do not fire in time and must.
-    """
+    """Return one pixel a cell, lowest row first: red for false triggers, else blue for missing ones. `wrong` and
+    `missed` are the shares of flights that fire and must not, and that do not fire in time and must."""
     theme = current()
     # Red and blue differ for every eye, and in how light they are from what separates.
     pixels = np.empty((*wrong.shape, 3), np.uint8)

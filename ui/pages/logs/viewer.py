@@ -38,7 +38,7 @@ _MIDNIGHT_S: Final = time.mktime((2001, 1, 1, 0, 0, 0, 0, 0, -1))
 
 
 class Opened(NamedTuple):
-    """What was read of a log, as it is shown."""
+    """A log that was opened, as it is shown."""
 
     lanes: tuple[Lane, ...]
     bounds: Span

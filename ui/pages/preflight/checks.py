@@ -39,7 +39,7 @@ _SETTING_KEYS: Final = {bound.check: key for key, bound in SETTING_BOUNDS.items(
 
 
 class Remedy(NamedTuple):
-    """What mends a check that did not pass: the words of its button, English, marked; `act` does it, here or on the
+    """A remedy for a check that did not pass: the words of its button, English, marked; `act` does it, here or on the
     page that has the control for it."""
 
     words: str
@@ -48,8 +48,8 @@ class Remedy(NamedTuple):
 
 
 def remedy(judged: Judged, case: Case, looked_at: Counter[bytes]) -> Remedy | None:
-    """What mends a row with one click; None where only hands can. `looked_at`: the trigger records that a person had
-    before them; only those can be called reviewed."""
+    """Return what mends a row with one click; None where only hands can. `looked_at` are the trigger records that a
+    person had before them; only those can be called reviewed."""
     id_, is_known = judged.check.id, judged.finding.result is not CheckResult.UNKNOWN
 
     def said(words: str, person: Person) -> Remedy:

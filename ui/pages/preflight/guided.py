@@ -60,7 +60,8 @@ _COLUMNS: Final[tuple[TableColumn[MeasuredValue], ...]] = (
 
 
 class GuidedPanel(QWidget):
-    """Of the module shown. `commit_person`: takes what is typed in the page's form, and gives who tests."""
+    """The panel of the guided tests of the module shown. `commit_person` takes what is typed in the page's form, and
+    gives who tests."""
 
     def __init__(self, services: Services, commit_person: Callable[[], str]) -> None:
         super().__init__()
@@ -242,7 +243,7 @@ class GuidedPanel(QWidget):
         self.work.cancel()
 
     def go_on(self) -> None:
-        """What the main button does: start, confirm a step, or test again."""
+        """Do what the main button says: start, confirm a step, or test again."""
         if self.work.stage is Stage.DONE and self.work.test.statement:
             self.work.choose(self.work.kind)  # the statement has to be made again
         elif self.work.confirm_words:
@@ -261,7 +262,8 @@ class GuidedPanel(QWidget):
             self.refresh()
 
     def _on_broken(self, why: Input) -> None:
-        """Only a program error ends a test; another window in front does not, as the hands are on the module."""
+        """End the test after a program error only; another window in front does not end it, as the hands are on the
+        module."""
         if why is Input.FAILED:
             self.work.cancel(FAILED)
 

@@ -112,7 +112,7 @@ class PreflightForm(QWidget):
         self.commit()
 
     def enter_aircraft(self) -> None:
-        """That of the module's last check."""
+        """Enter the aircraft of the module's last check."""
         store, module = self._services.storage.ready, self._services.ports.module.name
         if store is not None and module and not self.aircraft.text():
             with suppress(StoreTrouble):
@@ -128,7 +128,7 @@ class PreflightForm(QWidget):
             self._use(profile, path)
 
     def read_again(self) -> bool:
-        """What another page or program wrote into the file since; False where it is no profile any more, which is
+        """Take what another page or program wrote into the file since; False where it is no profile any more, which is
         said."""
         profile = None if self.path is None else self._result.read_profile(self.path)
         if profile is not None and profile != self.profile:
@@ -292,7 +292,7 @@ class PreflightPage(Page):
             self.module.begin_check(self.list.answered(), person, is_enabling=is_enabling)
 
     def lead_to(self, page: str, then: Callable[[], object]) -> None:
-        """To the page that has the control for it; nothing is sent."""
+        """Lead to the page that has the control for it; nothing is sent."""
         self.page_wanted.emit(page)
         then()
 

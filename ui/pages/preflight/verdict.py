@@ -46,7 +46,8 @@ def can_enable(ports: Ports) -> bool:
 
 
 def has_to_enable(ports: Ports) -> bool:
-    """In a new connection a check without enabling the triggers can only end with NO-GO."""
+    """Say whether the triggers have to be enabled first: in a new connection a check without that can only end with
+    NO-GO."""
     known = [ports.module.view.known(command.key, ports.clock()) for command in TRIGGERS]
     return can_enable(ports) and any(trigger is None or trigger.is_stale for trigger in known)
 
@@ -97,7 +98,7 @@ def announcement(ports: Ports) -> Announcement:
 
 
 def _not_checked(ports: Ports) -> Announcement:
-    """What to do first. A module that was just powered up always needs its triggers enabled."""
+    """Say what to do first. A module that was just powered up always needs its triggers enabled."""
     head = tr("Connect or choose a module.")
     if can_check(ports):
         head = tr("Start the check.")

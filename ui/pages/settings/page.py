@@ -226,7 +226,7 @@ class SettingsPage(Page):
             self._show_panel(self.compare)
 
     def _choose_and_save(self) -> None:
-        """What the module holds now, as far as it is known."""
+        """Save what the module holds now, as far as it is known."""
         self.work.job.dismiss()
         settings = self.module.view.settings(self.module.now_s)
         if not settings:

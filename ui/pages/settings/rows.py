@@ -63,7 +63,7 @@ _LARGE_SHARES: Final = (4, 4, 5)
 
 
 class SettingsTable(QFrame):
-    """All rows in one grid, so that their columns are aligned."""
+    """The table has all rows in one grid, so that their columns are aligned."""
 
     def __init__(self, find_work: Callable[[], SettingsDraft], services: Services) -> None:
         super().__init__()
@@ -124,7 +124,7 @@ class HeldValue(QWidget):
 
 
 def _choice_box(command: Command, values: Mapping[str, Value]) -> QComboBox:
-    """One of several values; without an edit none is chosen."""
+    """Make a box of several values; without an edit none is chosen."""
     box = named(QComboBox(), f"{command.name}_wanted", says=tr(command.title), tip=tr(command.explanation))
     for text, value in values.items():
         box.addItem(text, value)
