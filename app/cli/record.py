@@ -27,6 +27,7 @@ def run(args: argparse.Namespace) -> int:
     refuse_unwritable(args)
     recorder: Recorder | None = None
     lost: Exception | None = None
+    is_whole = True
     try:
         for batch in watched(args, reads_all=True):
             if recorder is None:
@@ -37,13 +38,14 @@ def run(args: argparse.Namespace) -> int:
     except LOST as error:
         lost = error
     finally:
-        if recorder is not None:
-            recorder.stop(SETTLE_LIMIT_S)
+        if recorder is not None and not recorder.stop(SETTLE_LIMIT_S):
+            is_whole = False
+            console.notify(tr("The disk is too slow: the end of the recording is not written yet."))
     # The first one is written into the file; the others, after a day each, are named.
     entries = [] if recorder is None else [entry_of(path) for path in recorder.paths]
     if lost is not None and not entries:
         raise lost
-    is_whole = len(entries) == 1
+    is_whole &= len(entries) == 1
     if recorder is not None and recorder.trouble is not None:
         is_whole = False
         console.notify(recorder.trouble.translated())

@@ -4,6 +4,7 @@ import csv
 import io
 import json
 import sys
+import threading
 from pathlib import Path
 
 import numpy as np
@@ -11,6 +12,7 @@ import pytest
 
 from app.captures.traffic import Way
 from app.recordings.library import RecordingLibrary
+from app.recordings.session_file import SessionWriter
 from protocol.catalogue import SERIAL_OUTPUT
 from tests.support.cli_line import Program, bench_of, falls_after
 from tests.support.flights import log_bytes as made
@@ -106,6 +108,22 @@ def test_where_nothing_can_be_recorded_it_ends_at_once(
         said = record(dps_s, port, tmp_path / "a.csv", code=4, seconds="60")
     assert "Not recording: the disk is full." in said
     assert not bench_of(port).module.is_streaming
+
+
+def test_a_recording_whose_end_is_not_on_the_disk_is_not_called_complete(
+    port: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, dps_s: Program
+) -> None:
+    goes_on, finish = threading.Event(), SessionWriter.finish
+
+    def hang(writer: SessionWriter, now_s: float) -> None:
+        goes_on.wait(PATIENCE_S)
+        finish(writer, now_s)
+
+    monkeypatch.setattr(SessionWriter, "finish", hang)
+    monkeypatch.setattr("app.cli.record.SETTLE_LIMIT_S", 0.1)
+    said = record(dps_s, port, tmp_path / "a.csv", code=4)
+    goes_on.set()
+    assert "The disk is too slow: the end of the recording is not written yet." in said
 
 
 def test_a_session_is_decoded_from_its_file(port: str, wire: list[bytes], tmp_path: Path, dps_s: Program) -> None:
