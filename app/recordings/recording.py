@@ -125,7 +125,7 @@ def write_parts(path: Path, parts: Iterable[bytes], count: int, on_progress: Pro
 
 def export(entry: RecordingEntry, path: Path, *, appends: bool = False, on_progress: Progress = bool) -> Exported:
     """Copies the session into a file of its kind, else writes a CSV table, with `appends` behind the rows of the file.
-    Raises OSError, `UserError`, ValueError for a file that shrinks meanwhile, and what `on_progress` raises."""
+    Raises OSError, `UserError`, and what `on_progress` raises."""
     recording = open_recording(entry)
     if path.suffix.lower() == SUFFIX:
         with entry.path.open("rb") as file:

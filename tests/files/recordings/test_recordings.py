@@ -36,7 +36,6 @@ from app.text.messages import UserError
 from protocol.events import Began, Ended, EndReason, Rejected
 from protocol.messages import Noise, Reason
 from tests.support.records.recordings_made import (
-    LINE_HZ,
     LOST,
     NAME,
     NOON,
@@ -208,9 +207,15 @@ def test_bytes_of_equal_times_stay_in_order(tmp_path: Path) -> None:
 # Beginning and end
 
 
-def test_a_session_that_is_too_large_goes_on_in_the_next_recording(tmp_path: Path) -> None:
+@pytest.mark.parametrize(("max_bytes", "max_unpacked_bytes"), [(300_000, 1 << 32), (1 << 32, 600_000)])
+@pytest.mark.promise("f")
+def test_a_session_that_is_too_large_goes_on_in_the_next_recording(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, max_bytes: int, max_unpacked_bytes: int
+) -> None:
+    """For the library, or for what is read of one: at full line rate that is eight hours, which comes first."""
+    monkeypatch.setattr(session_file, "MAX_UNPACKED_BYTES", max_unpacked_bytes)
     with recorder_in(tmp_path) as bench:
-        bench.library.max_bytes = 300_000
+        bench.library.max_bytes = max_bytes
         bench.begin()
         batches = list(stream(1000.0, 60.0, rate_hz=100))
         for first in range(0, len(batches), 60):
@@ -222,6 +227,7 @@ def test_a_session_that_is_too_large_goes_on_in_the_next_recording(tmp_path: Pat
         times, polled, sent = list[float](), list[float](), 0
         for entry in entries:
             recording = opened(entry.path)
+            assert recording.damage is None
             times += recording.tilt.window(0, 1e9).time_s.tolist()
             polled += recording.cell.window(0, 1e9).time_s.tolist()
             sent += sum(len(piece.raw) for piece in SessionFile(entry.path).traffic())
@@ -229,20 +235,6 @@ def test_a_session_that_is_too_large_goes_on_in_the_next_recording(tmp_path: Pat
         assert times == [sample.at for one in batches for sample in one.samples]
         assert sent == 8 * len(times)
         assert polled == np.arange(1000.0, 1060.0).tolist()
-
-
-@pytest.mark.promise("f")
-def test_no_recording_is_longer_than_what_is_read_of_one(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """At full line rate that is eight hours, long before the file is as large as the library allows."""
-    monkeypatch.setattr(session_file, "MAX_UNPACKED_BYTES", 1_000_000)
-    with recorder_in(tmp_path) as bench:
-        bench.begin()
-        for second in range(20):
-            bench.feed(*stream(1000.0 + second, 1.0))
-        bench.finish()
-        recordings = [opened(entry.path) for entry in bench.library.entries()]
-    assert sum(len(recording.tilt) for recording in recordings) == 20 * LINE_HZ
-    assert [recording.damage for recording in recordings] == [None] * len(recordings)
 
 
 @pytest.mark.parametrize(("number", "module"), [(1, "Bench 9"), (2, "")])
