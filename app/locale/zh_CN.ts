@@ -2756,6 +2756,10 @@
         <translation>磁盘写入过慢。</translation>
     </message>
     <message>
+        <source>The disk is too slow: the end of the recording is not written yet.</source>
+        <translation>磁盘太慢：记录的末尾尚未写入。</translation>
+    </message>
+    <message>
         <source>The disk was too slow. Not recorded: {count}.</source>
         <translation>磁盘太慢。未记录：{count} 条。</translation>
     </message>

@@ -15,7 +15,7 @@ from PySide6.QtWidgets import QLabel, QLineEdit, QSlider, QWidget
 from app.text.i18n import tr
 from protocol.fields import Quantity
 from ui.style.theme import Space, scaled
-from ui.widgets.controls import in_row, named, set_role
+from ui.widgets.controls import in_row, named, set_role, text_label
 
 # What an input method writes, as ASCII.
 _HALF_WIDTH: Final = {0xFF01 + code: 0x21 + code for code in range(94)} | {ord("。"): "."}
@@ -172,7 +172,7 @@ class Dial(QWidget):
         self.box = named(NumberLine(kind, start=self.value), f"{name}_box")
         self.box.setFixedWidth(scaled(72))  # less than Qt's hint, since the unit stands beside it
         self.unit = named(QLabel(kind.unit), f"{name}_unit", "muted")
-        self.range = named(QLabel(), f"{name}_range", "danger")
+        self.range = text_label(f"{name}_range", "danger")
         self.range.hide()
         in_row((self.slider, 1), self.box, self.unit, of=self, spacing=Space.S, margins=0)
         self.setFocusProxy(self.slider)
