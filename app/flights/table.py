@@ -303,11 +303,24 @@ def _recognised(head: Head, by_person: CsvColumns) -> CsvColumns:
         if unit and said and said != unit:
             raise UserError(marked("“{name}” is in {unit}."), name=shown, unit=said)
     if "time" not in used:
-        raise _refusal(head, message(marked("No column is known to hold the time.")), {"time": head.names[0]})
+        why = message(marked("No column is known to hold the time."))
+        raise _refusal(head, why, {"time": head.names[0]})
     if not any(choice[0] in used for choice in (*_TILTS, *_LENGTHS)):
         why = message(marked("No column is known to hold attitude or acceleration."))
-        raise _refusal(head, why, {"tilt": head.names[-1]})
+        raise _refusal(head, why, _likely(head))
     return used
+
+
+def _likely(head: Head) -> dict[str, str]:
+    """The columns that may hold attitude or acceleration. What their names do not tell a person has to say: another
+    column in its place would be judged, and fire never."""
+    for words in ({"tilt": "tilt"}, {"roll": "roll", "pitch": "pitch"}, {"acceleration": "acc"}):
+        found = {
+            quantity: name for quantity, word in words.items() for name in reversed(head.names) if word in name.lower()
+        }
+        if len(found) == len(words):
+            return found
+    return {"tilt": "COLUMN"}
 
 
 def _meaning(name: str, unit: str) -> tuple[str, CsvColumn]:
