@@ -26,7 +26,7 @@ from ui.session.page_job import PageJob
 from ui.session.shown_module import ShownModule
 from ui.style.icons import Icon
 from ui.style.theme import Meaning, Size, Space, fixed_font, is_text_large
-from ui.widgets.controls import Shortcut, control, in_column, in_row, named, scroll_area, set_role, text_label
+from ui.widgets.controls import control, in_column, in_row, named, scroll_area, set_role, text_label
 from ui.widgets.notice_bar import NoticeBar
 from ui.widgets.visibility_timer import VisibilityTimer
 
@@ -192,9 +192,7 @@ class DiagnosisPage(Page):
             shown = scroll_area(view, f"{key}_scroll", title, is_vertical=True) if is_area else view
             shown.setAccessibleName(title)
             self._keys.append(key)
-            shortcut = f"Alt+{len(self._keys)}"
-            tabs.setTabToolTip(tabs.addTab(shown, title), shortcut)
-            Shortcut(shown, shortcut, partial(self._choose, key), holder=self)
+            tabs.addTab(shown, title)
         head = in_column(self.make_header(tr("Diagnosis")), margins=(Space.M, 0))
         # The notice is below all controls, so that it moves none of them.
         in_column(head, (tabs, 1), self.strip, of=self, spacing=Space.XS, margins=0)
@@ -217,10 +215,6 @@ class DiagnosisPage(Page):
     def go_to(self, key: str) -> None:
         """Shows a view: "why", "traffic", "figures" or "bundle"."""
         self.tabs.setCurrentIndex(self._keys.index(key))
-
-    def _choose(self, key: str) -> None:
-        self.go_to(key)
-        self.tabs.tabBar().setFocus()
 
     def _begin_again(self) -> None:
         """Frames of two connections are never in one list, nor in one bundle."""

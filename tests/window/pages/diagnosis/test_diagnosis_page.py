@@ -94,7 +94,7 @@ def test_the_button_finds_the_rate(qtbot: QtBot, qapp: QApplication, tmp_path: P
 def test_a_port_that_cannot_be_opened_leads_to_a_command_or_to_the_list_of_ports(
     qtbot: QtBot, qapp: QApplication, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    found = [AdapterFacts(group="dialout"), AdapterFacts(group=None)]
+    found = [AdapterFacts(group="uucp"), AdapterFacts(group=None)]
     monkeypatch.setattr("ui.pages.diagnosis.why.facts_about", lambda _port: found[0])
     with diagnosis(qtbot, qapp, tmp_path) as (assembly, page):
         ports, panel = assembly.ports, assembly.window.panel
@@ -116,7 +116,7 @@ def test_a_port_that_cannot_be_opened_leads_to_a_command_or_to_the_list_of_ports
         ports.current._on_batch(Batch(steady_time(), refused, ConversationView(), None))
         qtbot.waitUntil(lambda: cause_of(page) == "no permission")
         if sys.platform.startswith("linux"):
-            command = "sudo usermod -aG dialout $USER"
+            command = "sudo usermod -aG uucp $USER"
             assert command in page.why.next_step.text()
             assert page.why.act.text() == "Copy"
             press(qtbot, page.why.act)
@@ -157,6 +157,8 @@ def test_figures_show_loss_reasons_and_round_trips(qtbot: QtBot, qapp: QApplicat
             "sent": "10", "lost": "2 (20 %)", "trip": "3.0 ms", "rejected": "12\nwrong checksum: 12", "restarts": "1",
             "losses": "1", "slowest": "50.0 ms",
         }.items()  # fmt: skip
+        warned = {key for key, figure in page.statistics.figures.items() if figure.property("role") == "attention"}
+        assert warned == {"lost", "rejected", "losses"}
 
 
 # The support bundle
