@@ -13,7 +13,7 @@ from app.procedures.lock import Locked, lock
 from app.procedures.read import Readings, read_everything
 from app.procedures.stream import POLL_EVERY_S
 from app.procedures.write import SettingChange, WriteContext, WriteReport, write_all
-from app.settings.profiles import SETTINGS_BY_KEY
+from app.settings.values import SETTINGS_BY_KEY
 from app.system.clock import steady_time
 from app.terminal import console
 from app.terminal.connection import OpenPort, connected

@@ -32,7 +32,7 @@ from app.procedures.write import (
 )
 from app.safety.consequences import Weight, consequences
 from app.safety.journal import Act, Journal
-from app.settings.profiles import SETTINGS_BY_KEY
+from app.settings.values import SETTINGS_BY_KEY
 from app.terminal import console
 from app.terminal.connection import OpenPort, connected
 from app.terminal.records import records_of

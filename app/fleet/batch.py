@@ -28,8 +28,8 @@ from app.preflight.verdict import Verdict
 from app.procedures.write import SettingChange, WriteContext, why_not_verified, write_all
 from app.records.filing import judge_check, keep_check, local_now
 from app.records.report import check_target
-from app.settings.profiles import SETTINGS_BY_KEY, Profile, read_profile
-from app.settings.values import fingerprint
+from app.settings.profiles import Profile, read_profile
+from app.settings.values import SETTINGS_BY_KEY, fingerprint
 from app.store.fact_store import Facts, Store
 from app.store.rows import MessageText, ModuleProvisioned
 from app.text.messages import UserError, UserMessage, joined, message, message_from_json, visible

@@ -182,7 +182,6 @@ class Span:
 class Turn(NamedTuple):
     """A turn in one direction. `fired` is None where it did not fire, `rearmed` where it stayed triggered."""
 
-    direction: TiltDirection
     reached_deg: float = 0.0
     fired: Span | None = None
     rearmed: Span | None = None
@@ -220,14 +219,14 @@ def measure_tilt(threshold: float, _steps: PersonSteps) -> Procedure[GuidedResul
 def _turn(watch: StatusWatch, threshold: float, number: int, direction: TiltDirection) -> Procedure[Turn]:
     """Repeat a direction that was moved too fast; the last try counts."""
     step = Report(number, TILT_STEPS, marked("Hold it level."), (("direction", message(direction.value)),))
-    turn = Turn(direction)
+    turn = Turn()
     for _ in range(TILT_TRIES):
         yield from watch.begin(step)
         report = yield from watch.next()
         while report.tilt_deg > LEVEL_WITHIN_DEG or report.triggered:
             report = yield from watch.next()
         yield from watch.begin(step._replace(doing=TILT_SLOWLY))
-        turn = yield from _until_fired(watch, threshold, direction)
+        turn = yield from _until_fired(watch, threshold)
         if turn.fired is not None:
             yield from watch.begin(step._replace(doing=marked("It fired. Level it slowly.")))
             turn = turn._replace(rearmed=(yield from _until_rearmed(watch)))
@@ -238,7 +237,7 @@ def _turn(watch: StatusWatch, threshold: float, number: int, direction: TiltDire
     return turn
 
 
-def _until_fired(watch: StatusWatch, threshold: float, direction: TiltDirection) -> Procedure[Turn]:
+def _until_fired(watch: StatusWatch, threshold: float) -> Procedure[Turn]:
     """Between the last report before it fired and the first one after."""
     limit = min(HIGHEST_DEG, threshold + MISSED_BY_DEG)
     before = reached = 0.0
@@ -247,10 +246,10 @@ def _until_fired(watch: StatusWatch, threshold: float, direction: TiltDirection)
         report = yield from watch.next()
         reached = max(reached, report.tilt_deg)
         if report.triggered:
-            return Turn(direction, reached, Span(before, report.tilt_deg))
+            return Turn(reached, Span(before, report.tilt_deg))
         before = report.tilt_deg
         beyond = beyond + 1 if report.tilt_deg >= limit else 0
-    return Turn(direction, reached)
+    return Turn(reached)
 
 
 def _until_rearmed(watch: StatusWatch) -> Procedure[Span | None]:

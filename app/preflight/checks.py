@@ -17,8 +17,8 @@ from app.limits.past import LastTested, Past
 from app.modules.names import NOT_NAMED, known_by
 from app.preflight.evidence import CANCELLED, HEARTBEATS, STILL_S, UNFINISHED, Evidence
 from app.procedures.read import ANSWERED_TWICE
-from app.settings.profiles import LIMITS, SETTINGS_BY_KEY, Profile
-from app.settings.values import fingerprint, value_text
+from app.settings.profiles import LIMITS, Profile
+from app.settings.values import SETTINGS_BY_KEY, fingerprint, value_text
 from app.system.clock import DAY, local_time
 from app.text.messages import UserMessage, joined, message
 from protocol.catalogue import READABLE_SETTINGS

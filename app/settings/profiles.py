@@ -17,10 +17,10 @@ import msgspec
 from msgspec import Meta
 
 from app.guided.results import GuidedKind
-from app.settings.values import LONGEST_SHOWN, field_of, fitting, is_fingerprint
+from app.settings.values import LONGEST_SHOWN, SETTINGS_BY_KEY, field_of, fitting, is_fingerprint
 from app.system.files import CANNOT_READ, write_whole
 from app.text.messages import UserError, clean, error_text, visible
-from protocol.catalogue import SETTINGS, Command
+from protocol.catalogue import Command
 from protocol.fields import Value
 from protocol.translatable import marked
 
@@ -36,7 +36,6 @@ MAX_ITEMS = 40
 MAX_TEST_DAYS = 3650
 LARGEST_BYTES: Final = 128 * 1024
 MAX_WHY: Final = 120  # characters of what `tomllib` says
-SETTINGS_BY_KEY: Mapping[str, Command] = MappingProxyType({command.key: command for command in SETTINGS})
 
 
 class ActivatedBy(Enum):

@@ -10,6 +10,7 @@ from protocol.catalogue import BY_NAME, READABLE_SETTINGS, SETTINGS, Command
 from protocol.fields import NUMBER_NEEDED, Choice, Field, Flag, Quantity, Value, ValueRefused
 from protocol.translatable import marked
 
+SETTINGS_BY_KEY: Final[Mapping[str, Command]] = {command.key: command for command in SETTINGS}
 _WORDS: Final = {"true": True, "on": True, "yes": True, "false": False, "off": False, "no": False}
 MAX_NUMBER_LENGTH: Final = 32
 LONGEST_SHOWN: Final = 40  # characters of what is refused
@@ -80,14 +81,14 @@ def value_text(command: Command, value: Value) -> str:
 
 def setting_message(key: str, value: object) -> UserMessage:
     """Return a setting with its value and unit, as somebody kept it; one that this version does not know by its key."""
-    command = next((command for command in SETTINGS if command.key == key), None)
+    command = SETTINGS_BY_KEY.get(key)
     name = UserMessage(clean(key)) if command is None else message(command.title)
     return message("{name} {value}", name=name, value=kept_value_message(key, value))
 
 
 def kept_value_message(key: str, value: object) -> UserMessage:
     """Return the value of such a setting with its unit."""
-    command = next((command for command in SETTINGS if command.key == key), None)
+    command = SETTINGS_BY_KEY.get(key)
     try:
         if command is not None:
             return value_message(command, fitting(field_of(command), value))

@@ -14,7 +14,6 @@ from app.settings import profiles as profile_file
 from app.settings.profiles import (
     LIMITS,
     MAX_TEST_DAYS,
-    SETTINGS_BY_KEY,
     ActivatedBy,
     ManualLine,
     Profile,
@@ -24,6 +23,7 @@ from app.settings.profiles import (
     read_profile,
     save_profile,
 )
+from app.settings.values import SETTINGS_BY_KEY
 from protocol.fields import Quantity
 
 WHOLE = """\

@@ -5,8 +5,7 @@ import pytest
 from app.engine.conversation import How, Known
 from app.procedures.write import WriteFault, Written
 from app.settings.form import RowState, SettingDraft
-from app.settings.profiles import SETTINGS_BY_KEY
-from app.settings.values import MAX_NUMBER_LENGTH, field_of, parse_value
+from app.settings.values import MAX_NUMBER_LENGTH, SETTINGS_BY_KEY, field_of, parse_value
 from app.text.messages import UserError
 from protocol.catalogue import BAUD_RATE, BY_NAME
 from protocol.fields import Value
