@@ -15,64 +15,66 @@ import os
 import sys
 import tempfile
 from collections import Counter
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from itertools import product
 from pathlib import Path
 
 from PySide6.QtWidgets import QApplication
 
-from tests.campaigns import commands
-from tests.campaigns.hands import run
+from tests.campaigns import commands, hands
 from tests.campaigns.soak import soak
 from tests.campaigns.walk import FAULTS, HAPPENINGS, LINES, cells, walk, watched
 from tests.support.line import odd_module
 
+# Each prints what it finds as it goes, and returns what must not be.
 
-def _walk(seeds: range) -> int:
+
+def _walk(args: argparse.Namespace) -> list[str]:
     """Of exchanges it is counted how many were not noticed: under half a second of silence that is a blind spot."""
-    runs, unnoticed, broken = Counter[str](), Counter[str](), 0
-    for seed in seeds:
+    runs, unnoticed, broken = Counter[str](), Counter[str](), list[str]()
+    for seed in range(args.seed, args.seed + args.rounds):
         for result in walk(cells(seed=seed)):
             name = result.plan.happening
             runs[name] += 1
             unnoticed[name] += result.is_unnoticed
             if result.findings and (name in FAULTS or HAPPENINGS[name].must_end):
-                broken += 1
-                print(f"{result.plan}: {'; '.join(result.findings)}", flush=True)
+                broken.append(f"{result.plan}: {'; '.join(result.findings)}")
     for name, count in runs.items():
         print(f"{name:<40}{count:>6} runs, in {unnoticed[name]:>5} the conversation went on")
     return broken
 
 
-def _lines(seconds: float, seed: int) -> int:
-    broken = 0
-    for name, line in LINES.items():
-        for streams in (False, True):
-            found = watched(*line, seconds, streams=streams, seed=seed)
-            ends = ", ".join(f"{count} x {reason}" for reason, count in found.ends.items()) or "no end"
-            how = "streamed" if streams else "polled"
-            print(f"{name:<40}{how:<10}{ends}, {found.unanswered} not answered in {seconds:.0f} s", flush=True)
-            broken += bool(found.ends)
+def _lines(args: argparse.Namespace) -> list[str]:
+    broken = []
+    for (name, line), streams in product(LINES.items(), (False, True)):
+        found = watched(*line, args.seconds, streams=streams, seed=args.seed)
+        ends = ", ".join(f"{count} x {reason}" for reason, count in found.ends.items()) or "no end"
+        how = "streamed" if streams else "polled"
+        print(f"{name:<40}{how:<10}{ends}, {found.unanswered} not answered in {args.seconds:.0f} s", flush=True)
+        broken += [f"{name}, {how}: {ends}"] * bool(found.ends)
     return broken
 
 
-def _commands(seeds: range) -> int:
-    with tempfile.TemporaryDirectory() as folder:
-        texts, broken = commands.campaign(seeds, Path(folder))
-    print("\n".join(texts))
+def _commands(args: argparse.Namespace) -> list[str]:
+    said, broken = commands.campaign(range(args.seed, args.seed + args.rounds), Path.cwd())
+    print(*(f"{count:>6}  {what}" for what, count in sorted(said.items())), sep="\n")
     return broken
 
 
-def _hands(rounds: int, seed: int) -> int:
-    report = run(QApplication(sys.argv[:1]), rounds, seed)
-    print(f"{report.sequences} sequences; left: {dict(report.frames)}", *report.faults, sep="\n")
-    return len(report.faults)
+def _hands(args: argparse.Namespace) -> list[str]:
+    report = hands.run(QApplication(sys.argv[:1]), args.rounds, args.seed)
+    print(f"{report.sequences} sequences; left: {dict(report.frames)}")
+    return report.faults
 
 
-def _soak(seconds: float, seed: int) -> int:
-    complaints = soak(seconds, seed)
-    print("\n".join(complaints) or "all as it should be")
-    return len(complaints)
+CAMPAIGNS: dict[str, Callable[[argparse.Namespace], list[str]]] = {
+    "walk": _walk,
+    "lines": _lines,
+    "commands": _commands,
+    "hands": _hands,
+    "soak": lambda args: soak(args.seconds, args.seed),
+}
 
 
 @contextmanager
@@ -98,7 +100,7 @@ def main() -> int:
     parser = argparse.ArgumentParser(
         prog="python -m tests.campaigns", description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
     )
-    parser.add_argument("what", choices=("walk", "lines", "commands", "hands", "soak"))
+    parser.add_argument("what", choices=CAMPAIGNS)
     parser.add_argument("--rounds", type=int, default=1)
     parser.add_argument("--seed", type=int, default=1, help="of the first round")
     parser.add_argument("--seconds", type=float, default=3600.0, help="(default: %(default)s)")
@@ -106,16 +108,10 @@ def main() -> int:
     if not os.environ.keys() & {"DISPLAY", "WAYLAND_DISPLAY"}:
         os.environ.setdefault("QT_QPA_PLATFORM", "offscreen")
     odd_module.install()
-    seeds = range(args.seed, args.seed + args.rounds)
     with confined_home():
-        broken = {
-            "walk": lambda: _walk(seeds),
-            "lines": lambda: _lines(args.seconds, args.seed),
-            "commands": lambda: _commands(seeds),
-            "hands": lambda: _hands(args.rounds, args.seed),
-            "soak": lambda: _soak(args.seconds, args.seed),
-        }[args.what]()
-    return int(broken > 0)
+        broken = CAMPAIGNS[args.what](args)
+    print(*broken or ["all as it should be"], sep="\n")
+    return int(bool(broken))
 
 
 if __name__ == "__main__":

@@ -76,27 +76,25 @@ class Soak:
     def _trouble(self) -> None:
         what = self.dice.choice(("unplug", "restart", "silent", "fault", "fault", "fault", "honest"))
         self.done[what] += 1
+        if what == "fault":
+            self.module.tell(self.dice.choice(FAULTS))
+            return
+        self.module.tell(f"silent {self.dice.choice((0.2, 0.6, 2.0))}" if what == "silent" else what)
         if what == "unplug":
-            self.module.tell("unplug")
             turn_for(self.dice.uniform(0.02, 1.0))
             self.module.tell("plug")
-        elif what == "silent":
-            self.module.tell(f"silent {self.dice.choice((0.2, 0.6, 2.0))}")
-        elif what == "fault":
-            self.module.tell(self.dice.choice(FAULTS))
-        else:
-            self.module.tell(what)
-        if what in ("unplug", "restart", "silent", "honest"):
-            self.module.tell("honest")
-            self.module.tell(STREAM)
-            self.module.tell("streamed")  # its log stays short
-            self._await_stream()
+        self._make_honest()
+        self.module.tell("streamed")  # its log stays short
+        self._await_stream()
+
+    def _make_honest(self) -> None:
+        self.module.tell("honest")
+        self.module.tell(STREAM)
 
     def _end_in_order(self) -> None:
         """On the honest line every frame arrives."""
         self._disconnect()
-        self.module.tell("honest")
-        self.module.tell(STREAM)
+        self._make_honest()
         self.module.tell("restart")
         turn_for(1.0)
         self.module.tell("streamed")
@@ -128,14 +126,14 @@ class Mistakes(logging.Handler):
     def __init__(self) -> None:
         super().__init__(logging.ERROR)
         self.texts: list[str] = []
-        logging.getLogger().addHandler(self)
 
     def emit(self, record: logging.LogRecord) -> None:
-        self.texts.append(logging.Formatter("%(name)s: %(message)s").format(record))
+        self.texts.append(f"{record.name}: {record.getMessage()}")
 
 
 def soak(seconds: float, seed: int) -> list[str]:
     before, mistakes = set(threading.enumerate()), Mistakes()
+    logging.getLogger().addHandler(mistakes)
     with tempfile.TemporaryDirectory() as folder:
         link = Path(folder) / "module"
 
