@@ -29,7 +29,7 @@ from protocol.catalogue import LOCK, Request
 from protocol.fields import Value
 from tests.campaigns.ledger import DEAD_S, DEPLOY, ENABLED, GO, HOLD, HOLD_S, UNLOCKED, WATCHED, Ledger
 from tests.support.line.odd_module import end_faults
-from tests.support.window.hand import KINDS, NO_BUTTON, NO_KEY, Hand, hand_at
+from tests.support.window.hand import NO_BUTTON, NO_KEY, Hand, hand_at
 from tests.support.window.rig import TURN_S
 from tests.support.window.steps import given
 from ui.acts.confirm import Confirm
@@ -455,7 +455,7 @@ WHOLE: Final[Mapping[str, tuple[Callable[[Hands], None], tuple[str, ...]]]] = {
 
 @contextmanager
 def at_the_window(qapp: QApplication, folder: Path, report: Report, dice: random.Random) -> Iterator[Hands]:
-    with hand_at(Hands, qapp, folder, *KINDS) as hands:
+    with hand_at(Hands, qapp, folder, "commands", "preflight", "settings") as hands:
         hands.begin(report, dice)
         yield hands
 

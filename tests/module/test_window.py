@@ -86,8 +86,7 @@ class Desk(Rig):
 
     def go_to(self, key: str) -> None:
         self.key = key
-        self.assembly.window.go_to(key)
-        self.until(self.pages[key].isVisible)
+        super().go_to(key)
 
     def until_true(self, *known: str) -> None:
         """The page in sight and the top bar tell the truth soon. `known`: subjects of
@@ -245,9 +244,7 @@ def _fleet(page: FleetPage) -> Iterator[tuple[str, str | None]]:
 @pytest.fixture
 def desk(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> Iterator[Desk]:
     with on_fake_time(Desk, qtbot, qapp, tmp_path, "unused", page_entries(*PAGES)) as desk:
-        desk.assembly.window.make_pages()
-        desk.assembly.window.resize(1024, 600)
-        desk.until(lambda: all(desk.root.findChild(kind) for kind in PAGES.values()))
+        desk.window.resize(1024, 600)
         desk.begin(Module(now=desk.clock()))
         yield desk
 

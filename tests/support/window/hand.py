@@ -4,7 +4,6 @@ them. Qt finds the widget under the pointer itself."""
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass, field
-from functools import cached_property
 from pathlib import Path
 from typing import TypeVar
 from unittest.mock import patch
@@ -18,17 +17,10 @@ from tests.support.journals import FakeJournal
 from tests.support.window.fakes_ui import page_entries
 from tests.support.window.rig import READ_LAST, TURN_S, Rig, on_fake_time
 from tests.support.window.steps import given
-from ui.pages.commands.page import CommandsPage
-from ui.pages.preflight.guided import GuidedPanel
-from ui.pages.preflight.page import PreflightPage
-from ui.pages.settings.page import SettingsPage
 from ui.services.storage import Storage
-from ui.shell.main_window import MainWindow
 from ui.widgets.step_button import gestures
 
 LEFT, NO_BUTTON, NO_KEY = Qt.MouseButton.LeftButton, Qt.MouseButton.NoButton, Qt.KeyboardModifier.NoModifier
-KINDS: dict[str, type[QWidget]] = {"commands": CommandsPage, "preflight": PreflightPage, "settings": SettingsPage}
-"""The pages that can change the module."""
 Made = TypeVar("Made", bound="Hand")
 
 
@@ -41,26 +33,6 @@ class Hand(Rig):
     pointer: QPoint = field(default_factory=lambda: QPoint(1, 1))
     is_down: bool = False
     _event_ms: int = 0
-
-    @cached_property
-    def window(self) -> MainWindow:
-        return self.assembly.window
-
-    @cached_property
-    def commands(self) -> CommandsPage:
-        return self.find(CommandsPage)
-
-    @cached_property
-    def settings(self) -> SettingsPage:
-        return self.find(SettingsPage)
-
-    @cached_property
-    def preflight(self) -> PreflightPage:
-        return self.find(PreflightPage)
-
-    @cached_property
-    def guided(self) -> GuidedPanel:
-        return self.find(GuidedPanel)
 
     def note(self, request: Request) -> None:
         """Called with each frame as it leaves."""
@@ -170,10 +142,7 @@ def hand_at(kind: type[Made], qapp: QApplication, folder: Path, *pages: str) -> 
         on_fake_time(kind, no_bot, qapp, folder, "hand", page_entries(*pages)) as hand,  # type: ignore[arg-type]
     ):
         hand.journal, hand.on_leaving = journal, hand.note
-        hand.window.make_pages()
         hand.window.resize(1024, 600)
-        while any(hand.window.findChild(KINDS[page]) is None for page in pages):
-            Rig.turn(hand)
         hand.window.activateWindow()
         if "preflight" in pages:  # a menu of this button would wait for a person
             hand.preflight.form.choose.setMenu(None)  # type: ignore[arg-type]

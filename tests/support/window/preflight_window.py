@@ -1,6 +1,6 @@
 """A window with the Triggers page, the Pre-flight page or both on a simulated module."""
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
@@ -8,7 +8,7 @@ from typing import Final
 from unittest.mock import patch
 
 from PySide6.QtCore import Qt
-from PySide6.QtWidgets import QApplication, QLineEdit, QWidget
+from PySide6.QtWidgets import QApplication, QLineEdit
 from pytestqt.qtbot import QtBot
 
 from app.diagnosis.link_state import Phase
@@ -17,25 +17,24 @@ from app.records.filing import checks_in
 from app.records.verification import StationNames
 from tests.support.window.fakes_ui import page_entries, store_of
 from tests.support.window.rig import Rig, on_fake_time
-from tests.support.window.steps import Found, await_child, given, notice_text, press, settle
+from tests.support.window.steps import given, notice_text, press, settle
 from ui.pages.preflight.page import PreflightPage
 from ui.pages.triggers.page import TriggersPage
 from ui.session.check import ModuleCheck
 from ui.session.trigger_reading import TriggerReading
 
-KINDS: Final[Mapping[str, type[QWidget]]] = {"triggers": TriggersPage, "preflight": PreflightPage}
-
 
 @dataclass
 class OnBench(Rig):
-    """With the pages Triggers, Pre-flight or both."""
+    """With the pages Triggers, Pre-flight or both, which are shown as they are asked for."""
 
     reads_triggers = True
     """Whether the page Triggers reads by itself."""
 
     @property
     def preflight(self) -> PreflightPage:
-        return self.page("preflight", PreflightPage)
+        self.window.go_to("preflight")
+        return super().preflight
 
     @property
     def last(self) -> ModuleCheck:
@@ -44,11 +43,8 @@ class OnBench(Rig):
 
     @property
     def triggers(self) -> TriggersPage:
-        return self.page("triggers", TriggersPage)
-
-    def page(self, key: str, kind: type[Found]) -> Found:
-        self.assembly.window.go_to(key)
-        return self.find(kind)
+        self.window.go_to("triggers")
+        return self.find(TriggersPage)
 
     def connect(self, *known: str) -> None:
         super().connect(*known)
@@ -99,8 +95,6 @@ def on_bench(qtbot: QtBot, qapp: QApplication, folder: Path, name: str, *pages: 
         made.append(one)
         one.reads_triggers = reads_triggers
         one.assembly.window.resize(1024, 600)
-        for page in pages:
-            await_child(qtbot, one.root, KINDS[page])
         if is_connected:
             one.connect()
         yield one

@@ -3,7 +3,7 @@
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass, field
-from functools import partial
+from functools import cached_property, partial
 from pathlib import Path
 from typing import Any, TypeVar
 from unittest.mock import patch
@@ -23,12 +23,17 @@ from tests.support.line.module_line import ModuleLine
 from tests.support.line.sim_line import FakeClock, SimulatedLine, ThreadlessWorker
 from tests.support.patience import PATIENCE_S
 from tests.support.window.fakes_ui import ListedPorts, simulated, wait_for_disk, window
-from tests.support.window.steps import Driver
+from tests.support.window.steps import Driver, given
 from ui.core.background_task import BackgroundTask
 from ui.main import Assembly
+from ui.pages.commands.page import CommandsPage
+from ui.pages.preflight.guided import GuidedPanel
+from ui.pages.preflight.page import PreflightPage
+from ui.pages.settings.page import SettingsPage
 from ui.services.context import PageEntry
 from ui.session.port import Port
 from ui.session.ports import Ports
+from ui.shell.main_window import MainWindow
 from ui.widgets.step_button import gestures
 
 Made = TypeVar("Made", bound="Rig")
@@ -63,6 +68,31 @@ class Rig(Driver):
     @property
     def root(self) -> QWidget:
         return self.assembly.window
+
+    @property
+    def window(self) -> MainWindow:
+        return self.assembly.window
+
+    @cached_property
+    def commands(self) -> CommandsPage:
+        return self.find(CommandsPage)
+
+    @cached_property
+    def settings(self) -> SettingsPage:
+        return self.find(SettingsPage)
+
+    @cached_property
+    def preflight(self) -> PreflightPage:
+        return self.find(PreflightPage)
+
+    @cached_property
+    def guided(self) -> GuidedPanel:
+        return self.find(GuidedPanel)
+
+    def go_to(self, key: str) -> None:
+        """Show the page of this key."""
+        self.window.go_to(key)
+        self.until(lambda: given(self.window.stack.currentWidget()).isVisible())
 
     @property
     def acts(self) -> list[Request]:
@@ -130,7 +160,8 @@ def on_fake_time(
     kind: type[Made], qtbot: QtBot, qapp: QApplication, folder: Path, name: str, entries: tuple[PageEntry, ...],
     query: str = "", ports: ListedPorts | None = None, /, **options: object,
 ) -> Iterator[Made]:  # fmt: skip
-    """Open a window and make a module for it; the worker runs in the window's thread, as far as `turn` says."""
+    """Open a window, with its pages made, and make a module for it; the worker runs in the window's thread, as far as
+    `turn` says."""
     clock, workers, requests = FakeClock(), list[ThreadlessWorker](), list[Request]()
     lines, rigs, devices = list[SimulatedLine | ModuleLine](), list[Made](), dict[str, tuple[Module, ...]]()
 
@@ -159,4 +190,6 @@ def on_fake_time(
     ):
         url = f"sim://{name}{query}"
         rigs.append(kind(qtbot, assembly, bench, url, clock, workers, requests, lines, devices))
+        while not assembly.window.has_pages:
+            Rig.turn(rigs[0], 0)
         yield rigs[0]

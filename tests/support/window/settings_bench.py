@@ -1,14 +1,13 @@
 """A window with the Settings page, the Commands page or both on a simulated module that records every frame."""
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Final
 
 from PySide6.QtCore import Qt
 from PySide6.QtGui import QAction
-from PySide6.QtWidgets import QApplication, QComboBox, QLineEdit, QPushButton, QWidget
+from PySide6.QtWidgets import QApplication, QComboBox, QLineEdit, QPushButton
 from pytestqt.qtbot import QtBot
 
 from app.settings.form import RowState, SettingDraft
@@ -16,26 +15,14 @@ from protocol.catalogue import BY_NAME
 from protocol.fields import Value
 from tests.support.window.fakes_ui import page_entries
 from tests.support.window.rig import READ_LAST, Rig, on_fake_time
-from tests.support.window.steps import await_child, find, given, let_lay_out, notice_text
+from tests.support.window.steps import find, given, let_lay_out, notice_text
 from ui.acts.confirm import Confirm
-from ui.pages.commands.page import CommandsPage
-from ui.pages.settings.page import SettingsPage
 from ui.widgets.notice_bar import NoticeBar
-
-KINDS: Final[Mapping[str, type[QWidget]]] = {"settings": SettingsPage, "commands": CommandsPage}
 
 
 @dataclass
 class Desk(Rig):
     """With the pages Settings, Commands or both."""
-
-    @property
-    def settings(self) -> SettingsPage:
-        return self.find(SettingsPage)
-
-    @property
-    def commands(self) -> CommandsPage:
-        return self.find(CommandsPage)
 
     def ask(self, confirm: Confirm) -> None:
         """Make the first click of an act; if the layout changed, the first click only scrolls."""
@@ -60,10 +47,6 @@ class Desk(Rig):
         assert command.write is not None
         return command.write.decode(getattr(self.bench.module.memory, name))
 
-    def go_to(self, key: str) -> None:
-        self.assembly.window.go_to(key)
-        self.until(self.find(KINDS[key]).isVisible)
-
     def connect(self, *known: str) -> None:
         super().connect(*READ_LAST, *known)
 
@@ -74,8 +57,6 @@ def desk(
 ) -> Iterator[Desk]:
     """Open a window with these pages, connect, and show the first of them."""
     with on_fake_time(Desk, qtbot, qapp, folder, f"desk{folder.name}", page_entries(*pages), query, **options) as made:
-        for page in pages:
-            await_child(qtbot, made.root, KINDS[page])
         made.root.activateWindow()
         qtbot.waitUntil(made.root.isActiveWindow)
         made.connect()

@@ -21,14 +21,10 @@ from tests.support.window.fakes_ui import ADAPTER, SECOND_ADAPTER, ListedPorts
 from tests.support.window.rig import READ_LAST, Rig, on_fake_time
 from tests.support.window.steps import let_lay_out, settle
 from ui.main import PAGES
-from ui.pages.commands.page import CommandsPage
 from ui.pages.diagnosis.page import DiagnosisPage
 from ui.pages.live.page import LivePage
 from ui.pages.logs.page import LogsPage
-from ui.pages.preflight.page import PreflightPage
-from ui.pages.settings.page import SettingsPage
 from ui.pages.triggers.page import TriggersPage
-from ui.shell.main_window import MainWindow
 from ui.style.theme import Choice
 from ui.widgets.step_button import bring_into_sight, is_in_sight
 
@@ -58,10 +54,6 @@ class Walk(Rig):
     """The stops, in order; at each one everything is laid out and painted."""
 
     folder: Path
-
-    @property
-    def window(self) -> MainWindow:
-        return self.assembly.window
 
     def stops(self) -> Iterator[Stop]:
         """Yield all stops, from the start of the window to an unplugged module."""
@@ -105,7 +97,7 @@ class Walk(Rig):
     # The pages
 
     def _on_settings(self) -> Iterator[Stop]:
-        page = self.find(SettingsPage)
+        page = self.settings
         self.until(lambda: page.work.can_edit)
         page.work.fill({"attitude_threshold_deg": 30})
         page.refresh()
@@ -134,7 +126,7 @@ class Walk(Rig):
         yield self._stop("triggers, chosen")
 
     def _on_preflight(self) -> Iterator[Stop]:
-        page = self.find(PreflightPage)
+        page = self.preflight
         page.run.click()
         ended = (Standing.GO, Standing.READY, Standing.NO_GO, Standing.VOID)
         self.until(lambda: page.banner.announcement.standing in ended)
@@ -147,7 +139,7 @@ class Walk(Rig):
         page.show_view("checks")
 
     def _on_commands(self) -> Iterator[Stop]:
-        confirms = [row.confirm for row in self.find(CommandsPage).acts.values()]
+        confirms = [row.confirm for row in self.commands.acts.values()]
         self.until(lambda: any(one.ask.isEnabled() for one in confirms))
         confirm = next(one for one in confirms if one.ask.isEnabled())
         settle(confirm.ask)
@@ -263,13 +255,10 @@ def walking(
     """Show the whole window with two adapters listed and a simulated module."""
     ports = ListedPorts(ADAPTER, SECOND_ADAPTER)
     set_language(language)
-    with (
-        on_fake_time(Walk, qtbot, qapp, folder, f"walk{folder.name}", PAGES, "", ports, history=3) as walk,
-    ):
+    with on_fake_time(Walk, qtbot, qapp, folder, f"walk{folder.name}", PAGES, "", ports, history=3) as walk:
         walk.folder = folder
         walk.assembly.appearance.choose(theme)
-        with qtbot.waitSignal(walk.window.pages_made):
-            walk.window.resize(size)
+        walk.window.resize(size)
         walk.settle()
         try:
             yield walk

@@ -162,7 +162,7 @@ def test_values_marks_and_pause_go_with_their_module(live: Bench) -> None:
 
 def test_a_hidden_page_records_but_does_not_draw(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
     with on_fake_time(Rig, qtbot, qapp, tmp_path, "live", page_entries("live", "diagnosis")) as one:
-        assembly, page = one.assembly, await_child(qtbot, one.root, LivePage)
+        assembly, page = one.assembly, one.find(LivePage)
         one.connect()
         one.until(lambda: not page.is_empty)
         assembly.window.go_to("diagnosis")
