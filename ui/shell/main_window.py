@@ -346,10 +346,8 @@ class MainWindow(QMainWindow):
     def _show_page(self, key: str) -> None:
         self._ports.current.stream.is_wanted = self._entries[key].wants_stream
         self.panel.hide()
-        if key in self._pages:
+        if key in self._pages:  # else it is shown once it is made
             self.stack.setCurrentWidget(self._pages[key])
-        else:
-            self._unmade.sort(key=lambda entry: entry.key != key)  # it is made next
         self.attention.refresh()
 
     def _on_shown(self, module: ShownModule) -> None:

@@ -3,7 +3,6 @@ made, stream and are brought up to date; names that a scanner types.
 """
 
 import json
-from functools import partial
 from itertools import product
 from pathlib import Path
 from typing import Any
@@ -44,13 +43,19 @@ def choose(assembly: Assembly, key: str) -> QPushButton:
     return button
 
 
-def test_closing_an_active_module_asks_and_locks(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
+@pytest.mark.promise("l")
+def test_leaving_an_active_module_asks_and_locks(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
     with simulated("leave", active=True) as bench, window(qapp, tmp_path) as assembly:
         connect(qtbot, assembly, "sim://leave")
+        qtbot.waitUntil(assembly.window.panel.isHidden)
         assert not assembly.window.close()
-        assert assembly.window.isVisible()
+        assert not assembly.window.close()  # the second half of a double click, or a key that is held, is no answer
+        qtbot.keyClick(choose(assembly, "lock_and_leave"), Qt.Key.Key_Escape)
+        assert assembly.window.notice_bar.notice is None
+        assert not assembly.window.close()
         press(qtbot, choose(assembly, "stay"))
         assert assembly.window.notice_bar.notice is None
+        assert assembly.ports.current.is_open
         assert not assembly.window.close()
         press(qtbot, choose(assembly, "lock_and_leave"))
         qtbot.waitUntil(lambda: not assembly.window.isVisible())
@@ -70,32 +75,19 @@ def test_a_module_that_is_locked_after_leaving_was_cancelled_closes_nothing(
         assert assembly.window.isVisible()
 
 
-@pytest.mark.promise("l")
-def test_escape_cancels_leaving_and_closing_again_is_no_answer(
-    qtbot: QtBot, qapp: QApplication, tmp_path: Path
+@pytest.mark.parametrize("is_closing", [True, False])
+def test_an_active_module_may_be_left_as_it_is(
+    qtbot: QtBot, qapp: QApplication, tmp_path: Path, is_closing: bool
 ) -> None:
-    with simulated("escape", active=True) as bench, window(qapp, tmp_path) as assembly:
-        connect(qtbot, assembly, "sim://escape")
-        qtbot.waitUntil(assembly.window.panel.isHidden)
-        assert not assembly.window.close()
-        qtbot.keyClick(choose(assembly, "lock_and_leave"), Qt.Key.Key_Escape)
-        assert assembly.window.notice_bar.notice is None
-        assert assembly.ports.current.is_open
-        assert not assembly.window.close()
-        assert not assembly.window.close()  # also the second half of a double click, or a key that is held
-        press(qtbot, choose(assembly, "leave_active"))
-        assert not assembly.window.isVisible()
-        assert bench.module.state.is_active
-
-
-def test_disconnecting_an_active_module_asks(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
     with simulated("part", active=True) as bench, window(qapp, tmp_path) as assembly:
         connect(qtbot, assembly, "sim://part")
-        qtbot.keyClick(assembly.window, Qt.Key.Key_D, Qt.KeyboardModifier.ControlModifier)
+        key = Qt.Key.Key_Q if is_closing else Qt.Key.Key_D
+        qtbot.keyClick(assembly.window, key, Qt.KeyboardModifier.ControlModifier)
         assert assembly.ports.current.is_open
         press(qtbot, choose(assembly, "leave_active"))
-        qtbot.waitUntil(lambda: assembly.ports.current.state.phase is Phase.CLOSED)
+        qtbot.waitUntil(lambda: assembly.ports.current.state.phase is Phase.CLOSED or not assembly.window.isVisible())
         assert bench.module.state.is_active
+        assert assembly.window.isVisible() is not is_closing
 
 
 def test_a_lost_active_is_said_with_its_age(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
@@ -266,32 +258,6 @@ def test_a_window_that_is_never_painted_gets_its_pages(
     monkeypatch.setattr(MainWindow, "show", lambda self: None)
     with window(qapp, tmp_path) as assembly:
         await_child(qtbot, assembly.window, QWidget, "empty_page")
-
-
-class Leaf(Page):
-    """A page with nothing in it."""
-
-    def __init__(self, _services: Services) -> None:
-        super().__init__("leaf")
-
-
-def leaves(made: list[str], keys: str = "abcd") -> tuple[PageEntry, ...]:
-    """An entry a letter; `made` gets the letters in the order in which their pages are made."""
-
-    def make(key: str, services: Services) -> Page:
-        made.append(key)
-        return Leaf(services)
-
-    return tuple(PageEntry(key, key, Icon.LIVE, partial(make, key)) for key in keys)
-
-
-def test_a_page_that_is_chosen_before_it_is_made_comes_next(qapp: QApplication, qtbot: QtBot, tmp_path: Path) -> None:
-    made: list[str] = []
-    with window(qapp, tmp_path, entries=leaves(made)) as assembly:
-        assembly.window.go_to("c")
-        qtbot.waitSignal(assembly.window.pages_made).wait()
-        assert made == list("cabd")
-        assert assembly.window.stack.currentWidget() is assembly.window._pages["c"]
 
 
 POLLING = page_entries("live", "settings", "preflight", "commands", "fleet")

@@ -341,7 +341,7 @@ def test_every_control_does_what_it_says(qtbot: QtBot, panel: SimulatorPanel, be
     assert bench.module.is_on
 
 
-def test_drop(qtbot: QtBot, panel: SimulatorPanel, bench: SimulatedBench, clock: FakeClock) -> None:
+def test_its_acts_and_faults(qtbot: QtBot, panel: SimulatorPanel, bench: SimulatedBench, clock: FakeClock) -> None:
     type_into(qtbot, panel.fall_height, "30")
     click(qtbot, panel.drop)
     assert bench.world.is_falling(bench.clock())
@@ -349,20 +349,16 @@ def test_drop(qtbot: QtBot, panel: SimulatorPanel, bench: SimulatedBench, clock:
     clock.now_s += 10
     panel.refresh()
     assert panel.drop.isEnabled()
-
-
-def test_faults_of_the_line(qtbot: QtBot, panel: SimulatorPanel, bench: SimulatedBench) -> None:
     for name, box in panel.faults.items():
         for is_on in (True, False):
             click(qtbot, box)
             assert bool(getattr(bench.module.setup, name)) is is_on
-
-
-def test_the_pwm_input_fires_an_active_module(qtbot: QtBot, panel: SimulatorPanel, bench: SimulatedBench) -> None:
     for is_active in (False, True):
         bench.module.activate(is_active=is_active)
         click(qtbot, panel.trigger)
         assert bench.module.is_triggered is is_active
+    panel.use_bench(None)
+    assert (panel.tilt.isEnabled(), panel.summary.text()) == (False, "No simulated module")
 
 
 def test_it_follows_what_happens_but_not_under_the_fingers(
@@ -377,9 +373,3 @@ def test_it_follows_what_happens_but_not_under_the_fingers(
     panel.drop.setFocus()
     panel.refresh()
     assert panel.cell.value == pytest.approx(3.2)
-
-
-def test_without_a_module_it_says_so_and_is_off(qtbot: QtBot) -> None:
-    panel = SimulatorPanel()
-    qtbot.addWidget(panel)
-    assert (panel.tilt.isEnabled(), panel.summary.text()) == (False, "No simulated module")
