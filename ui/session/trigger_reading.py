@@ -143,7 +143,7 @@ class TriggerReading(QObject):
         self._filing.cancel()
         self._is_stored = False
         if reading is not None and not reading.history.is_answered:
-            self.job.set_notice(self._silent_notice)
+            self.job.set_notice(self._silent_notice())
         elif reading is not None:
             if store is not None and target is not None and name:
                 self.job.dismiss()
@@ -199,28 +199,26 @@ class TriggerReading(QObject):
     # The rows
 
     def show_kept(self) -> None:
-        """The stored records of this name, else the reading."""
+        """The stored records of this name, then what was read and is not stored."""
         kept = self._kept() if self._is_stored or self.reading is None else ()
         history = None if self.reading is None else self.reading.history
+        # How many of each were read and have no row yet.
+        unshown = Counter[bytes]() if history is None else Counter(record.raw for record in history.all)
         rows: list[TriggerRow] = []
-        if kept:
-            slots = Counter(record.raw for record in history.all) if history is not None else Counter()
-            for stored in reversed(kept):  # of two equal records the later one is on the module
-                judgement, note = self._judging.get(stored.place, (stored.judgement, stored.note))
-                is_on_module = slots[stored.raw] > 0
-                if is_on_module:
-                    slots[stored.raw] -= 1
-                seen = stored._replace(judgement=judgement, note=note)
-                rows.append(TriggerRow(seen, record_of(seen.raw), is_on_module, is_stored=True))
-            rows.reverse()
-            # Behind them what came in one reading only; what is known from an earlier visit is certain.
-            seen_once = () if history is None else history.seen_once
-            for raw in (Counter(record.raw for record in seen_once) & slots).elements():
-                rows.append(_unstored_row(len(rows), raw, is_seen_once=True))
-        elif self.reading is not None:
-            for is_seen_once in (False, True):
-                records = self.reading.history.seen_once if is_seen_once else self.reading.history.records
-                for raw in in_order([record.raw for record in records], self.reading.boot_count):
+        for stored in reversed(kept):  # of two equal records the later one is on the module
+            judgement, note = self._judging.get(stored.place, (stored.judgement, stored.note))
+            is_on_module = unshown[stored.raw] > 0
+            if is_on_module:
+                unshown[stored.raw] -= 1
+            seen = stored._replace(judgement=judgement, note=note)
+            rows.append(TriggerRow(seen, record_of(seen.raw), is_on_module, is_stored=True))
+        rows.reverse()
+        if self.reading is not None and history is not None:
+            # What came in one reading only is known for certain where it was stored at an earlier visit.
+            for records, is_seen_once in ((history.records, False), (history.seen_once, True)):
+                left = Counter(record.raw for record in records) & unshown
+                unshown -= left
+                for raw in in_order(list(left.elements()), self.reading.boot_count):
                     rows.append(_unstored_row(len(rows), raw, is_seen_once=is_seen_once))
         self.rows = tuple(rows)
         self.changed.emit()
