@@ -407,3 +407,15 @@ def test_closing_asks_while_a_lock_is_not_reported(qtbot: QtBot, qapp: QApplicat
         assembly.window.close()
         assert assembly.window.isVisible()
         assert "it does not report LOCKED" in notice_text(assembly.window.notice_bar)
+
+
+@pytest.mark.promise("l")
+def test_lock_first_locks_every_module_before_the_window_closes(
+    qtbot: QtBot, qapp: QApplication, tmp_path: Path
+) -> None:
+    with fake_window(qapp, tmp_path) as (ports, assembly):
+        active = [ports.plug_in(name, active=True)[0] for name in ("ttyUSB0", "ttyUSB1")]
+        qtbot.waitUntil(lambda: all(port.is_active for port in active))
+        assembly.window.close()
+        given(assembly.window.notice_bar.button("lock_and_leave")).click()
+        assert [port.lock.is_repeating for port in active] == [True, True]

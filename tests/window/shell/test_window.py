@@ -57,7 +57,8 @@ def test_leaving_an_active_module_asks_and_locks(qtbot: QtBot, qapp: QApplicatio
         assert assembly.window.notice_bar.notice is None
         assert assembly.ports.current.is_open
         assert not assembly.window.close()
-        press(qtbot, choose(assembly, "lock_and_leave"))
+        given(assembly.window.notice_bar.notice).choices[0].act()
+        assert not assembly.window.close()  # LOCK is on its way
         qtbot.waitUntil(lambda: not assembly.window.isVisible())
         assert not bench.module.state.is_active
 
