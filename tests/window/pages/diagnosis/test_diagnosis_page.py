@@ -217,17 +217,18 @@ def test_an_error_disarms_and_is_said_with_its_details(qtbot: QtBot, qapp: QAppl
     with diagnosis(qtbot, qapp, tmp_path) as (assembly, page), ExitStack() as stack:
         bar, armed = assembly.window.notice_bar, assembly.armed
         stack.callback(catch_uncaught_errors(assembly.window.attention.report))
-        armed.act = Act.DEPLOY
-        thread = threading.Thread(target=int, args=("no number",), name="falling")
-        thread.start()
-        thread.join()
-        assert armed.act is None
-        qtbot.waitUntil(lambda: "no number" in notice_text(bar))
-        press(qtbot, bar.button("copy_details"))
-        assert "Traceback" in QApplication.clipboard().text()
-        assert "Traceback" not in notice_text(bar)
-        press(qtbot, find(bar, QWidget, "notice_dismiss"))
-        qtbot.waitUntil(lambda: "no number" not in notice_text(bar))
+        for _ in range(2):  # closed, it comes again with the next error of its place
+            armed.act = Act.DEPLOY
+            thread = threading.Thread(target=int, args=("no number",), name="falling")
+            thread.start()
+            thread.join()
+            assert armed.act is None
+            qtbot.waitUntil(lambda: "no number" in notice_text(bar))
+            press(qtbot, bar.button("copy_details"))
+            assert "Traceback" in QApplication.clipboard().text()
+            assert "Traceback" not in notice_text(bar)
+            press(qtbot, find(bar, QWidget, "notice_dismiss"))
+            qtbot.waitUntil(lambda: "no number" not in notice_text(bar))
         assert page.isVisible()
 
 
