@@ -125,6 +125,7 @@ class TopBar(QFrame):
         self.recording.setCheckable(True)
         self.recording.triggered.connect(self._record)
         self.record.setDefaultAction(self.recording)
+        self.record.setToolButtonStyle(Qt.ToolButtonStyle.ToolButtonTextBesideIcon)
         set_icon_size(self.record, IconSize.TEXT)
         lock = ports.lock
         self.lock = control(QPushButton(tr("LOCK")), "lock_button", key="Ctrl+L", picture=Icon.LOCK, slot=lock.press)
@@ -139,7 +140,6 @@ class TopBar(QFrame):
         head = (self.menu, (self.port, 1), self.record, self.lock_others)
         margins = (Space.XS, Space.XS, Space.M, Space.XS)
         if scale_in_use() > 1:
-            self.record.setToolButtonStyle(Qt.ToolButtonStyle.ToolButtonTextBesideIcon)
             first = in_row(*head, self.lock, spacing=Space.S)
             in_column(first, in_row(1, states), of=self, spacing=Space.XS, margins=margins)
         else:
