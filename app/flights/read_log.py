@@ -139,6 +139,8 @@ def _recorded(recording: "Recording", name: str) -> RawLog:
         raw.problems.append(recording.damage)
     if recording.entry.was_cut_off:
         raw.note(marked("cut off"))
+    if recording.entry.is_running:
+        raw.note(marked("being recorded"))
     # What is damaged at the end was a part of it.
     raw.span_s = float(time_s[0]), recording.end_s if recording.is_damaged else float(time_s[-1])
     return raw

@@ -6,6 +6,7 @@ Nothing here sends anything to a module.
 import math
 from collections import deque
 from collections.abc import Iterable
+from contextlib import suppress
 from datetime import UTC, datetime
 from enum import IntEnum
 from pathlib import Path
@@ -32,6 +33,13 @@ from ui.style.theme import Meaning, font
 _UNSORTED: Final = FlightGroup.UNSORTED
 
 
+class Stamp(NamedTuple):
+    """Whether a file, or the archive that it is in, is still the one that was read."""
+
+    changed_at: datetime
+    size_bytes: int
+
+
 class LogFile(NamedTuple):
     """A file that was opened, or is to be: then it has neither a flight nor a reason why not."""
 
@@ -41,7 +49,7 @@ class LogFile(NamedTuple):
     flight: FlightSummary | None = None
     why_not: UserMessage | None = None  # It could not be read
     head: tuple[str, ...] = ()  # Column names of a table that could not be read
-    changed_at: datetime | None = None  # The file, the last time
+    stamp: "Stamp | None" = None  # Of the file, when it was read
 
     @property
     def is_waiting(self) -> bool:
@@ -95,20 +103,25 @@ class LogsWork(QObject):
             if entries != self.entries:
                 self.entries = entries
                 self.changed.emit()
+                # What went on after it was read is judged as a whole once it has ended.
+                read = {log.name: log.stamp.size_bytes for log in self.logs.values() if log.stamp is not None}
+                ended = [entry for entry in entries if not entry.is_running and str(entry.path) in read]
+                grown = [entry.path for entry in ended if entry.size_bytes != read[str(entry.path)]]
+                if grown:
+                    self.open(grown)
 
         self.listing.run(lambda _running: self.library.entries(), end)
 
     # Reading
 
     def open(self, paths: Iterable[Path], columns: CsvColumns | None = None) -> None:
-        """Reads files and folders, without logs that are already there; a recording may have grown."""
+        """Reads files and folders, without logs that are already there, and have not changed since."""
         self._orders.append((tuple(paths), columns))
         if not self.is_reading:
             self._begin()
 
     def _begin(self) -> None:
-        recordings = {str(entry.path) for entry in self.entries}
-        known = {log.name for log in self.logs.values() if log.flight is not None} - recordings
+        known = {Path(log.name): log.stamp for log in self.logs.values() if log.flight is not None}
         orders, done = self._orders, self._done
 
         def read(running: Running) -> list[str]:
@@ -117,10 +130,11 @@ class LogsWork(QObject):
                 paths, columns = orders.popleft()
                 found = list(find_logs(paths))
                 names += map(str, found)
-                wanted = [path for path in found if str(path) not in known]
+                stamps = {path: stamp_of(path) for path in found}  # before it is read: it may grow meanwhile
+                wanted = [path for path in found if path not in known or known[path] != stamps[path]]
                 logs = summarise_logs(wanted, columns, is_cancelled=running.is_cancelled)
                 for number, (path, flight, why_not, head) in enumerate(logs, 1):
-                    done.append(LogFile(str(path), _UNSORTED, columns, flight, why_not, head, _changed_at(path)))
+                    done.append(LogFile(str(path), _UNSORTED, columns, flight, why_not, head, stamps[path]))
                     running.share = number / len(wanted)
             return names
 
@@ -193,11 +207,14 @@ class LogsWork(QObject):
         self.changed.emit()
 
 
-def _changed_at(path: Path) -> datetime | None:
-    try:
-        return datetime.fromtimestamp(path.stat().st_mtime, UTC)
-    except (OSError, ValueError):  # it is in an archive, or gone
-        return None
+def stamp_of(path: Path) -> Stamp | None:
+    """None where there is no such file."""
+    for file in (path, *path.parents):
+        with suppress(OSError, ValueError):
+            if file.is_file():
+                status = file.stat()
+                return Stamp(datetime.fromtimestamp(status.st_mtime, UTC), status.st_size)
+    return None
 
 
 # Rows
@@ -261,7 +278,9 @@ class LogRow(NamedTuple):
 
     @property
     def began_at(self) -> datetime | None:
-        return self.log.changed_at if self.entry is None else self.entry.started_at
+        if self.entry is not None:
+            return self.entry.started_at
+        return None if self.log.stamp is None else self.log.stamp.changed_at
 
     @property
     def length_s(self) -> float:
@@ -392,7 +411,7 @@ def row_text(row: LogRow) -> str:
     lines = [clean(row.name, longest=200) + in_brackets(tr(row.log.group.value))]
     if row.entry is not None:
         lines.append(entry_text(row.entry))
-    elif row.log.changed_at is not None:
+    elif row.log.stamp is not None:
         lines.append(tr("File of {time}", time=_time_text(row)))
     if row.why_not is not None:
         lines.append(row.why_not.translated())

@@ -450,6 +450,36 @@ def test_it_is_listed_and_searched_and_judged_on_a_side(one: Desk) -> None:
 
 
 @pytest.mark.promise("g")
+def test_a_verdict_is_of_all_that_was_recorded(desk: Desk) -> None:
+    """A recording that went on after it was read is read again once it has ended."""
+    with recorder_in(desk.storage.library.folder) as bench:
+        bench.record(*(batch(1000.0 + n / 10, report(1000.0 + n / 10, 5)) for n in range(30)))
+        desk.list_again(1)
+        desk.page.table.selectAll()
+        desk.page.table.setFocus()
+        desk.key(Qt.Key.Key_N)
+        desk.until(lambda: desk.page.counts.text() == "Must not fire: 0 of 1 fire")
+        desk.wait_read()
+        (flight,) = desk.page.work.side(MUST_NOT)
+        assert [problem.in_english() for problem in flight.problems] == ["being recorded"]
+        bench.feed(*(batch(1003.0 + n / 10, report(1003.0 + n / 10, 75)) for n in range(10)))
+        desk.list_again(1)
+        bench.finish()
+    desk.list_again(1)
+    desk.until(lambda: desk.page.counts.text() == "Must not fire: 1 of 1 fire")
+    desk.wait_read()
+
+
+@pytest.mark.promise("g")
+def test_a_file_that_has_changed_is_read_again(desk: Desk, tmp_path: Path) -> None:
+    path = write_csv(tmp_path / "flight.csv", tilted("", 20))
+    for answer, tilt_deg in (("no", 20.0), ("2.0 s", 80.0)):
+        desk.open(write_csv(path, tilted("", tilt_deg)))
+        assert desk.texts(LogColumn.ANSWER) == {str(path): answer}
+        assert desk.page.on_escape()
+
+
+@pytest.mark.promise("g")
 def test_what_a_person_chose_stays_chosen_while_logs_are_read_and_when_that_ends(one: Desk, tmp_path: Path) -> None:
     """Else the next key would put another log on a side than the one that was meant."""
     record(one.storage.library.folder, seconds=2)
