@@ -288,9 +288,8 @@ class Conversation:
 
 
 def _key_changed_by(request: Request) -> str | None:
+    """What a set or an act changes."""
     command = request.command
-    if request.is_repeatable:
-        return None
     return command.key if command.is_setting else _CHANGED_BY_ACTS.get(command)
 
 

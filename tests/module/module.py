@@ -148,7 +148,7 @@ class Module:
         if self._counts(options.lost_sets, code):
             self._note(GOT, question.frame, now, "lost")
             return
-        is_ignored = self._counts(options.ignored_sets, code)
+        is_ignored = self._counts(options.ignored_sets, code) or code in options.refused_sets
         is_unanswered = self._counts(options.lost_answers, code)
         self._note(GOT, question.frame, now, "ignored" if is_ignored else "unanswered" if is_unanswered else "")
         if code == ATTITUDE and value < options.lowest_attitude_deg:
@@ -158,7 +158,7 @@ class Module:
             self._do(code, value, now, at)
         if is_unanswered or (code == BAUD and options.baud_answer == "none"):
             return
-        said = 0x01 if code in options.acknowledged_by_one else value
+        said = 0x00 if code in options.refused_sets else 0x01 if code in options.acknowledged_by_one else value
         frame = answer(options.freefall_code if code == FREEFALL_OFF else code, bytes((0x01, said)))
         self._say(at, frame)
         for after_s in options.copies.get(code, ()):

@@ -35,6 +35,7 @@ class Options:
     lost_sets: Times = field(default_factory=dict)  # not heard: neither done nor acknowledged
     lost_answers: Times = field(default_factory=dict)  # sets that are done and not acknowledged
     ignored_sets: Times = field(default_factory=dict)  # acknowledged and not done
+    refused_sets: set[int] = field(default_factory=set)  # answered with 00 and not done
     copies: dict[int, list[float]] = field(default_factory=dict)  # acknowledgements come again, so long after the first
     query_copies: dict[int, list[float]] = field(default_factory=dict)  # likewise answers to queries
     lose: float = 0.0  # share of the bytes that are lost, in both directions, seeded

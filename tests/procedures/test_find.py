@@ -9,6 +9,7 @@ from app.procedures.find import WAIT_S, Silence, await_module, find_rate, what_c
 from protocol.catalogue import BAUD_RATES, Hazard
 from protocol.events import Counters, Role
 from protocol.messages import Reason
+from tests.support.line.module_line import ModuleRig
 from tests.support.line.sim_line import Rig
 
 
@@ -96,3 +97,11 @@ def test_a_module_is_waited_for() -> None:
     assert rig.run(await_module(), outlives=True) is Silence.NOTHING
     assert rig.clock() - began == pytest.approx(WAIT_S, abs=0.1)
     assert Rig({"echo": True, "mute": True}).run(await_module(), outlives=True) is Silence.ECHO
+
+
+def test_what_came_before_it_was_waited_for_tells_nothing() -> None:
+    rig = ModuleRig()
+    rig.module.be_silent(rig.clock(), 60.0)
+    rig.line.inject(bytes(40))
+    rig.step_for(0.5)
+    assert rig.run(await_module(), outlives=True) is Silence.NOTHING

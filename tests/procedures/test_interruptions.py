@@ -61,6 +61,17 @@ def test_a_setting_that_reads_otherwise_takes_its_verified_back(is_written: bool
     assert "Two modules on this line?" in report.interrupted.sentence
 
 
+@pytest.mark.promise("f")
+def test_what_was_acknowledged_of_a_trigger_is_unknown_while_a_copy_may_come() -> None:
+    rig = ModuleRig().begin()
+    job = rig.job(write_all([SettingChange(BY_NAME["freefall_trigger"], True)], WriteContext(journal=FakeJournal())))
+    rig.step_until(lambda: rig.module.log.sent(0x17))
+    rig.step_for(0.5)
+    rig.session.treat_as_another()
+    (written,) = job.outcome().results
+    assert (written.fault, written.is_acknowledged) == (WriteFault.INTERRUPTED, False)
+
+
 # An act
 
 

@@ -234,6 +234,13 @@ def test_a_record_that_came_once_and_was_lost_later_is_still_listed() -> None:
     assert not history.is_confirmed
 
 
+def test_two_equal_passes_confirm_nothing_if_something_was_lost_or_damaged_in_the_first() -> None:
+    rig = ModuleRig(modules=(module_with(1),)).begin()
+    rig.line.inject(bytes(3), after_s=0.2)
+    assert rig.run(read_history()).is_confirmed
+    assert len(rig.module.log.got(0x35)) == 3
+
+
 @pytest.mark.promise("f")
 def test_a_line_that_doubles_heartbeats_confirms_no_history() -> None:
     history = history_of(1, query_copies={0x01: [0.002]})

@@ -17,7 +17,7 @@ from protocol.catalogue import SERIAL_OUTPUT, Request
 from protocol.events import Sent
 from tests.module.options import Options
 from tests.support.line.module_line import ModuleRig
-from tests.support.line.sim_line import Rig
+from tests.support.line.sim_line import AnyRig, Rig
 from tests.support.patience import PATIENCE_S
 from tests.support.records.stored import open_store
 
@@ -42,7 +42,7 @@ def sets(rig: Rig) -> list[Request]:
     return [request for request in rig.line.requests if request.command is SERIAL_OUTPUT]
 
 
-def end(rig: Rig) -> None:
+def end(rig: AnyRig) -> None:
     background = rig.session._background
     assert background is not None
     background.cancel()
@@ -75,6 +75,15 @@ def test_a_module_that_does_not_stream_is_polled(options: Options) -> None:
     rig.step_for(2)
     assert len(rig.module.log.got(0x32)) - before > 15
     assert [entry.frame for entry in rig.module.log.sets()].count(ON.encode()) == 1
+
+
+@pytest.mark.promise("c")
+def test_a_stream_that_may_be_on_without_an_acknowledgement_is_switched_off() -> None:
+    rig = ModuleRig(Options(lost_answers={0x13: 1}), background=lambda: watch(StreamSwitch())).begin()
+    rig.step_until(lambda: rig.module.log.sets(0x13))
+    rig.step_for(1.0)
+    end(rig)
+    assert [entry.frame for entry in rig.module.log.sets()] == [ON.encode(), OFF.encode()]
 
 
 def test_everything_is_read_first_and_kept_fresh() -> None:

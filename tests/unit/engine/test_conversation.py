@@ -92,6 +92,11 @@ def test_after_an_act_what_it_changes_is_unknown_until_it_is_reported(
     assert key in talk.view(NOW).values
 
 
+def test_a_question_that_is_not_answered_changes_nothing(talk: Conversation) -> None:
+    talk.apply(Unanswered(THRESHOLD.query(), 6, 0.4, NOW))
+    assert talk.view(NOW).values["attitude_threshold_deg"].value == 60
+
+
 @pytest.mark.parametrize("role", [Role.LATE, Role.ECHO])
 @pytest.mark.promise("a")
 def test_a_status_that_answers_nothing_of_now_is_no_value(talk: Conversation, role: Role) -> None:

@@ -84,7 +84,7 @@ def test_3_a_question_is_repeated_six_times_and_then_the_boot_count_is_asked(ben
     bench.wait(0.4)
     assert bench.sent(LIGHT) == 6
     (given_up,) = bench.taken(Unanswered)
-    assert (given_up.request, given_up.attempts) == (LIGHT, 6)
+    assert (given_up.request, given_up.attempts, given_up.may_be_done) == (LIGHT, 6, False)
     assert given_up.at - asked_at < 0.4
     assert bench.reasons == [], "it is there and does not answer this"
 
@@ -378,6 +378,14 @@ def test_a_set_goes_out_once_and_unanswered_its_outcome_is_unknown(bench: Bench,
     bench.wait(30)
     assert [event.request for event in bench.unknown()] == [request_]
     assert bench.sent(request_) == 1
+
+
+def test_what_waited_behind_a_fence_that_nobody_answered_was_never_sent(bench: Bench) -> None:
+    bench.is_there = False
+    bench.begin_to_ask(SET, is_fenced=True)
+    bench.wait(2.0)
+    (never_sent,) = bench.taken(Unanswered)
+    assert (never_sent.request, never_sent.attempts, never_sent.may_be_done) == (SET, 0, False)
 
 
 @pytest.mark.promise("i")
