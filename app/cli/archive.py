@@ -138,7 +138,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def run(args: argparse.Namespace) -> int:
-    with opened_store() as (store, _troubles):
+    with opened_store() as store:
         return int(args.function(args, store))
 
 

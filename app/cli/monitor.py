@@ -112,7 +112,7 @@ def watched(args: argparse.Namespace, *, reads_all: bool = False) -> Iterator[Ba
         with ExitStack() as stack:
             memory = StreamMemory()
             if not is_simulated(args.port):  # it is remembered that the serial output is switched on
-                memory = StreamMemory(stack.enter_context(opened_store())[0], adapter_of(args.port) or args.port)
+                memory = StreamMemory(stack.enter_context(opened_store()), adapter_of(args.port) or args.port)
             opened = stack.enter_context(connected(args.port, args.baud, on_batch=batches.append))
             gives_up_at = steady_time() + args.seconds + WITHOUT_STATUS_S
             try:

@@ -26,7 +26,7 @@ from app.safety.left_active import note_go
 from app.settings.profiles import NO_PROFILE, ManualLine, Profile, read_profile
 from app.terminal import console
 from app.terminal.connection import LOST, connected
-from app.terminal.records import Records, opened_store, records_on, refuse_another
+from app.terminal.records import Records, opened_store, refuse_another
 from app.terminal.results import Result, Value
 from app.text.i18n import tr
 from app.text.messages import UserMessage, clean, in_brackets, join_names
@@ -81,12 +81,12 @@ def run(args: argparse.Namespace) -> int:
     if args.report is not None:
         check_target(args.report)
     codes: list[int] = []
-    with opened_store() as (store, troubles):
+    with opened_store() as store:
         for port in args.ports:
             if len(args.ports) > 1 and not args.json:
                 console.write_lines([port])
             try:
-                codes.append(_check(args, profile, records_on(store, troubles, port, args.module)))
+                codes.append(_check(args, profile, store.records(port, args.module)))
             except LOST as error:
                 if len(args.ports) == 1:
                     raise

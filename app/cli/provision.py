@@ -29,10 +29,10 @@ from app.modules.labels import PAPERS
 from app.preflight.checks import Person
 from app.preflight.evidence import Evidence
 from app.procedures.write import WriteContext
-from app.store.fact_store import CLOSE_LIMIT_S, Store, StoreFault, StoreTrouble
+from app.store.fact_store import CLOSE_LIMIT_S, StoreFault, StoreTrouble
 from app.terminal import console
 from app.terminal.connection import LOST, connected
-from app.terminal.records import opened_store, records_on
+from app.terminal.records import CommandStore, opened_store
 from app.terminal.results import Result
 from app.terminal.setting_words import typed
 from app.text.i18n import tr
@@ -98,12 +98,12 @@ def run(args: argparse.Namespace) -> int:
     person = Person(who=args.who, are_records_reviewed=args.records_reviewed, is_named_by_option=True)
     accepted = frozenset(batch.changes if args.accept_risk else ())
     trouble: BaseException | None = None
-    with opened_store() as (store, troubles):
+    with opened_store() as store:
         bench = BatchRun(
             batch, store, person, is_enabling=args.enable_triggers, are_all_new=args.all_new, accepted=accepted
         )
         try:
-            _take_each(bench, store, troubles, args)
+            _take_each(bench, store, args)
         except (KeyboardInterrupt, StoreTrouble, console.OutputLost) as error:
             trouble = error
         rows = store.read(bench.rows)
@@ -129,7 +129,7 @@ def run(args: argparse.Namespace) -> int:
     return console.SUCCESS if answer.complete else console.ANSWER_NO
 
 
-def _take_each(bench: BatchRun, store: Store, troubles: list[UserMessage], args: argparse.Namespace) -> None:
+def _take_each(bench: BatchRun, store: CommandStore, args: argparse.Namespace) -> None:
     """Take one module after the other, until no name is left."""
     last: console.Line = ""
 
@@ -153,7 +153,7 @@ def _take_each(bench: BatchRun, store: Store, troubles: list[UserMessage], args:
         evidence, done = Evidence(port=args.port), None
         with connected(args.port, args.baud, on_batch=lambda batch: evidence.listen(batch.events)) as opened:
             tell(tr("A module answers: leave it plugged in."))
-            records = records_on(store, troubles, args.port)
+            records = store.records(args.port)
             try:
                 done = opened.run(bench.provision(evidence, WriteContext(journal=records.journal)))
             except Interrupted as ended:

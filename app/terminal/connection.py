@@ -242,7 +242,7 @@ def connected(
                 from app.store.acts import note_triggered
                 from app.terminal.records import adapter_of, opened_store
 
-                with opened_store(KEEP_LIMIT_S) as (store, _troubles):
+                with opened_store(KEEP_LIMIT_S) as store:
                     store.write(lambda facts: note_triggered(facts, port=port, adapter=adapter_of(port)))
 
 

@@ -56,52 +56,56 @@ class Records(NamedTuple):
             return None
 
 
+class CommandStore(Store):
+    """The store of one command. `troubles`: why entries of its audit log are missing."""
+
+    def __init__(self, *, starts_late: bool = False) -> None:
+        super().__init__(starts_late=starts_late)
+        self.troubles: list[UserMessage] = []
+
+    def records(self, port: str, module: str | None = None) -> Records:
+        # The store's thread finds the adapter, while the port is opened. `module`: its name.
+        known_as = KnownAs(module or "", new_run())
+        find_where = cache(lambda: Where(port, ORIGIN, adapter_of(port), known_as))
+        journal = StoreJournal(self, find_where, on_trouble=self.troubles.append)
+        return Records(journal, self, port, find_where, known_as)
+
+
 @contextmanager
-def opened_store(
-    limit_s: float = CLOSE_LIMIT_S, *, starts_late: bool = False
-) -> Iterator[tuple[Store, list[UserMessage]]]:
-    """The store, at once, and a list for why entries are missing. At the end, at most `limit_s` later, what a person
-    should know of the store is said, and whether anything was not written."""
-    store = Store(starts_late=starts_late)
-    troubles: list[UserMessage] = []
+def opened_store(limit_s: float = CLOSE_LIMIT_S, *, starts_late: bool = False) -> Iterator[CommandStore]:
+    """Open the store, at once. At the end, at most `limit_s` later, what a person should know of it is said, and
+    whether anything was not written."""
+    store = CommandStore(starts_late=starts_late)
     try:
-        yield store, troubles
+        yield store
     finally:
         ends_at = time.monotonic() + limit_s
         store.start()
-        say_notice(store, limit_s, troubles)
+        say_notice(store, limit_s)
         is_whole = store.close(max(0.0, ends_at - time.monotonic()))
-        if troubles or not is_whole:
+        for trouble in store.troubles:
+            notify_once(trouble.translated())
+        if store.troubles or not is_whole:
             notify(tr("The audit log is incomplete."))
 
 
-def say_notice(store: Store, limit_s: float = CLOSE_LIMIT_S, troubles: Sequence[UserMessage] = ()) -> None:
-    """Say what a person should know of the store, or why there is none, and `troubles`: once, however often a command
-    opens it."""
-    notice: UserMessage | None = None
+def say_notice(store: Store, limit_s: float = CLOSE_LIMIT_S) -> None:
+    """Say what a person should know of the store, or why there is none: once, however often a command opens it."""
     try:
         notice = store.opened.result(limit_s)
     except UserError as error:
         notice = error.message
     except TimeoutError:
-        pass
-    for one in (notice, *troubles):
-        if one is not None:
-            notify_once(one.translated())
+        return
+    if notice is not None:
+        notify_once(notice.translated())
 
 
 @contextmanager
 def records_of(port: str, limit_s: float = CLOSE_LIMIT_S, *, starts_late: bool = False) -> Iterator[Records]:
     """Give the records of a port, with a store of its own."""
-    with opened_store(limit_s, starts_late=starts_late) as (store, troubles):
-        yield records_on(store, troubles, port)
-
-
-def records_on(store: Store, troubles: list[UserMessage], port: str, module: str | None = None) -> Records:
-    # The store's thread finds the adapter, while the port is opened. `module`: its name.
-    known_as = KnownAs(module or "", new_run())
-    find_where = cache(lambda: Where(port, ORIGIN, adapter_of(port), known_as))
-    return Records(StoreJournal(store, find_where, on_trouble=troubles.append), store, port, find_where, known_as)
+    with opened_store(limit_s, starts_late=starts_late) as store:
+        yield store.records(port)
 
 
 def existing_store() -> Store | None:

@@ -146,17 +146,6 @@ def test_monitor_stuck_in_a_full_pipe_can_be_ended() -> None:
 
 
 @posix
-def test_unplugged_while_monitoring() -> None:
-    with run_module() as module, started("monitor", "--port", module.port, "--json") as monitor:
-        lines = lines_until(monitor.out, 0.3)
-        module.process.kill()  # its pseudo-terminal goes with it
-        code, rest, errors = monitor.end()
-    assert code == 3
-    assert all(json.loads(line)["acceleration_g"] == 1.0 for line in (*lines, *rest.splitlines()))
-    assert [f"{module.port} was unplugged" in line for line in unexpected(errors)] == [True]
-
-
-@posix
 def test_find_is_interrupted_like_any_program() -> None:
     """No result, so 130; and within the time that a person waits for Ctrl-C."""
     master, slave = os.openpty()

@@ -24,10 +24,10 @@ from app.engine.procedure import Inspect, Procedure
 from app.engine.transport import PortError, PortTrouble, open_line
 from app.procedures.history import History
 from app.settings.profiles import ProfileRefused, parse_profile
-from app.store.fact_store import Store
 from app.system.files import write_whole
 from app.terminal import connection, console
 from app.terminal import records as command_journal
+from app.terminal.records import CommandStore
 from app.text.i18n import read_translations
 from app.text.messages import visible, visible_json
 from protocol.messages import Noise
@@ -393,11 +393,11 @@ def test_a_signal_after_the_last_frame_does_not_keep_the_result(
 def test_a_signal_before_the_port_is_opened_keeps_everything_from_being_sent(
     words: list[str], port: str, dps_s: Program, monkeypatch: pytest.MonkeyPatch, wire: list[bytes]
 ) -> None:
-    def interrupted_open(*, starts_late: bool = False) -> Store:
+    def interrupted_open(*, starts_late: bool = False) -> CommandStore:
         os.kill(os.getpid(), signal.SIGTERM)
-        return Store(starts_late=starts_late)
+        return CommandStore(starts_late=starts_late)
 
-    monkeypatch.setattr(command_journal, "Store", interrupted_open)
+    monkeypatch.setattr(command_journal, "CommandStore", interrupted_open)
     dps_s([*words, "--port", port], 128 + signal.SIGTERM)
     assert wire == []
 
