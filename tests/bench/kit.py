@@ -1,6 +1,5 @@
 """A row of results, a measurement in a process of its own, and the program's window with what is measured of it."""
 
-import gc
 import json
 import os
 import sys
@@ -24,8 +23,6 @@ from ui.core.preferences import Preferences
 from ui.main import Assembly, WindowOptions, assemble, collecting_garbage
 from ui.services.storage import Storage
 
-LINE_HZ: Final = 1440
-"""Status frames a second at 115200 baud."""
 LIMIT_S: Final = 15.0
 WARM_UP_S: Final = 1.5
 _BEAT_MS: Final = 5
@@ -58,17 +55,6 @@ def apart(program: str, *words: object) -> Any:
     if done.returncode or not done.stdout:
         raise RuntimeError(f"{program} failed:\n{done.stderr[-2000:]}")
     return json.loads(done.stdout.splitlines()[-1])
-
-
-def best_s(act: Callable[[], object], rounds: int) -> float:
-    """Return the seconds of the best round; slower ones are due to other load."""
-    took = []
-    gc.collect()
-    for _ in range(rounds):
-        began = time.perf_counter()
-        act()
-        took.append(time.perf_counter() - began)
-    return min(took)
 
 
 # The window

@@ -5,14 +5,12 @@ from collections.abc import Callable, Iterable
 
 import pytest
 
-from tests.bench import logs, protocol, reading
+from tests.bench import logs, reading
 from tests.bench.__main__ import NAMES
 from tests.bench.kit import Figure
 from tests.support.processes import ROOT
 
 QUICK: dict[str, Callable[[], Iterable[Figure]]] = {
-    "parser": lambda: protocol.parser(frames=80, rounds=1),
-    "link": lambda: protocol.link(exchanges=10, rounds=1),
     "reading": lambda: reading.reading(rounds=1, turns=1, processes=1),
     "logs": lambda: logs.logs(logs=2, seconds=20.0),
 }

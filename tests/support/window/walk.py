@@ -5,28 +5,29 @@ Each stop is a state of the real window on a simulated module. The walk visits a
 
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
-from dataclasses import dataclass
 from pathlib import Path
+from typing import NamedTuple
 
 from PySide6.QtCore import QSize
-from PySide6.QtWidgets import QApplication, QMessageBox, QPushButton, QToolButton, QWidget
+from PySide6.QtWidgets import QApplication, QMessageBox, QWidget
 from pytestqt.qtbot import QtBot
 
 from app.flights.judging import FlightGroup
 from app.preflight.verdict import Standing
+from app.safety.journal import Act
 from app.text.i18n import set_language
 from tests.support.flights.made_flights import write_logs
 from tests.support.window.controls import moved, places
 from tests.support.window.fakes_ui import ADAPTER, SECOND_ADAPTER, ListedPorts
 from tests.support.window.rig import READ_LAST, Rig, on_fake_time
-from tests.support.window.steps import let_lay_out, settle
+from tests.support.window.steps import let_lay_out
 from ui.main import PAGES
 from ui.pages.diagnosis.page import DiagnosisPage
 from ui.pages.live.page import LivePage
 from ui.pages.logs.page import LogsPage
 from ui.pages.triggers.page import TriggersPage
 from ui.style.theme import Choice
-from ui.widgets.step_button import bring_into_sight, is_in_sight
+from ui.widgets.step_button import bring_into_sight
 
 SMALL_SCREEN = QSize(1024, 600)
 PROFILE = """
@@ -42,8 +43,7 @@ attitude_trigger = true
 """
 
 
-@dataclass(frozen=True, slots=True)
-class Stop:
+class Stop(NamedTuple):
     """A state of the window: its name in messages, and the widget to inspect."""
 
     name: str
@@ -83,16 +83,6 @@ class Walk(Rig):
         live = self.find(LivePage)
         self.until(lambda: live.data.has_samples)
         live.refresh()
-
-    def press(self, name: str) -> None:
-        """Press a button, given by its name."""
-        button = self.find(QWidget, name)
-        assert isinstance(button, QPushButton | QToolButton), name
-        assert button.isEnabled(), name
-        if not is_in_sight(button):
-            bring_into_sight(button)
-        settle(button)
-        button.click()
 
     # The pages
 
@@ -139,21 +129,17 @@ class Walk(Rig):
         page.show_view("checks")
 
     def _on_commands(self) -> Iterator[Stop]:
-        confirms = [row.confirm for row in self.commands.acts.values()]
-        self.until(lambda: any(one.ask.isEnabled() for one in confirms))
-        confirm = next(one for one in confirms if one.ask.isEnabled())
-        settle(confirm.ask)
-        confirm.ask.click()
+        confirm = self.commands.acts[Act.ACTIVATE].confirm
+        self.click(confirm.ask)
         yield self._stop("commands, asked")
-        confirm.cancel.click()
-        bring_into_sight(self.find(QWidget, "ritual"))
+        self.click(confirm.cancel)
+        bring_into_sight(self.commands.ritual)
         self.bench.module.activate(is_active=True)
-        self.until(self.find(QWidget, "ritual_choose").isEnabled)
-        self.press("ritual_choose")
+        self.click("ritual_choose")
         yield self._stop("commands, ritual chosen")
-        self.press("ritual_arm")
+        self.click("ritual_arm")
         yield self._stop("commands, ritual armed")
-        self.press("ritual_cancel")
+        self.click("ritual_cancel")
         yield self._stop("commands, ritual ended")
         self.bench.module.activate(is_active=False)
 
