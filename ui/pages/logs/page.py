@@ -245,6 +245,10 @@ class LogsPage(Page):
 
     # Showing
 
+    def refresh(self) -> None:
+        """Settings take no thresholds while no module is there, or while it is written to."""
+        self.proposal.refresh_use()
+
     def refresh_list(self) -> None:
         work, rows = self.work, self.work.rows()
         self.list.show_rows(rows)

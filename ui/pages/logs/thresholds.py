@@ -290,6 +290,9 @@ class ProposalBar(QFrame):
                 lines.append(tr("Not judged: {names}", names=_names(doubtful)))
             self._say(Icon.CHECK, tr("Proposal: {limits}", limits=limits_text(limits)), [*lines, *bounds_lines()])
         self.take.setEnabled(limits is not None and limits != work.limits)
+        self.refresh_use()
+
+    def refresh_use(self) -> None:
         # What is typed and cannot be used is not what would be handed over.
         self.use.setEnabled(self._exchange.can_use() and not self._thresholds.is_wrong)
 

@@ -376,10 +376,10 @@ def test_a_single_file_is_shown_at_its_moment(desk: Desk, tmp_path: Path) -> Non
 def test_thresholds_go_to_settings_as_edits(desk: Desk) -> None:
     exchange, page = desk.page.proposal._exchange, desk.page
     desk.add(tilted("turn", 50))
-    page.proposal.refresh()
-    assert not page.proposal.use.isEnabled()  # there is no module to write to
-    exchange.can_use = lambda: True
-    page.proposal.refresh()
+    for can_use in (False, True, False, True):  # there is a module to write to, or it is gone
+        exchange.can_use = lambda can_use=can_use: can_use  # type: ignore[misc]
+        page.module.changed.emit()
+        assert page.proposal.use.isEnabled() is can_use
     used: list[object] = []
     wanted: list[str] = []
     exchange.used.connect(used.append)
