@@ -334,23 +334,30 @@ class LogsPage(Page):
             safe.setFocus()
 
     def _delete(self, entries: tuple[RecordingEntry, ...]) -> None:
-        def work(running: Running) -> int:
-            for count, entry in enumerate(entries):
-                if running.is_cancelled():
-                    return count
-                self.work.library.delete(entry)
-                running.share = (count + 1) / len(entries)
-            return len(entries)
+        deleted: list[str] = []
 
-        def end(count: int) -> None:
-            self.result.notify(Meaning.INFORMATION, tr("Recordings deleted: {count}.", count=count))
+        def work(running: Running) -> None:
+            for entry in entries:
+                if running.is_cancelled():
+                    return
+                self.work.library.delete(entry)
+                deleted.append(str(entry.path))
+                running.share = len(deleted) / len(entries)
+
+        def forget() -> None:
+            """What could not be deleted keeps its side."""
+            self.work.remove(deleted)
             self.work.list_again()
 
+        def end(_none: None) -> None:
+            self.result.notify(Meaning.INFORMATION, tr("Recordings deleted: {count}.", count=len(deleted)))
+            forget()
+
         def refused(error: Exception) -> str:
+            forget()
             return error.sentence if isinstance(error, UserError) else tr("Failed: {why}.", why=error_text(error))
 
         self.result.begin(tr("Deleting…"), work, end, refused)
-        self.work.remove([str(entry.path) for entry in entries])
         self.table.setFocus()
 
     # Qt

@@ -18,7 +18,7 @@ from app.flights.flight_log import FlightLog
 from app.flights.judge import TriggerLimits
 from app.flights.judging import FlightGroup, summarise
 from app.flights.read_log import SummarisedLog
-from app.recordings.library import recordings_folder
+from app.recordings.library import RecordingEntry, RecordingLibrary, recordings_folder
 from app.text.i18n import CHINESE
 from app.text.messages import message
 from tests.files.recordings.test_damage import chunks_in
@@ -599,6 +599,21 @@ def test_it_is_deleted_once_that_is_confirmed(one: Desk) -> None:
     one.until(lambda: one.notice() == "Recordings deleted: 1.")
     one.until(page.list.empty.isVisible)
     assert one.storage.library.entries() == ()
+
+
+def test_a_recording_that_cannot_be_deleted_keeps_its_side(one: Desk, monkeypatch: pytest.MonkeyPatch) -> None:
+    def refuse(_library: RecordingLibrary, _entry: RecordingEntry) -> None:
+        raise PermissionError(13, "Permission denied")
+
+    monkeypatch.setattr(RecordingLibrary, "delete", refuse)
+    one.page.table.selectRow(0)
+    one.page.table.setFocus()
+    one.key(Qt.Key.Key_M)
+    one.wait_read()
+    one.page.action["remove"].trigger()
+    one.click(one.page.strip.button("delete_recordings"))
+    one.until(lambda: "Permission denied" in one.notice())
+    assert len(one.on(MUST)) == 1
 
 
 # Damage
