@@ -55,7 +55,7 @@ def test_invalid_bytes_count_from_its_beginning_to_its_end() -> None:
     rig.line.inject(bytes(7), after_s=2.0)
     evidence, assessment = check(rig)
     rig.events.clear()
-    rig.line.inject(bytes(3))
+    rig.line.inject(bytes(3), after_s=0.1)
     rig.step_for(0.5)
     evidence.listen(rig.events)
     assert evidence.rejected_bytes == 7
