@@ -6,7 +6,6 @@ from pathlib import Path
 
 import pytest
 
-from app.engine.conversation import Interrupted
 from app.fleet.batch import OPEN, SET_ASIDE, BatchRun, ModuleBatch, await_gone, batch_of, counted_names
 from app.modules.names import remembered
 from app.preflight.checks import Person
@@ -16,10 +15,10 @@ from app.store.fact_store import Store
 from app.text.messages import UserError
 from protocol.events import EndReason
 from tests.support.journals import FakeJournal
+from tests.support.line.frames import at_frame
 from tests.support.line.sim_line import Rig, settled_rig
 from tests.support.records.stored import open_store
 from tests.support.thorough import some
-from tests.unit.fleet.exchange import ExchangedRig
 
 PROFILE = 'name = "Survey"\n[settings]\nfreefall_time_s = 1.2\nlight_threshold_v = 2.0\n'
 
@@ -57,29 +56,12 @@ def turn(run: BatchRun, store: Store, name: str, rig: Rig) -> str:
     return "" if why is None else why.in_english()
 
 
-def states(run: BatchRun, store: Store) -> list[tuple[str, str]]:
-    return [(row.name, row.result) for row in store.read(run.rows)]
-
-
 def test_a_setting_that_the_module_refuses_sets_it_aside_and_is_named(batch: ModuleBatch, store: Store) -> None:
     run = run_of(batch, store)
     why = turn(run, store, "M-001", settled_rig(refuses=True))
     assert why.startswith(("Free-fall time: ", "Light threshold: "))
     rows = store.read(run.rows)
     assert (rows[-1].name, rows[-1].result) == ("", SET_ASIDE)
-
-
-@pytest.mark.promise("i")
-def test_another_module_in_its_place_gets_neither_settings_nor_the_name(batch: ModuleBatch, store: Store) -> None:
-    run = run_of(batch, store)
-    for frame in some(range(1, 170, 5), one_in=4):
-        rig = ExchangedRig(frame, boots=37)
-        why = turn(run, store, "M-001", rig)
-        assert rig.is_exchanged
-        assert rig.to_second == [], frame
-        assert why == "The module was silent for a moment.", frame
-    assert store.read(lambda facts: remembered(facts, "M-001")) is None
-    assert {state for _name, state in states(run, store)} == {OPEN, SET_ASIDE}
 
 
 ENDS: dict[EndReason, Callable[[Rig], object]] = {
@@ -101,11 +83,12 @@ def test_the_next_one_is_waited_for_until_this_one_has_gone(reason: EndReason) -
     assert job.error is None
 
 
-def test_a_turn_that_broke_off_says_why(batch: ModuleBatch, store: Store) -> None:
-    rig, evidence = settled_rig(), Evidence(port="sim")
-    job = rig.job(run_of(batch, store).provision(evidence, WriteContext(journal=FakeJournal())))
-    rig.step_for(0.1)
-    rig.session.close(EndReason.PORT_LOST)
-    assert isinstance(job.error, Interrupted)
-    assert evidence.void is not None
-    assert evidence.void.message.in_english() == "The port was lost."
+@pytest.mark.parametrize("frame", some(range(1, 170, 5), one_in=4))
+@pytest.mark.promise("i")
+def test_a_turn_that_broke_off_says_why_and_nobody_gets_the_name(batch: ModuleBatch, store: Store, frame: int) -> None:
+    """Another module may answer from then on."""
+    run, rig = run_of(batch, store), settled_rig()
+    at_frame(rig.bench, frame, rig.bench.restart)
+    assert turn(run, store, "M-001", rig) == "The module restarted."
+    assert store.read(lambda facts: remembered(facts, "M-001")) is None
+    assert {row.result for row in store.read(run.rows)} == {OPEN, SET_ASIDE}
