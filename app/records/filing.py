@@ -127,7 +127,9 @@ def _past(facts: Facts, name: str | None, evidence: Evidence, adapter: str, at: 
     counts_simulated = is_simulated(evidence.port)
     tests = last_tests(facts, name, counts_simulated=counts_simulated)
     triggers = KeptTriggers(facts)
-    counted = [check for check in checks_in(facts, name) if counts_simulated or not check.is_simulated]
+    # From the newest on, as each is decoded with its document.
+    kept = map(check_line, islice(facts.back_from_newest(PreflightCheck, name), LISTED))
+    counted = (check for check in kept if counts_simulated or not check.is_simulated)
     passed = next((check for check in counted if check.has_passed), None)
     return Past(
         module=name,
