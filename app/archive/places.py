@@ -228,6 +228,9 @@ class FilePlace:
                         raise sqlite3.DatabaseError("its tables are not those of an archive file")
                 if file.execute("PRAGMA quick_check(1)").fetchone()[0] != "ok":
                     raise sqlite3.DatabaseError("damaged")
+                # What was put into it would be facts of its own station, on which verdicts rest.
+                if file.execute("SELECT 1 FROM state").fetchone() is not None:
+                    raise sqlite3.DatabaseError("it is the store of a station")
             except BaseException:
                 self.close()
                 raise

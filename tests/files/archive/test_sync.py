@@ -14,7 +14,7 @@ from msgspec.structs import replace
 from app.archive.archive import OTHERS_FILE, Synced, all_facts, exchanged, status_of, sync
 from app.archive.places import FilePlace
 from app.archive.report import report
-from app.store.fact_store import Store
+from app.store.fact_store import Store, copies_of, copy_if_due
 from app.store.rows import (
     COLUMNS,
     ModuleNamed,
@@ -211,6 +211,19 @@ def test_a_file_with_anything_of_its_own_is_refused(statement: str, desk: Desk) 
     desk.put(do=statement)
     with pytest.raises(UserError):
         desk.exchange(0)
+
+
+@pytest.mark.promise("g")
+def test_the_store_of_a_station_and_a_copy_of_it_take_nothing(desk: Desk) -> None:
+    """All in them is that station's own, and decides there."""
+    desk.say(0, "M-07")
+    desk.say(1, "M-08")
+    store = desk.stores[1].path
+    copy_if_due(store, NOW)
+    desk.stores[1].close()
+    for path in (store, copies_of(store)[0]):
+        with pytest.raises(UserError, match="the store of a station"):
+            desk.exchange(0, path)
 
 
 @pytest.mark.parametrize("content", [b"no database" * 100, b"SQLite format 3\x00" + b"\xff" * 5000])
