@@ -166,14 +166,14 @@ def sync(store: Store, address: str) -> Synced:
         # With what was left out, else the two sides would never be equal.
         ours = digests(here, "main.facts", "own.facts", "temp.left_out")
         theirs = place.buckets()
-        differing = [one for one in sorted(ours.keys() | theirs.keys()) if ours.get(one) != theirs.get(one)]
+        differing = {one for one in ours.keys() | theirs.keys() if ours.get(one) != theirs.get(one)}
         done = Synced()
-        for bucket in differing:
+        for bucket in sorted(differing & theirs.keys()):
             there_ids = place.lengths(bucket)
             for ids in _pages(there_ids, there_ids.keys() - lengths_in(here, bucket).keys() - left_out):
                 _receive(here, place, {id_: there_ids[id_] for id_ in ids}, today, done)
         # Afterwards, as the place may be full or write-protected.
-        for bucket in differing:
+        for bucket in sorted(differing & ours.keys()):
             here_ids = lengths_in(here, bucket)
             for ids in _pages(here_ids, here_ids.keys() - place.lengths(bucket).keys()):
                 done.sent += place.add(sorted(Row(*row) for row in rows_in(here, ids)))
