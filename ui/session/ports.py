@@ -29,9 +29,8 @@ class Ports(QObject):
 
     # This `ShownModule` is shown from now on: another conversation has begun, or another port was chosen.
     shown = Signal(object)
-    changed = Signal()  # Something of the port that is shown is otherwise
+    changed = Signal()  # Something of the port that is shown is otherwise, or an age that is shown of it
     any_changed = Signal()  # Of any port
-    ticked = Signal()  # An age that is shown of the current port is another one
     # Another port was chosen and this one is still current: what a person prepared for its module ends now.
     leaving = Signal()
     chosen = Signal()  # Another port is current; `shown` follows
@@ -158,7 +157,7 @@ class Ports(QObject):
         for port in self._ports:
             port.update_view()  # without a batch, too
         if self.current.is_aging:
-            self.ticked.emit()
+            self._on_changed(self.current)
 
     def _on_changed(self, port: Port) -> None:
         if port is self.current:

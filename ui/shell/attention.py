@@ -45,7 +45,7 @@ class Attention(QObject):
         # The keys of those that a person has closed, as long as their causes last.
         self._closed: set[str] = set()
         ports.shown.connect(self._on_another_module)
-        for changed in (ports.any_changed, ports.ticked, left_active.changed, window.leaving.asked):
+        for changed in (ports.any_changed, left_active.changed, window.leaving.asked):
             changed.connect(self.refresh)
         # Queued also in the window's thread: the error may have happened while painting.
         self._failed.connect(self._show_error, Qt.ConnectionType.QueuedConnection)

@@ -26,6 +26,7 @@ from app.limits.limits import LimitsInUse, value_outside
 from app.safety.last_known import Activation, TriggerFlags, trigger_flags
 from app.text.i18n import tr
 from app.text.messages import duration, in_brackets, join_names, join_sentences, labelled
+from protocol.translatable import marked
 from ui.services.context import PageEntry
 from ui.session.ports import Ports
 from ui.session.recording import RecordingState
@@ -48,6 +49,13 @@ _PHASES: Final = {
     Phase.LOST: (Icon.UNPLUGGED, Meaning.ATTENTION),
     Phase.SWITCHED_OFF: (Icon.UNPLUGGED, Meaning.INFORMATION),
     Phase.FAILED: (Icon.LINK_LOST, Meaning.ATTENTION),
+}
+# Word, icon and meaning; what was ACTIVE keeps its colour, since nobody has seen the module locked.
+_ACTIVATIONS: Final = {
+    Activation.ACTIVE: (marked("ACTIVE"), Icon.ACTIVE, Meaning.ATTENTION),
+    Activation.WAS_ACTIVE: (marked("was ACTIVE"), Icon.ACTIVE, Meaning.ATTENTION),
+    Activation.LOCKED: (marked("LOCKED"), Icon.LOCK, None),
+    Activation.WAS_LOCKED: (marked("LOCKED"), Icon.LOCK, None),
 }
 
 
@@ -147,14 +155,17 @@ class TopBar(QFrame):
         self._show_others()
         self.refresh()
         ports.any_changed.connect(self._show_others)
-        for changed in (ports.changed, ports.ticked):
-            changed.connect(self.refresh)
+        ports.changed.connect(self.refresh)
         VisibilityTimer(self, self.refresh)
 
     def _show_others(self) -> None:
         """Name another module that needs attention; of several the tooltip names all."""
         names = [port.module.name or port_name(port.connection.port) for port in self._ports.lock.others]
         self.lock_others.setVisible(bool(names))
+        # In one line there is no room for its word, too.
+        has_room = not names or scale_in_use() > 1
+        styles = Qt.ToolButtonStyle
+        self.record.setToolButtonStyle(styles.ToolButtonTextBesideIcon if has_room else styles.ToolButtonIconOnly)
         text = tr("LOCK ALL")
         if len(names) == 1:
             name = self.fontMetrics().elidedText(names[0], Qt.TextElideMode.ElideRight, scaled(60))
@@ -174,24 +185,17 @@ class TopBar(QFrame):
                 title = tr("Simulated module")
         self.port.show_link(module.name if port.is_requested else "", title, state.phase, link_text(state, now))
         seen = module.activation
-        age = "" if seen.at is None else tr("{time} ago", time=duration(now - seen.at))
-        match seen.state:
-            case Activation.UNKNOWN:
-                self.activation.show_unknown()
-            case Activation.ACTIVE:
-                self.activation.show_state(tr("ACTIVE"), Icon.ACTIVE, Meaning.ATTENTION)
-            case Activation.WAS_ACTIVE:  # keeps its colour, since nobody has seen the module locked
-                was = tr("was ACTIVE")
-                self.activation.show_state(was, Icon.ACTIVE, Meaning.ATTENTION, stale_age=age, keeps_colour=True)
-            case Activation.LOCKED:
-                self.activation.show_state(tr("LOCKED"), Icon.LOCK)
-            case Activation.WAS_LOCKED:
-                self.activation.show_state(tr("LOCKED"), Icon.LOCK, stale_age=age)
+        if seen.state is Activation.UNKNOWN:
+            self.activation.show_unknown()
+        else:
+            word, picture, meaning = _ACTIVATIONS[seen.state]
+            is_past = seen.state in (Activation.WAS_ACTIVE, Activation.WAS_LOCKED)
+            age = tr("{time} ago", time=duration(now - seen.at)) if is_past and seen.at is not None else ""
+            self.activation.show_state(tr(word), picture, meaning, stale_age=age)
         triggered = module.view.known("triggered", now)
         age = "" if triggered is None else age_of(triggered, now)
         if triggered is not None and triggered.value is True:
-            chip = tr("TRIGGERED"), Icon.PARACHUTE, Meaning.DANGER
-            self.trigger.show_state(*chip, stale_age=age, keeps_colour=True)
+            self.trigger.show_state(tr("TRIGGERED"), Icon.PARACHUTE, Meaning.DANGER, stale_age=age)
         elif module.may_have_fired:
             self.trigger.show_state(tr("may have fired"), Icon.DANGER, Meaning.DANGER, detail=tr("before the restart"))
         elif triggered is None:
@@ -251,7 +255,7 @@ class TopBar(QFrame):
             said.append(tr(outside.fault.value))
             picture, meaning, detail = Icon.WARNING, Meaning.ATTENTION, tr("limit {value}", value=outside.limit)
         age, below, word = age_of(voltage, now), join_names(said), f"{volts:.2f} V"
-        self.cell.show_state(word, picture, meaning, below=below, stale_age=age, keeps_colour=True, detail=detail)
+        self.cell.show_state(word, picture, meaning, below=below, stale_age=age, detail=detail)
 
 
 # Larger names would take the pages' room; above this scale they stand without their icons, so that all are in sight.

@@ -200,12 +200,11 @@ class StateChip(Spoken, QFrame):
         *,
         below: str = "",
         stale_age: str = "",
-        keeps_colour: bool = False,
         detail: str = "",
     ) -> None:
         """`stale_age` marks a stale state, which with `keeps_colour` keeps the colour of its meaning. `detail` is only
         for the tooltip and screen readers."""
-        new = (word, icon, meaning, below, stale_age, keeps_colour, detail)
+        new = (word, icon, meaning, below, stale_age, detail)
         if new == self._shown:
             return
         self._shown, self.word, self.meaning, self.stale_age = new, word, meaning, stale_age
@@ -218,7 +217,7 @@ class StateChip(Spoken, QFrame):
         if meaning is Meaning.UNKNOWN:
             look = "unknown"
         elif stale_age:
-            look = f"stale-{look}" if look and keeps_colour else "stale"
+            look = f"stale-{look}" if look else "stale"
         set_look(look, self, self._above, self._below)
         self._icon.show_icon(icon, meaning, is_muted=look == "stale", is_filled=is_loud and not stale_age)
         state = f"{self._caption}: {word}"
