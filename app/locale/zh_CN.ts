@@ -2976,20 +2976,8 @@
         <translation>厂家规定：55° 以上，低于 0.7 g；默认值 60°、0.5 g、1.60 s。</translation>
     </message>
     <message>
-        <source>The vendor's defaults fire in 0 of {total}, as far as judged</source>
-        <translation>在能够判断的范围内，厂家默认值在 {total} 个中的 0 个触发</translation>
-    </message>
-    <message>
-        <source>The vendor's defaults fire in all {total}</source>
-        <translation>厂家默认值在全部 {total} 个中触发</translation>
-    </message>
-    <message>
         <source>The vendor's defaults fire in {count} of {total}</source>
         <translation>厂家默认值在 {total} 个中的 {count} 个触发</translation>
-    </message>
-    <message>
-        <source>The vendor's defaults hold: they fire in 0 of {total}</source>
-        <translation>厂家默认值合适：{total} 个中有 0 个触发</translation>
     </message>
     <message>
         <source>The vendor's defaults miss {count} of {total}</source>

@@ -221,7 +221,8 @@ class SessionWriter:
         self._unpacked_bytes = 0
         self._file: IO[bytes] = open(path, "xb", opener=private_opener)  # noqa: SIM115
         try:
-            lock(self._file)
+            with suppress(OSError):  # a file system without locks; nobody else can hold a file that is new
+                lock(self._file)
             self._file.write(MCAP0_MAGIC + _records(Header("", "DPS-S Configurator")))
             self._file.write(metadata_record(OPENING, opening))
             self._state_at = self._file.tell()

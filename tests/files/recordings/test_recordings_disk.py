@@ -113,6 +113,19 @@ def test_the_last_disk_space_is_left_free_and_a_folder_that_cannot_be_made_is_na
         assert bench.library.entries() == ()
 
 
+def test_where_the_file_system_has_no_locks_it_is_recorded_all_the_same(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def refuse(_file: object) -> None:
+        raise OSError(errno.ENOLCK, "No locks available")
+
+    monkeypatch.setattr(session_file, "lock", refuse)
+    with recorder_in(tmp_path) as bench:
+        bench.record(batch(1000.0, report(1000.0)))
+        bench.finish()
+        assert [entry.sample_count for entry in bench.library.entries()] == [1]
+
+
 def test_an_unexpected_error_ends_the_recording_but_not_the_thread(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -126,30 +126,30 @@ class LogsPage(Page):
 
         self.bar = named(QToolBar(), "logs_actions")
         self.bar.setIconSize(self.table.iconSize())
-        actions: list[tuple[str, str, Icon, str, Callable[[], None], str]] = [
-            ("open", tr("Open"), Icon.LIVE, "Return", self._open_chosen, tr("Open")),
-            *(
-                (f"to_{group.name.lower()}", capitalised(tr(group.value)), picture, key, partial(move, group), tr(tip))
-                for group, (tip, key, picture) in SIDES.items()
-            ),
-            ("export", tr("Export…"), Icon.SAVE, "Ctrl+E", self._export, tr("Export…")),
-            ("remove", tr("Remove"), Icon.ERASE, "Del", self._remove, tr("Remove")),
-        ]
+        sides = (
+            (f"to_{group.name.lower()}", capitalised(tr(group.value)), tr(tip), picture, key, partial(move, group))
+            for group, (tip, key, picture) in SIDES.items()
+        )
+        actions: tuple[tuple[str, str, str, Icon, str, Callable[[], None]], ...] = (
+            ("open", tr("Open"), "", Icon.LIVE, "Return", self._open_chosen),
+            *sides,
+            ("export", tr("Export…"), "", Icon.SAVE, "Ctrl+E", self._export),
+            ("remove", tr("Remove"), "", Icon.ERASE, "Del", self._remove),
+        )
         self.action: dict[str, QAction] = {}
-        for name, text, picture, key, slot, tip in actions:
-            action = named(QAction(icon(picture), text, self), f"logs_{name}")
+        for name, text, tip, picture, key, slot in actions:
+            action = self.action[name] = named(QAction(icon(picture), text, self), f"logs_{name}")
             action.setShortcut(key)
             action.setShortcutContext(Qt.ShortcutContext.WidgetShortcut)
             action.setAutoRepeat(False)
-            action.setToolTip(tip + in_brackets(key))
+            action.setToolTip((tip or text) + in_brackets(key))
             action.triggered.connect(slot)
             self.table.addAction(action)
             self.bar.addAction(action)
             shown = cast("QToolButton", named(self.bar.widgetForAction(action), f"logs_{name}_chosen"))
             shown.setFocusPolicy(Qt.FocusPolicy.TabFocus)  # in a bar Qt gives it none
-            if name.startswith("to_"):
+            if tip:
                 shown.setToolButtonStyle(Qt.ToolButtonStyle.ToolButtonTextOnly)
-            self.action[name] = action
             if name == "export":
                 self.exporting = shown
 

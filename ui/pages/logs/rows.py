@@ -309,8 +309,9 @@ def _kind_icon(row: LogRow) -> QIcon:
 def _answer(row: LogRow) -> str:
     if row.verdict is None:
         return ""
-    fires = row.outcome is not None and row.verdict.word == _FIRES.word
-    return moment_text(row.outcome.at_s) if fires and row.outcome is not None else tr(row.verdict.word)
+    if row.outcome is not None and row.verdict.word == _FIRES.word:
+        return moment_text(row.outcome.at_s)
+    return tr(row.verdict.word)
 
 
 def _answer_order(row: LogRow) -> float:

@@ -299,24 +299,14 @@ class ProposalBar(QFrame):
     def _say_defaults(self, defaults: DefaultsResult) -> None:
         """With logs on one side only nothing is proposed: what the vendor's defaults do is all there is to say."""
         count, total, names = len(defaults.unexpected), defaults.total, _names(defaults.unexpected)
-        lines = []
-        if defaults.not_judged:
-            lines.append(tr("Not judged: {names}", names=_names(defaults.not_judged)))
-        if defaults.group is FlightGroup.MUST and count:
-            head = tr("The vendor's defaults miss {count} of {total}", count=count, total=total)
-            lines.append(labelled(tr("Missed"), names))
-        elif defaults.group is FlightGroup.MUST:
-            head = tr("The vendor's defaults fire in all {total}", total=total)
-        elif count:
-            head = tr("The vendor's defaults fire in {count} of {total}", count=count, total=total)
-            lines.append(tr("{names}: did it crash? Then it must fire.", names=names))
-        elif defaults.not_judged:
-            head = tr("The vendor's defaults fire in 0 of {total}, as far as judged", total=total)
-        else:
-            head = tr("The vendor's defaults hold: they fire in 0 of {total}", total=total)
+        lines = [tr("Not judged: {names}", names=_names(defaults.not_judged))] if defaults.not_judged else []
         if defaults.group is FlightGroup.MUST:
+            head = tr("The vendor's defaults miss {count} of {total}", count=count, total=total)
+            lines += [labelled(tr("Missed"), names)] if count else []
             lines.append(tr("No proposal: no log is on the side “must not fire”."))
         else:
+            head = tr("The vendor's defaults fire in {count} of {total}", count=count, total=total)
+            lines += [tr("{names}: did it crash? Then it must fire.", names=names)] if count else []
             lines.append(tr("No proposal: no log is on the side “must fire”."))
         self._say(Icon.WARNING if count else Icon.CHECK, head, lines, Meaning.ATTENTION if count else None)
 
