@@ -23,8 +23,7 @@ from app.limits.limits import LimitsInUse
 from app.recordings.markers import ModuleLimits
 from app.store.fact_store import Store
 from tests.bench.kit import LIMIT_S, WARM_UP_S, Figure, LoopWatch, apart, at_most, turn_for, turn_until, window_apart
-from tests.support.module_apart import module_apart
-from tests.support.processes import ran_code, run_module
+from tests.support.processes import module_apart, ran_code, run_module
 from ui.main import WindowOptions, start
 from ui.pages.live.data import LiveData
 from ui.plots.lanes import measured_lanes
@@ -81,7 +80,7 @@ def measure_lock() -> dict[str, list[float]]:
             wait([store.write(lambda _facts: is_over.wait(BLOCKED_S))])
 
     with tempfile.TemporaryDirectory() as folder, module_apart(Path(folder) / "module", "stream_hz=100") as module:
-        options = WindowOptions(port=module.port, language="en")
+        options = WindowOptions(port=f"{folder}/module", language="en")
         with window_apart(options) as assembly:
             start(assembly, options)
             button = assembly.window.top_bar.lock

@@ -20,7 +20,7 @@ from app.engine.ports import PortInfo
 from app.engine.target import Target
 from app.engine.worker import PortState
 from tests.bench.kit import LIMIT_S, LoopWatch, Traffic, resident_mb, turn_for, turn_until, window_apart
-from tests.support.module_apart import ModuleApart, module_apart
+from tests.support.processes import Running, module_apart
 from ui.core.port_watcher import PortWatcher
 from ui.main import Assembly, WindowOptions, start
 
@@ -34,8 +34,8 @@ MAX_GROWTH_MB: Final = 5.0
 
 
 class Soak:
-    def __init__(self, assembly: Assembly, module: ModuleApart, seed: int) -> None:
-        self.assembly, self.module = assembly, module
+    def __init__(self, assembly: Assembly, module: Running, link: Path, seed: int) -> None:
+        self.assembly, self.module, self.link = assembly, module, link
         self.dice = random.Random(seed)
         self.complaints: list[str] = []
         self.done = Counter[str]()
@@ -58,8 +58,7 @@ class Soak:
         self._judge_memory()
 
     def _connect(self) -> None:
-        port = str(Path(self.module.port).readlink())
-        self.assembly.ports.connect_to(Target(port, 115200, ADAPTER.identity))
+        self.assembly.ports.connect_to(Target(str(self.link.readlink()), 115200, ADAPTER.identity))
         self._await_stream()
 
     def _disconnect(self) -> None:
@@ -144,7 +143,7 @@ def soak(seconds: float, seed: int) -> list[str]:
         with module_apart(link, STREAM) as module, window_apart(options, PortWatcher(listed)) as assembly:
             start(assembly, options)
             turn_for(2.0)  # the pages are made
-            soaked = Soak(assembly, module, seed)
+            soaked = Soak(assembly, module, link, seed)
             soaked.run(seconds)
     left = [thread.name for thread in set(threading.enumerate()) - before]
     return [*soaked.complaints, *mistakes.texts, *(f"a thread stayed: {name}" for name in left)]

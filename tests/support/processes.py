@@ -45,6 +45,12 @@ class Running(NamedTuple):
     errors: IO[str]
     told: IO[str]
 
+    def tell(self, line: str) -> str:
+        """Return the line that it answers."""
+        self.told.write(f"{line}\n")
+        self.told.flush()
+        return self.out.readline().strip()
+
     def end(self) -> tuple[int, str, str]:
         """Its exit code and the rest of what it says."""
         out, errors = self.process.communicate(timeout=PATIENCE_S)
@@ -82,4 +88,13 @@ def run_module(*options: str) -> Iterator[RunningModule]:
         assert port, "the simulated module did not start"
         yield RunningModule(module.process, port)
         module.process.terminate()
+        module.end()
+
+
+@contextmanager
+def module_apart(link: Path, *options: str) -> Iterator[Running]:
+    """The independent module; see `tests.module.__main__`, also for what it can be told. `link` leads to it."""
+    with running(sys.executable, "-m", "tests.module", link, *options) as module:
+        module.out.readline()
+        yield module
         module.end()

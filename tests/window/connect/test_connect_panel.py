@@ -27,8 +27,8 @@ from app.procedures.read import READABLE
 from app.text.messages import UserError
 from protocol.catalogue import SERIAL_OUTPUT, Request
 from protocol.events import Received, Sent
-from tests.support.module_apart import ModuleApart, module_apart
 from tests.support.patience import PATIENCE_S
+from tests.support.processes import Running, module_apart
 from tests.support.window.fake_ports import VALUES, fake_window
 from tests.support.window.fakes_ui import (
     ADAPTER,
@@ -215,7 +215,7 @@ def taken(name: str) -> Iterator[None]:
 class Desk(ListedPorts):
     """A module on a pseudo-terminal that is listed as an adapter, wherever it is plugged in; and what was sent."""
 
-    def __init__(self, link: Path, module: ModuleApart) -> None:
+    def __init__(self, link: Path, module: Running) -> None:
         super().__init__()
         self.link, self.module = link, module
         self.adapter = ADAPTER
