@@ -4706,12 +4706,12 @@
         <translation>{module}，{time} 中断，未写入：{what}。</translation>
     </message>
     <message>
-        <source>{module}, interrupted {time}: {what}</source>
-        <translation>{module}，{time} 中断：{what}</translation>
-    </message>
-    <message>
         <source>{module}, named by a person in this conversation</source>
         <translation>{module}，本次通信中由人员指定</translation>
+    </message>
+    <message>
+        <source>{module}, {time}: {what}</source>
+        <translation>{module}，{time}：{what}</translation>
     </message>
     <message>
         <source>{module}: LOCK not confirmed on {time}.</source>

@@ -211,7 +211,7 @@ class Attention(QObject):
         close = partial(port.interruptions.close_remainder, remainder)
         cause = f"remainder {id(remainder)}"
         if remainder.text is not None:
-            text = tr("{module}, interrupted {time}: {what}", module=who, time=when, what=remainder.text.translated())
+            text = tr("{module}, {time}: {what}", module=who, time=when, what=remainder.text.translated())
             return Notice(Meaning.ATTENTION, text, (), close, cause)
 
         def take_over() -> None:

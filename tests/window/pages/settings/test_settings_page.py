@@ -281,7 +281,9 @@ def test_the_baud_rate_needs_two_clicks_and_the_port_follows(qtbot: QtBot, one: 
     one.until(lambda: port.interruptions.remainders)
     assert len(one.changes("baud_rate")) == 1
     assert port.connection.baud_rate == one.bench.module.baud_rate == 9600
-    assert "are at 9600 baud" in notice_text(one.assembly.window.notice_bar)
+    said = notice_text(one.assembly.window.notice_bar)
+    assert "are at 9600 baud" in said
+    assert "interrupted" not in said, "it ended as it was meant to"
     one.until(lambda: port.module.is_read)
     one.settings.refresh()
     assert one.find(QLabel, "baud_rate_stands").text() == "9600 baud"
