@@ -8,6 +8,7 @@ import pytest
 
 from app.engine import worker as worker_module
 from app.engine.procedure import Ask, Job, Pause, Procedure
+from app.engine.session import Session
 from app.engine.transport import PortTrouble
 from app.engine.worker import OWED_FOR_S, Batch, PortState, Worker
 from app.procedures.find import await_module
@@ -63,6 +64,20 @@ def test_it_stops_whatever_is_under_way(options: str, batches: Batches, sim: str
     batches.until(is_open)
     assert worker.stop(PATIENCE_S)
     assert job.is_done
+
+
+@pytest.mark.promise("l")
+def test_it_stops_also_with_a_fault_of_our_own_while_it_closes(
+    batches: Batches, sim: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    worker = Worker(batches)
+    worker.start()
+    worker.open(sim, 115200)
+    batches.until(is_open)
+    monkeypatch.setattr(Session, "cancel_all", lambda _session: 1 / 0)
+    assert worker.stop(PATIENCE_S)
+    assert batches.last is not None
+    assert batches.last.connection.state is PortState.CLOSED
 
 
 def test_a_stream_at_line_rate_from_another_process_arrives_whole(worker: Worker, batches: Batches) -> None:
