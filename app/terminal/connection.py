@@ -132,45 +132,41 @@ class OpenPort:
                 self._receive(self._batches.get_nowait())
 
     def pay_owed_lock(self) -> None:
-        """Wait, where an activation was interrupted when its frame had left, until a module answers on the same
+        """After an activation that was interrupted when its frame had left: wait until a module answers on the same
         adapter, which gets LOCK first, and say what came of it."""
         self.drain()
-        if not self._is_lock_owed and self._owed is None:
-            return
-        _log.debug("LOCK is owed")
-        ends_at = steady_time() + OWED_LIMIT_S
-        while steady_time() < ends_at and not (self._owed is not None and self._owed.is_done):
-            if self.connection.state is PortState.CLOSED:  # it was lost: only the same adapter is opened again
-                from app.engine.ports import list_ports
-
-                port, rate = self.connection.port, self.connection.baud_rate
-                here = (
-                    [port] if "://" in port else [one.device for one in list_ports() if self._adapter == one.identity]
-                )
-                if len(here) == 1:
-                    self.worker.open(here[0], rate, adapter=self._adapter or port)
-            self.wait()
-        self._say_locked()
+        if self._is_lock_owed or self._owed is not None:
+            _log.debug("LOCK is owed")
+            self._await_lock()
 
     def lock_what_was_broken_off(self) -> None:
-        """Lock the module after Ctrl-C, where an activation has left, within ten seconds, or until Ctrl-C comes
-        again."""
+        """After Ctrl-C, when an activation has left: lock it within ten seconds, or until Ctrl-C comes again."""
         state.signal = None
         self.worker.submit(self._make_lock(is_owed=False), is_urgent=True)
-        ends_at = steady_time() + OWED_LIMIT_S
         with suppress(KeyboardInterrupt):
-            while steady_time() < ends_at and not (self._owed is not None and self._owed.is_done):
-                self.wait()
-        self._say_locked()
+            self._await_lock()
 
-    def _say_locked(self) -> None:
-        locked = None
-        with suppress(PortError, Interrupted):  # without an open port it was never sent
-            locked = self._owed.outcome() if self._owed is not None and self._owed.is_done else None
-        if locked is not None and locked.is_locked:
-            notify(join_sentences((tr("LOCK was sent after the interruption."), locked.sentence)))
-        else:
-            notify(tr("ACTIVE, not locked."))
+    def _await_lock(self) -> None:
+        ends_at = steady_time() + OWED_LIMIT_S
+        try:
+            while steady_time() < ends_at and not (self._owed is not None and self._owed.is_done):
+                if self.connection.state is PortState.CLOSED:  # it was lost: only the same adapter is opened again
+                    from app.engine.ports import list_ports
+
+                    port, rate = self.connection.port, self.connection.baud_rate
+                    same = [one.device for one in list_ports() if one.identity == self._adapter]
+                    here = [port] if "://" in port else same
+                    if len(here) == 1:
+                        self.worker.open(here[0], rate, adapter=self._adapter or port)
+                self.wait()
+        finally:
+            locked = None
+            with suppress(PortError, Interrupted):  # without an open port it was never sent
+                locked = self._owed.outcome() if self._owed is not None and self._owed.is_done else None
+            if locked is not None and locked.is_locked:
+                notify(join_sentences((tr("LOCK was sent after the interruption."), locked.sentence)))
+            else:
+                notify(tr("ACTIVE, not locked."))
 
     def close(self) -> None:
         # Idempotent. Returns in bounded time, even if opening or closing the port hangs.

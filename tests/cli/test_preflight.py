@@ -235,15 +235,14 @@ def _restart(bench: SimulatedBench) -> None:
     bench.module.activate(is_active=True)
 
 
-def _move(bench: SimulatedBench) -> None:
-    bench.module.memory.attitude_threshold = 70
-
-
-def _lose(bench: SimulatedBench) -> None:
-    bench.module.activate(is_active=False)
-
-
-@pytest.mark.parametrize("act", [_restart, _move, _lose])
+@pytest.mark.parametrize(
+    "act",
+    [
+        _restart,
+        lambda bench: setattr(bench.module.memory, "attitude_threshold", 70),
+        lambda bench: bench.module.activate(is_active=False),
+    ],
+)
 @pytest.mark.promise("f")
 def test_what_happens_at_the_activation_is_no_go_and_it_is_sent_once(
     port: str, dps_s: Program, wire: list[bytes], act: Callable[[SimulatedBench], None]
