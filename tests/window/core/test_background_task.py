@@ -84,27 +84,20 @@ def test_what_ends_after_its_page_was_deleted_is_told_nobody(qtbot: QtBot, qapp:
     assert told.threads == []
 
 
-def test_a_second_run_replaces_the_first(qtbot: QtBot) -> None:
-    task, first, second = BackgroundTask[str]("dps-s test"), Told(), Told()
-    task.run(until_wanted_no_more, first.then, first.failed)
-    task.run(lambda _running: "second", second.then, second.failed)
-    qtbot.waitUntil(lambda: not task.is_running)
-    assert (first.threads, second.results) == ([], ["second"])
-
-
-def test_what_is_stopped_tells_its_end_and_what_is_cancelled_does_not(qtbot: QtBot) -> None:
-    task, stopped, cancelled = BackgroundTask[str]("dps-s test"), Told(), Told()
+def test_what_is_stopped_tells_its_end_and_what_is_cancelled_or_replaced_does_not(qtbot: QtBot) -> None:
+    task, stopped, dropped = BackgroundTask[str]("dps-s test"), Told(), Told()
     task.run(until_wanted_no_more, stopped.then, stopped.failed)
     task.stop()
     assert task.is_running
     qtbot.waitUntil(lambda: not task.is_running)
     assert [type(error) for error in stopped.errors] == [ExportCancelled]
-    task.run(until_wanted_no_more, cancelled.then, cancelled.failed)
+    task.run(until_wanted_no_more, dropped.then, dropped.failed)
     task.cancel()
     assert not task.is_running
+    task.run(until_wanted_no_more, dropped.then, dropped.failed)
     task.run(lambda _running: "next", stopped.then, stopped.failed)
     qtbot.waitUntil(lambda: not task.is_running)
-    assert (cancelled.threads, stopped.results) == ([], ["next"])
+    assert (dropped.threads, stopped.results) == ([], ["next"])
 
 
 @pytest.mark.parametrize("finished_at_close", [False, True])
@@ -124,32 +117,21 @@ def test_a_file_is_finished_when_the_window_closes(qtbot: QtBot, *, finished_at_
     assert not task.is_running
 
 
-def test_work_on_the_store_is_done_though_it_is_replaced(qtbot: QtBot, tmp_path: Path) -> None:
-    task, told, done = BackgroundTask[int]("dps-s test"), Told(), list[int]()
-    queue = Store(tmp_path)
-
-    def work(number: int) -> int:
-        done.append(number)
-        return number
-
-    task.run_in(queue, lambda _facts: work(1), told.then, told.failed)
-    task.run_in(queue, lambda _facts: work(2), told.then, told.failed)
-    qtbot.waitUntil(lambda: not task.is_running)
-    assert (done, told.results) == ([1, 2], [2])
-    queue.close(PATIENCE_S)
-
-
-def test_a_trouble_of_the_store_is_told_and_a_fault_of_ours_is_raised(qtbot: QtBot, tmp_path: Path) -> None:
-    task, told, queue = BackgroundTask[None]("dps-s test"), Told(), Store(tmp_path)
+def test_work_on_the_store_is_done_though_it_is_replaced_and_its_trouble_is_told(qtbot: QtBot, tmp_path: Path) -> None:
+    task, told, queue, done = BackgroundTask[None]("dps-s test"), Told(), Store(tmp_path), list[int]()
 
     def fail(error: Exception) -> None:
         raise error
 
+    task.run_in(queue, lambda _facts: done.append(1), told.then, told.failed)
+    task.run_in(queue, lambda _facts: done.append(2), told.then, told.failed)
+    qtbot.waitUntil(lambda: not task.is_running)
+    assert (done, len(told.results)) == ([1, 2], 1)
     trouble = StoreTrouble(StoreFault.FAILED, Path())
     task.run_in(queue, lambda _facts: fail(trouble), told.then, told.failed)
     qtbot.waitUntil(lambda: not task.is_running)
     assert told.errors == [trouble]
-    with qtbot.captureExceptions() as raised:
+    with qtbot.captureExceptions() as raised:  # a fault of ours
         task.run_in(queue, lambda _facts: fail(KeyError("ours")), told.then, told.failed)
         qtbot.waitUntil(lambda: not task.is_running)
     assert [kind for kind, _error, _trace in raised] == [KeyError]
