@@ -28,7 +28,7 @@ from ui.services.context import Services
 from ui.session.guided import FAILED, Stage
 from ui.session.shown_module import ShownModule
 from ui.style.icons import MEANING_ICONS, icon, set_icon_size
-from ui.style.theme import IconSize, Meaning, RowHeight, Space
+from ui.style.theme import IconSize, Meaning, RowHeight, Space, is_text_large
 from ui.widgets.controls import in_column, in_row, named, scroll_area, set_role, text_label
 from ui.widgets.notice_bar import Notice, NoticeBar
 from ui.widgets.step_button import StepButton
@@ -49,7 +49,7 @@ _WATCHED: Final = {
 _COLUMNS: Final[tuple[TableColumn[MeasuredValue], ...]] = (
     TableColumn(marked("Quantity"), lambda row: row.name.translated()),
     TableColumn(marked("Measured"), lambda row: row.shown.translated(), stretches=True),
-    TableColumn(marked("Tolerance"), lambda row: row.tolerance.translated(), stretches=True),
+    TableColumn(marked("Tolerance"), lambda row: row.tolerance.translated(), stretches=True, is_spare=True),
     TableColumn(
         marked("Result"),
         lambda row: tr(VERDICT_WORDS[row.verdict]),
@@ -287,8 +287,10 @@ class GuidedPanel(QWidget):
         result = in_column(self.verdict, self.advice, self.table, spacing=Space.S)
         content = named(QWidget(), "guided_content")
         parts = (self.safety, self.made_safe, self._act_corner, self.live, self.steps, result)
-        in_column(*parts, 1, of=content, spacing=Space.M, margins=0)
-        self._scroll = scroll_area(content, "guided_scroll", tr("Guided tests"))
+        # Beside large text the notice scrolls with the rest, so that the main button stays in sight.
+        at_top, below = ((self.notice_bar,), ()) if is_text_large() else ((), (self.notice_bar,))
+        in_column(*at_top, *parts, 1, of=content, spacing=Space.M, margins=0)
+        self._scroll = scroll_area(content, "guided_scroll", tr("Guided tests"), is_vertical=True)
         foot = in_row(1, self.cancel, self.primary, spacing=Space.S)
-        pane = in_column(self.title, (self._scroll, 1), self.notice_bar, foot, spacing=Space.S)
+        pane = in_column(self.title, (self._scroll, 1), *below, foot, spacing=Space.S)
         in_row((self.list, 2), (pane, 5), of=self, spacing=Space.M, margins=(Space.M, 0, Space.M, Space.S))
