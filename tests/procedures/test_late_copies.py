@@ -14,6 +14,7 @@ from tests.support.thorough import some
 
 ATTITUDE, FREEFALL = 0x16, 0x17
 KEYS = {ATTITUDE: "attitude_trigger", FREEFALL: "freefall_trigger"}
+# A copy comes within three seconds, or is taken for something else (docs/safety.md).
 DELAYS_S = (0.05, 0.25, 0.3, 0.5, 0.8, 1.0, 1.5, 2.0, 2.5, 2.9)
 LOST = ((ATTITUDE,), (FREEFALL,), (ATTITUDE, FREEFALL))
 

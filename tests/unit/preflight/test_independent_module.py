@@ -19,13 +19,13 @@ from app.settings.profiles import Profile
 from app.text.messages import message
 from protocol.catalogue import BY_NAME
 from tests.module.options import Options
+from tests.procedures.test_late_copies import ATTITUDE, FREEFALL, KEYS, cases, disabled
 from tests.support.journals import FakeJournal
 from tests.support.line.module_line import ModuleRig
 from tests.support.records.preflight_rig import gather
 from tests.support.thorough import some
 
-ACTIVATION, ATTITUDE, FREEFALL = 0x10, 0x16, 0x17
-KEYS = {ATTITUDE: "attitude_trigger", FREEFALL: "freefall_trigger"}
+ACTIVATION = 0x10
 SECOND_DELAYS_S = (0.0, 0.002, 0.02, 0.1, 0.3, 0.6, 0.9)
 DIFFERENCES: tuple[dict[str, int], ...] = (
     {"boots": 12},
@@ -145,21 +145,9 @@ def test_after_activating_30_has_to_agree_too() -> None:
 # Acknowledgements that come again (E4)
 
 
-# A copy comes within three seconds, or is taken for something else (docs/safety.md).
-DELAYS_S = (0.05, 0.25, 0.3, 0.5, 0.8, 1.0, 1.5, 2.0, 2.5, 2.9)
-LOST = ((ATTITUDE,), (FREEFALL,), (ATTITUDE, FREEFALL))
-
-
-def disabled(options: Options) -> ModuleRig:
-    """Its triggers are off, so that a set that did not arrive shows."""
-    rig = ModuleRig(options)
-    rig.module.settings |= {ATTITUDE: 1, FREEFALL: 1}
-    return rig
-
-
 @pytest.mark.parametrize("code", [0x16, 0x17])
 def test_on_a_good_line_both_are_enabled_and_it_is_ready(code: int) -> None:
-    rig = disabled(Options(freefall_code=code))
+    rig = disabled(ModuleRig(Options(freefall_code=code)))
     assessment = check(rig)[1]
     assert [one.check.id for one in assessment.checks if one.blocks_go] == []
     assert assessment.verdict is Verdict.READY
@@ -169,7 +157,7 @@ def test_on_a_good_line_both_are_enabled_and_it_is_ready(code: int) -> None:
 
 
 def test_a_line_that_repeats_an_acknowledgement_leaves_it_unknown() -> None:
-    evidence, assessment = check(disabled(Options(copies={ATTITUDE: [0.4], FREEFALL: [0.4]})))
+    evidence, assessment = check(disabled(ModuleRig(Options(copies={ATTITUDE: [0.4], FREEFALL: [0.4]}))))
     assert assessment.verdict is Verdict.NO_GO
     assert {flag.why for flag in evidence.flags.values()} == {message(WriteFault.REPEATED.value)}
 
@@ -178,10 +166,10 @@ def test_a_line_that_repeats_an_acknowledgement_leaves_it_unknown() -> None:
 @pytest.mark.promise("f")
 def test_never_ready_with_a_trigger_that_the_module_did_not_take(how: str) -> None:
     """A line that repeats both acknowledgements, on which sets are lost or ignored without a word."""
-    for delay_s, lost, code in some(itertools.product(DELAYS_S, LOST, (0x16, 0x17)), one_in=6):
+    for delay_s, lost, code in cases(one_in=6):
         options = Options(freefall_code=code, copies={ATTITUDE: [delay_s], FREEFALL: [delay_s]})
         setattr(options, how, dict.fromkeys(lost, -1))
-        assessment = check(disabled(options))[1]
+        assessment = check(disabled(ModuleRig(options)))[1]
         where = (delay_s, [f"{one:02X}" for one in lost], f"{code:02X}")
         for one in lost:
             assert assessment.result(KEYS[one]) is not CheckResult.PASS, where
