@@ -413,6 +413,10 @@ class ShownModule(QObject):
         self.named.emit()
         self.changed.emit()
 
+    def treat_as_another(self) -> None:
+        """A person says that it is another module than the one of this name: its conversation ends."""
+        self._port.treat_as_another()
+
     def keep(self) -> None:
         """Keep under its name what is known of it, for the next time that a person is asked."""
         view = self.view

@@ -165,7 +165,7 @@ class TriggerReading(QObject):
             name = self._module.name
             text = join_sentences((tr("Not kept."), tr("{name}: {value}", name=name, value=filed.why.translated())))
             choices = (
-                Choice("another_module", tr("Another module"), partial(self._module.say_name, ""), is_step=True),
+                Choice("another_module", tr("Another module"), self._module.treat_as_another, is_step=True),
                 Choice("same_module", tr("It is {module}", module=name), self._keep_anyway, is_step=True),
             )
             self.job.set_notice(Notice(Meaning.ATTENTION, text, choices))

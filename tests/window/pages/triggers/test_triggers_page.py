@@ -179,8 +179,10 @@ def test_another_module_under_the_same_name_is_not_mixed_in(qtbot: QtBot, qapp: 
         bench.until(lambda: not bench.triggers.work.is_busy)
         assert said(bench) == "Not kept. M-07: the records do not follow those of its last visit"
         assert page.count.text() == "Trigger records: 2"  # what was read, not what M-07 had
+        number = bench.assembly.ports.module.number
         choose(bench, "another_module")
-        bench.until(lambda: not bench.assembly.ports.module.name)
+        bench.until(lambda: bench.assembly.ports.module.number > number and bench.assembly.ports.module.is_read)
+        assert bench.assembly.ports.module.name == ""
         name_kept(bench, "M-07")
         read(bench)
         choose(bench, "same_module")
