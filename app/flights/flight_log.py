@@ -342,7 +342,8 @@ def _usable(channels: Iterable[Channel], raw: RawLog, *, is_tilt: bool) -> Itera
         is_kept = _ascending(known_s)
         note_left_out(marked("The clock jumps back; samples left out: {count}."), is_kept)
         if is_kept.any():
-            count = np.count_nonzero(np.diff(time_s, append=np.inf))
+            with np.errstate(invalid="ignore"):
+                count = np.count_nonzero(np.diff(time_s, append=np.inf))
             yield _Sensor(known_s[is_kept], known[is_kept], 1 - np.count_nonzero(is_kept) / count)
 
 

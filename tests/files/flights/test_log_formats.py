@@ -229,9 +229,9 @@ def test_a_tilt_between_two_rows_is_not_missed() -> None:
 def test_values_that_are_not_numbers_are_left_out() -> None:
     tilt, times = LEVEL.copy(), TIMES.copy()
     tilt[100:103] = [np.nan, np.inf, -np.inf]
-    times[200:202] = [np.nan, 1e300]
+    times[200:204] = [np.nan, 1e300, np.inf, np.inf]
     log = log_of(tilt=Channel(times, tilt))
-    assert problems(log) == ["Invalid samples left out: 5."]
+    assert problems(log) == ["Invalid samples left out: 7."]
     assert np.isfinite(log.tilt_deg).sum() == len(log.time_s)
     # Every seventh is missing although there is no pause.
     log = log_of(tilt=Channel(TIMES, np.where(np.arange(len(TIMES)) % 7 == 0, np.nan, LEVEL)))
