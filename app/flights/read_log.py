@@ -198,7 +198,8 @@ def _content(path: Path) -> bytes:
 def _members(path: Path) -> list[str]:
     """The names of the files in a zip archive, sorted. Raises `UserError`, OSError."""
     with zipfile.ZipFile(path) as archive:
-        names = [one.filename for one in archive.infolist()[:_MAX_MEMBERS] if not one.is_dir()]
+        # A member without a name is none; asked whether it is a folder, zipfile raises an IndexError.
+        names = [one.filename for one in archive.infolist()[:_MAX_MEMBERS] if one.filename and not one.is_dir()]
     if "[Content_Types].xml" in names or "mimetype" in names:
         raise UserError(marked("This is a spreadsheet: save it as CSV."))
     return sorted(name for name in names if not any(part.startswith((".", "__MACOSX")) for part in name.split("/")))

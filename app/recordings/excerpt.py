@@ -159,4 +159,4 @@ def csv_parts(excerpt: Excerpt, *, wall_offset_s: float) -> Iterator[bytes]:
             last = charging.window(at - CHARGING_HOLDS_S, at).value[-1:].tolist()
             is_charging = _FLAGS[last[0] != 0] if last else ""
             lines.writerow((stamp, f"{at - first_s:.3f}", *cells[:4], is_charging, *cells[4:]))
-        yield text.getvalue().encode()
+        yield text.getvalue().encode(errors="backslashreplace")  # a name may have bytes that are no text

@@ -147,6 +147,7 @@ def test_what_is_no_log_is_refused_by_name(tmp_path: Path, name: str, data: byte
         (b"\x1f\x8b\x08\x00rubbish and more", "damaged, or encrypted"),
         (b"PK\x03\x04rubbish", "damaged, or encrypted"),
         (packed({}), "no file in the archive"),
+        (packed({"x": b""}).replace(b"\0x", b"\0\0"), "no file in the archive|damaged"),  # a member without a name
         (b"\x89MCAP0\r\n\x01" + struct.pack("<QI4sI", 12, 4, b"ros2", 0), "not a recording by this program"),
         (ULOG + made.ulog_record("B", bytes(8) + b"\x02" + bytes(31)), "newer version"),
     ],

@@ -209,6 +209,7 @@ def test_csv_holds_every_value_and_is_appended_to(tmp_path: Path) -> None:
         bench.begin()
         bench.recorder.on_batch(batch(1000.0, events=(asked(1000.0),)))
         bench.feed(*stream(1000.0, 3.0, rate_hz=400))
+        bench.name("Flügel \udc80")  # as of a file name that is no text
         bench.feed(
             batch(1003.4, report(1003.4, 76, active=True)),
             batch(1003.5, report(1003.5, 77, triggered=True, active=True), view=talk(1003.5, light_v=2.5)),
@@ -237,7 +238,7 @@ def test_csv_holds_every_value_and_is_appended_to(tmp_path: Path) -> None:
         name: [row[name] for row in rows[: counts[0]] if row[name]] for name in ("event", "cell_voltage_v", "light_v")
     }
     assert others == {
-        "event": [f"connected: {PORT}", "activated", "triggered", f"port lost: {PORT}"],
+        "event": [f"connected: {PORT}", "named: Flügel \\udc80", "activated", "triggered", f"port lost: {PORT}"],
         "cell_voltage_v": ["3.00", "3.01", "3.02"],
         "light_v": ["1.0", "1.1", "1.2", "2.5"],
     }
