@@ -7,16 +7,12 @@ import tempfile
 import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Final, NamedTuple
 
 from PySide6.QtCore import QEventLoop, Qt, QTimer
 from PySide6.QtWidgets import QApplication
 
-from app.engine.worker import Batch
-from protocol.catalogue import STATUS
-from protocol.events import Received, Role, Sent
 from tests.support.processes import ran
 from ui.core.port_watcher import PortWatcher
 from ui.core.preferences import Preferences
@@ -92,19 +88,6 @@ def window_apart(options: WindowOptions, watcher: PortWatcher | None = None) -> 
             assembly.watcher.stop(_THREAD_LIMIT_S)
             storage.close()
             app.processEvents()
-
-
-@dataclass
-class Traffic:
-    """Counts what the worker delivers."""
-
-    streamed: int = 0
-    asked: int = 0
-
-    def on_batch(self, batch: Batch) -> None:
-        for event in batch.events:
-            self.streamed += isinstance(event, Received) and event.role is Role.STREAMED
-            self.asked += isinstance(event, Sent) and event.request == STATUS.query()
 
 
 class LoopWatch(QTimer):

@@ -4,7 +4,7 @@
 
 prints LINK, which leads to its pseudo-terminal, and does what the lines of standard input say, until that ends:
 `restart`, `silent SECONDS`, `OPTION=VALUE`, `honest`, `unplug`, `plug` (behind LINK is another pseudo-terminal then).
-It tells what its log has: `streamed` (how many frames, since it was asked), `last HEX` (when it got this code last, in
+It tells what its log has: `sent` (how many frames, since it was asked), `last HEX` (when it got this code last, in
 monotonic seconds). Each is answered by a line.
 """
 
@@ -24,8 +24,8 @@ def obey(order: str, module: Module) -> object:
             module.be_silent(now(), float(seconds))
         case ["honest"]:
             module.options = Options()
-        case ["streamed"]:
-            count = sum(entry.note == "stream" for entry in module.log)
+        case ["sent"]:
+            count = len(module.log.sent())
             module.log.clear()
             return count
         case ["last", code]:
