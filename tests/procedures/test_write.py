@@ -6,6 +6,7 @@ from typing import Any
 
 import pytest
 
+from app.procedures.stream import StreamSwitch
 from app.procedures.write import (
     SettingChange,
     WriteContext,
@@ -24,7 +25,7 @@ from tests.module.options import Options
 from tests.support.journals import FakeJournal
 from tests.support.line.frames import at_frame
 from tests.support.line.module_line import ModuleRig
-from tests.support.line.sim_line import Rig, settled_rig, watched_rig
+from tests.support.line.sim_line import Rig, settled_rig
 
 READABLE: dict[str, Any] = {
     "light_threshold": 2.1,
@@ -194,7 +195,7 @@ def test_a_module_that_becomes_active_during_a_pause_is_changed_no_further() -> 
 @pytest.mark.promise("h")
 def test_the_module_is_asked_after_a_wait_for_the_disk(what: str) -> None:
     """Somebody else activated it meanwhile: its last report is less than a second old, and from before that."""
-    rig, journal = watched_rig(), FakeJournal()
+    rig, journal = settled_rig(StreamSwitch()), FakeJournal()
     kept: Future[int] = Future()
     journal.is_held = what == "log"
     context = WriteContext(

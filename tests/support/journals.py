@@ -16,39 +16,31 @@ class FakeJournal:
         self.is_ready = True
         self.is_broken = False
         self.is_held = False
-        self._numbers: dict[Entry, int] = {}
+        self._entries: list[Entry] = []
         self.sent_before: list[int] = []
         self.line_length = lambda: 0
         self.on_begin = lambda: None
 
     def begin(self, act: Act, frame: bytes, detail: Mapping[str, object], /) -> Entry:
+        entry = Entry()
         if self.is_broken:
-            return _failed()
+            entry.set_exception(UserError(UserMessage("The disk is full.")))
+            return entry
         self.intents.append((act, frame, detail))
         self.sent_before.append(self.line_length())
         self.on_begin()
-        return self._entry(len(self.intents) - 1)
+        self._entries.append(entry)
+        if not self.is_held:
+            self.flush()
+        return entry
 
     def settle(self, entry: Entry, outcome: Outcome, result: Mapping[str, object], /) -> None:
-        if entry in self._numbers:
-            self.outcomes[self._numbers[entry]] = outcome
-            self.results[self._numbers[entry]] = result
+        if entry in self._entries:
+            number = self._entries.index(entry)
+            self.outcomes[number], self.results[number] = outcome, result
 
     def flush(self) -> None:
         """Complete the writes that were held."""
-        for entry, number in self._numbers.items():
+        for number, entry in enumerate(self._entries):
             if not entry.done():
                 entry.set_result(str(number))
-
-    def _entry(self, number: int) -> Entry:
-        entry = Entry()
-        self._numbers[entry] = number
-        if not self.is_held:
-            entry.set_result(str(number))
-        return entry
-
-
-def _failed() -> Entry:
-    entry = Entry()
-    entry.set_exception(UserError(UserMessage("The disk is full.")))
-    return entry

@@ -324,17 +324,15 @@ def test_the_desktop_knows_the_types_of_files() -> None:
     }
     space = "{http://www.freedesktop.org/standards/shared-mime-info}"
 
-    def matches(rule: ElementTree.Element, content: bytes) -> bool:
+    def holds(rule: ElementTree.Element, content: bytes) -> bool:
         first, _, last = rule.attrib["offset"].partition(":")
         value = rule.attrib["value"].encode().decode("unicode_escape").encode("latin-1")
-        found = content.find(value, int(first), int(last or first) + len(value))
-        inner = rule.findall(f"{space}match")
-        return found >= 0 and (not inner or any(matches(one, content) for one in inner))
+        return content.find(value, int(first), int(last or first) + len(value)) >= 0
 
     for kind in ElementTree.parse(LINUX / f"{NAME}.xml").getroot():
-        rules = kind.findall(f"{space}magic/{space}match")
-        others = {name for name, content in files.items() if any(matches(rule, content) for rule in rules)}
-        assert others == {kind.attrib["type"].rpartition(".")[2]}
+        rules = [*kind.iter(f"{space}match")]  # each stands in the one before: all have to hold
+        known = {name for name, content in files.items() if all(holds(rule, content) for rule in rules)}
+        assert known == {kind.attrib["type"].rpartition(".")[2]}
 
 
 def test_the_manual_names_every_command() -> None:

@@ -235,9 +235,11 @@ class Rig(AnyRig):
         end_faults(self.bench)
 
 
-def settled_rig(**options: object) -> Rig:
-    """Return a rig on a module that has run for a minute and reports no noise, in its first conversation."""
-    return Rig({"uptime": 60, "noise": 0} | options).begin()
+def settled_rig(switch: StreamSwitch | None = None, /, **options: object) -> Rig:
+    """Return a rig on a module that has run for a minute and reports no noise, in its first conversation. With a
+    `switch` of the stream it is watched in the background."""
+    background = None if switch is None else lambda: watch(switch)
+    return Rig({"uptime": 60, "noise": 0} | options, background=background).begin()
 
 
 def engine_view(now: float = 0.0, conversation: ConversationView | None = None, **more: Any) -> EngineView:
@@ -245,9 +247,3 @@ def engine_view(now: float = 0.0, conversation: ConversationView | None = None, 
     known: dict[str, Any] = {"proven_rate": None, "is_rate_in_doubt": True, "overtaken_at": None, "sets_rate": True}
     known |= {"flags": FlagAnswers(now), "told": ToldValues()}
     return EngineView(now, 115200, conversation or ConversationView(), Counters(), b"", **(known | more))
-
-
-def watched_rig(switch: StreamSwitch | None = None, **options: object) -> Rig:
-    """Return a rig whose background is `watch`, in its first conversation."""
-    used = switch or StreamSwitch()
-    return Rig({"uptime": 60, "noise": 0} | options, background=lambda: watch(used)).begin()

@@ -14,6 +14,7 @@ from app.preflight.checks import CHECKS, REPORTS_NEEDED, Case, CheckResult
 from app.preflight.evidence import HEARTBEATS, Evidence, TriggerFlag
 from app.preflight.run import STEPS, TRIGGERS, run_preflight
 from app.preflight.verdict import Verdict, assess, verdict_of
+from app.procedures.stream import StreamSwitch
 from app.procedures.write import WAITING, SettingChange, WriteContext, WriteFault, set_each
 from app.records.record import read_document, sign
 from app.records.verification import RecordState, StationNames, verify
@@ -27,7 +28,7 @@ from tests.files.records.test_record import AT, PERSON
 from tests.support.journals import FakeJournal
 from tests.support.line.frames import at_each_frame, at_frame
 from tests.support.line.odd_module import restart_silently
-from tests.support.line.sim_line import Rig, settled_rig, watched_rig
+from tests.support.line.sim_line import Rig, settled_rig
 from tests.support.records.preflight_rig import FAULTS, Arrange, Fault, assert_only_questions, check, gather, on_request
 from tests.support.records.stored import station
 
@@ -127,7 +128,7 @@ def test_the_last_reading_decides_what_is_known() -> None:
 
 def test_a_stream_that_begins_meanwhile_is_no_second_module() -> None:
     """The program switches it on a while after the connection, also while a check waits for the disk."""
-    rig, evidence, journal = watched_rig(rate=50), Evidence(port="sim"), FakeJournal()
+    rig, evidence, journal = settled_rig(StreamSwitch(), rate=50), Evidence(port="sim"), FakeJournal()
     journal.is_held = True
     rig.step_for(1.5)
     job = rig.job(run_preflight(evidence, is_enabling=True, journal=journal))
