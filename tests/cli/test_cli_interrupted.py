@@ -91,13 +91,13 @@ def test_the_set_in_flight_is_unknown_and_what_was_verified_was_verified_then(
 ) -> None:
     act, reason = ENDS[end]
     at(bench_of(port), "light_threshold", act, number=2)  # after the reading of all: the set itself
-    words = ["set", "freefall_time_s=1.2", "light_threshold_v=2", "attitude_threshold_deg=65"]
+    words = ["set", "freefall_time_s=1.2", "light_threshold_v=2", "attitude_threshold_deg=65", "baud_rate=57600"]
     told = json.loads(dps_s([*words, "--port", port, "--json"], 1).out)
     assert faults("set", told) == []
     errors = {name: result["error"] for name, result in told["results"].items()}
     assert errors["freefall_time_s"] == "verified then, before the interruption"
     assert errors["light_threshold_v"] == f"unknown: {reason}"
-    assert errors["attitude_threshold_deg"] == f"not sent: {reason}"
+    assert errors["attitude_threshold_deg"] == errors["baud_rate"] == f"not sent: {reason}"
     assert not any(result["verified"] for result in told["results"].values())
 
 
@@ -126,10 +126,18 @@ def test_an_activation_that_was_interrupted_is_followed_by_lock(
     assert f"Sent, not confirmed: treat the module as ACTIVE. {reason}" in printed.err
 
 
-def test_where_nobody_answers_any_more_it_is_said_that_nothing_is_locked(port: str, dps_s: Program) -> None:
-    at(bench_of(port), "active", lambda bench: bench.change(mute=True), number=2)
+def ignore_lock(bench: SimulatedBench) -> None:
+    """Another boot count ends the conversation; it stays active."""
+    bench.module.memory.boot_count = 90
+    bench.change(mute_codes=frozenset({BY_NAME["activation"].code}))
+
+
+@pytest.mark.parametrize("end", [lambda bench: bench.change(mute=True), ignore_lock])
+def test_where_nobody_confirms_lock_it_is_said_that_nothing_is_locked(end: End, port: str, dps_s: Program) -> None:
+    at(bench_of(port), "active", end, number=2)
     printed = dps_s(["activate", "--port", port, "--yes"], 1)
     assert "ACTIVE, not locked." in printed.err
+    assert "LOCK was sent after the interruption." not in printed.err
 
 
 @pytest.mark.parametrize("words", ["activate", "preflight --activate --records-reviewed"])
