@@ -175,7 +175,7 @@ def all_fired(facts: Facts, module: str) -> list[Fired]:
 
 
 def _seen_at(kept: Kept[MayHaveFired]) -> str:
-    """Never later than it was kept; another station may have written anything."""
+    """Return when it was seen: never later than it was kept, as another station may have written anything."""
     with suppress(ValueError, OverflowError):
         seen_at = time_text(datetime.fromisoformat(kept.content.seen_at))
         return seen_at if EARLIEST <= seen_at < kept.at else kept.at
