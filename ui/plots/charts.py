@@ -97,7 +97,10 @@ class TimeAxis(LabelAxis):
     def tickSpacing(self, begin_s: float, end_s: float, _size: float) -> list[tuple[float, float]]:
         """As many as there is room for, at round times."""
         most = max(2, int(self.width() / QFontMetricsF(font(Size.SMALL)).horizontalAdvance("00:00:00.000")))
-        step_s = next((step for step in _STEPS_S if int((end_s - begin_s) / step) <= most), _STEPS_S[-1])
+        length_s = end_s - begin_s
+        # Whole days where a clock that was set on the way makes a log of decades.
+        days_s = math.ceil(length_s / most / 86400) * 86400.0
+        step_s = next((step for step in _STEPS_S if int(length_s / step) <= most), days_s)
         return [(step_s, -(self._end_wall_s or 0.0) % step_s)]
 
     def tickStrings(self, values: list[float], _scale: float, step_s: float) -> list[str]:
