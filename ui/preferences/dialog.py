@@ -1,6 +1,7 @@
 """Preferences: saved at once, in a modeless dialog. The theme applies at once, too; language and text size apply at the
 next start."""
 
+from collections.abc import Iterable
 from typing import Final
 
 from PySide6.QtWidgets import (
@@ -43,28 +44,14 @@ class PreferencesDialog(QDialog):
         self._preferences, self._appearance = preferences, appearance
         self.setWindowTitle(tr("Preferences"))
         self.setAccessibleName(tr("Preferences"))
-        self.language, self.theme, self.zoom = (
-            named(QComboBox(), f"preferences_{name}") for name in ("language", "theme", "zoom")
-        )
-        for name, title in LANGUAGES:
-            self.language.addItem(title, name)
-        for choice, title in THEMES:
-            self.theme.addItem(tr(title), choice)
-        for percent in ZOOMS:
-            self.zoom.addItem(f"{percent} %", percent)
-        form = QFormLayout()
+        self._form = form = QFormLayout()
         form.setHorizontalSpacing(Space.L)
         form.setVerticalSpacing(Space.M)
-        titles = (
-            (self.language, "Language · 语言"),  # in both languages, for those who read only one
-            (self.zoom, tr("Text size")),
-            (self.theme, tr("Theme")),
-        )
-        for box, title in titles:
-            WheelGuard(box)
-            box.setAccessibleName(title)
-            form.addRow(label_for(box, title), box)
+        # In both languages, for those who read only one.
+        self.language = self._box("language", "Language · 语言", LANGUAGES)
         self.language.setAccessibleName(tr("Language"))
+        self.zoom = self._box("zoom", tr("Text size"), [(percent, f"{percent} %") for percent in ZOOMS])
+        self.theme = self._box("theme", tr("Theme"), [(choice, tr(title)) for choice, title in THEMES])
         when = text_label("preferences_when", "small")
         when.setText(tr("Language and text size take effect at the next start."))
         self.sounds = named(QCheckBox(tr("Sound: TRIGGERED, ACTIVE, link lost while ACTIVE")), "preferences_sounds")
@@ -82,6 +69,14 @@ class PreferencesDialog(QDialog):
         self.zoom.activated.connect(self._keep_zoom)
         self.sounds.clicked.connect(self._keep_sounds)
         self.theme.activated.connect(self._use_theme)
+
+    def _box(self, name: str, title: str, entries: Iterable[tuple[object, str]]) -> QComboBox:
+        box = named(QComboBox(), f"preferences_{name}", says=title)
+        for data, text in entries:
+            box.addItem(text, data)
+        WheelGuard(box)
+        self._form.addRow(label_for(box, title), box)
+        return box
 
     def bring_up(self) -> None:
         preferences = self._preferences
