@@ -14,17 +14,8 @@ from contextlib import suppress
 from functools import partial
 from typing import Final
 
-from PySide6.QtCore import QEvent, QMargins, QRect, QSize, Qt, QTimer, Signal
-from PySide6.QtGui import (
-    QAction,
-    QCloseEvent,
-    QFocusEvent,
-    QFontMetrics,
-    QKeyEvent,
-    QKeySequence,
-    QShortcut,
-    QShowEvent,
-)
+from PySide6.QtCore import QEvent, QMargins, QSize, Qt, QTimer, Signal
+from PySide6.QtGui import QAction, QCloseEvent, QFocusEvent, QFontMetrics, QKeyEvent, QKeySequence, QShortcut
 from PySide6.QtWidgets import QAbstractButton, QApplication, QLineEdit, QMainWindow, QMenu, QWidget
 
 from app.diagnosis.causes import NextStep
@@ -125,12 +116,13 @@ class MainWindow(QMainWindow):
         self._on_shown(ports.module)
         self._enable_actions()
         remembered = self._remembered
-        self.resize(1180, 720)
+        free = self.screen().availableGeometry().marginsRemoved(FRAME).size()
+        self.setMinimumSize(SMALLEST.boundedTo(free))
+        self.resize(QSize(1180, 720).boundedTo(free))
         if remembered.geometry is not None:
-            self.restoreGeometry(remembered.geometry)
+            self.restoreGeometry(remembered.geometry)  # Qt keeps it on a screen
         if remembered.layout is not None:
             self.restoreState(remembered.layout)
-        self._fit_screen()
         self.panel.prefer(remembered.last_port)
         self.navigation.setCurrentRow(0)
         self.navigation.setFocus()
@@ -221,19 +213,6 @@ class MainWindow(QMainWindow):
             getattr(self.stack.currentWidget(), kind).click()
 
     # Beginning
-
-    def _fit_screen(self) -> None:
-        """Keeps the window on its screen, whose size also limits its least size."""
-        free = self.screen().availableGeometry().marginsRemoved(FRAME)
-        self.setMinimumSize(SMALLEST.boundedTo(free.size()))
-        if self.isMaximized() or self.isFullScreen():
-            return
-        place = QRect(self.geometry().topLeft(), self.size().boundedTo(free.size()))
-        place.moveRight(min(place.right(), free.right()))
-        place.moveBottom(min(place.bottom(), free.bottom()))
-        place.moveLeft(max(place.left(), free.left()))
-        place.moveTop(max(place.top(), free.top()))
-        self.setGeometry(place)
 
     def make_pages(self) -> None:
         self._making.start()
@@ -380,12 +359,6 @@ class MainWindow(QMainWindow):
             self.toggle_panel()
         elif not (isinstance(page, Page) and page.on_escape()):
             self.leaving.stay()
-
-    def showEvent(self, event: QShowEvent) -> None:
-        super().showEvent(event)
-        handle = self.windowHandle()
-        if not event.spontaneous() and handle is not None:
-            handle.screenChanged.connect(self._fit_screen)
 
     def closeEvent(self, event: QCloseEvent) -> None:
         if not self._is_leaving and not self.leaving.may_close(self.close_now):
