@@ -26,7 +26,7 @@ from ui.session.page_job import PageJob
 from ui.session.shown_module import ShownModule
 from ui.style.icons import Icon
 from ui.style.theme import Meaning, Size, Space, fixed_font, is_text_large
-from ui.widgets.controls import control, in_column, in_row, named, scroll_area, set_role, text_label
+from ui.widgets.controls import control, in_column, in_row, named, scroll_area, set_look, text_label
 from ui.widgets.notice_bar import NoticeBar
 from ui.widgets.visibility_timer import VisibilityTimer
 
@@ -79,7 +79,7 @@ class StatisticsView(QWidget):
         warned = {"lost": share > 0.01, "losses": statistics.losses > 0, "rejected": totals.rejected > 0}
         for key, text in texts.items():
             self.figures[key].setText(text)
-            set_role(self.figures[key], "attention" if warned.get(key) else "")
+            set_look("attention" if warned.get(key) else "", self.figures[key])
 
 
 class BundlePreview(QWidget):

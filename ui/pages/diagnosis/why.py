@@ -57,7 +57,7 @@ _LINES: Final = {
 
 def figure(name: str, says: str) -> TickingLabel:
     """A value that changes by itself; it can be selected."""
-    label = named(TickingLabel(), name, says=says)
+    label = named(TickingLabel(), name, "figure", says=says)
     label.setTextInteractionFlags(SELECTABLE)
     label.setWordWrap(True)
     return label

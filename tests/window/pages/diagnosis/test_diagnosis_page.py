@@ -157,7 +157,7 @@ def test_figures_show_loss_reasons_and_round_trips(qtbot: QtBot, qapp: QApplicat
             "sent": "10", "lost": "2 (20 %)", "trip": "3.0 ms", "rejected": "12\nwrong checksum: 12", "restarts": "1",
             "losses": "1", "slowest": "50.0 ms",
         }.items()  # fmt: skip
-        warned = {key for key, figure in page.statistics.figures.items() if figure.property("role") == "attention"}
+        warned = {key for key, figure in page.statistics.figures.items() if figure.property("look") == "attention"}
         assert warned == {"lost", "rejected", "losses"}
 
 
