@@ -297,8 +297,14 @@ class ElidedLabel(QLabel):
         metrics, room, text = QFontMetrics(self.font()), self.contentsRect(), self.text()
         if self.wordWrap():
             wide, wrap = QRect(0, 0, room.width(), 0), Qt.TextFlag.TextWordWrap.value
+
+            def fits(part: str) -> bool:
+                """Whether it is neither too high nor, as a long word is, too wide."""
+                needed = metrics.boundingRect(wide, wrap, part)
+                return needed.height() <= room.height() and needed.width() <= room.width()
+
             shown, end = text, len(text)
-            while end and metrics.boundingRect(wide, wrap, shown).height() > room.height():
+            while end and not fits(shown):
                 end -= 1
                 shown = f"{text[:end].rstrip()}…"
         else:

@@ -106,6 +106,11 @@ def test_an_elided_text_is_whole_in_the_tooltip(qtbot: QtBot) -> None:
     label.setText("The module")
     assert label.grab().toImage() != wide
     assert label.toolTip() == ""
+    label.setWordWrap(True)
+    label.setText("Incomprehensibly")
+    label.resize(label.fontMetrics().horizontalAdvance("Incompre"), 60)
+    label.grab()
+    assert label.toolTip() == "Incomprehensibly", "it would be cut without a word"
 
 
 TURNED = QComboBox | QAbstractSpinBox | QAbstractSlider | QLineEdit
