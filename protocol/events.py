@@ -110,8 +110,8 @@ class Ended(NamedTuple):
     contradiction: Contradiction | None = None  # what was told differently, where that is the reason
 
 
-Outcome = Answered | Unanswered
-Event = Sent | Received | Rejected | Outcome | Began | Ended
+Reply = Answered | Unanswered
+Event = Sent | Received | Rejected | Reply | Began | Ended
 
 
 class Counters:

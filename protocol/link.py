@@ -63,7 +63,7 @@ from protocol.messages import (
     answers,
     decode,
 )
-from protocol.stale_replies import FENCES, FLAG_CODES, FlagAnswers, StaleReplies, ToldValues
+from protocol.stale_replies import FENCES, FLAG_CODES, FlagAnswers, LastingValues, StaleReplies
 from protocol.stream import Piece, StreamParser
 from protocol.timing import Gap, RoundTrips
 
@@ -128,7 +128,7 @@ class Link:
 
     def begin_anew(self, now: float) -> None:
         """The port runs at another rate now: what was received at the old one is no part of a frame."""
-        self.told = ToldValues()
+        self.lasting = LastingValues()
         self._parser = StreamParser()
         self._last_byte_at = -inf
         self._turned_at = now  # when its owner called `tick` last
@@ -360,7 +360,7 @@ class Link:
         self._parser.asked = request
         self.gap.sent(is_repeated=flight.attempts > 1, now=now)
         self.flags.on_sent(request, now)
-        self.told.on_sent(request, now)
+        self.lasting.on_sent(request, now)
         self._put(request, flight.attempts, now)
 
     def _probe(self, flight: _Flight, now: float) -> None:
@@ -467,7 +467,7 @@ class Link:
         elif not self.is_begun and isinstance(messages[0], Reading):
             self.is_begun = True
             self.flags.begin_again()
-            self.told.contradicted(messages[0], now, is_answer=True)  # the first that is told
+            self.lasting.contradicted(messages[0], now, is_answer=True)  # the first that is told
             self._rejected = self._strays = 0
             _log.debug("began: boot count %d", messages[0].raw)
             self._events.append(Began(messages[0].raw, now))
@@ -498,7 +498,7 @@ class Link:
         if copied is None and self._contradicts(frame, message, role, now):
             return
         if late is None and not (copied is not None and stale.is_owed(raw)):
-            self.told.note_unasked(message, now)
+            self.lasting.note_unasked(message, now)
         if isinstance(message, Heartbeat):
             if role is Role.UNSOLICITED:
                 stale.expect_copy(raw, None, now)
@@ -559,7 +559,7 @@ class Link:
         if not self.is_begun:
             return False
         is_answer = role is Role.ANSWER
-        contradiction = self.told.contradicted(message, now, is_answer=is_answer)
+        contradiction = self.lasting.contradicted(message, now, is_answer=is_answer)
         if contradiction is None:
             return False
         # A boot count that grew a little is a restart whose heartbeats were lost; not where one question was answered
@@ -607,7 +607,7 @@ class Link:
         if self.is_begun:
             _log.debug("ended: %s", reason.value)
             self._await_module(now)
-            self.told.forget()
+            self.lasting.forget()
             if reason is EndReason.RESTARTED:
                 self.counters.restarts += 1
             self._events.append(Ended(reason, now, contradiction))

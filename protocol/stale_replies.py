@@ -218,7 +218,7 @@ class FlagAnswers:
         self._is_told_apart = False
 
 
-class ToldValues:
+class LastingValues:
     """It keeps what the module last told of each lasting value: two different answers to one question come from two
     modules on this line, or another one than before. Times are the link's `now`.
 

@@ -19,7 +19,7 @@ from msgspec import Struct, field
 from app import version
 from app.archive.places import FilePlace, PostgresPlace, digests, is_server, lengths_in, rows_in
 from app.records.verification import StationNames, is_of_row
-from app.store.fact_store import INSERT, Facts, Store, StoreTrouble, connect, trouble_of
+from app.store.fact_store import INSERT, Facts, Store, StoreError, connect, trouble_of
 from app.store.rows import (
     AHEAD,
     MAX_CONTENT_BYTES,
@@ -63,7 +63,7 @@ class ArchiveStatus(NamedTuple):
 @contextmanager
 def all_facts(store: Store) -> Iterator[Facts]:
     """Give the facts of all stations as if they were in one file: the file of the others is `main`, the store is `own`.
-    It may block, as all here that takes a store: not for a port's or the window's thread. Raises `StoreTrouble`."""
+    It may block, as all here that takes a store: not for a port's or the window's thread. Raises `StoreError`."""
     store.opened.result()
     path = store.folder / OTHERS_FILE
     try:
@@ -125,7 +125,7 @@ def known_names(store: Store | None) -> StationNames:
             with all_facts(store) as facts:
                 names = introductions(facts)
         return StationNames(store.station, tuple(dict.fromkeys(names)))
-    except StoreTrouble as error:
+    except StoreError as error:
         _log.warning("The names of stations cannot be read: %s", error)
         return StationNames()
 

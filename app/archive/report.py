@@ -14,7 +14,7 @@ from msgspec import Struct, to_builtins
 
 from app.archive.archive import all_facts
 from app.guided import results as guided
-from app.guided.guided_store import last_tests, told_test
+from app.guided.guided_store import last_tests, read_test
 from app.modules.service import COUNTS_ANEW, service_due, service_summary
 from app.records.filing import CheckLine, check_line
 from app.safety.journal import TITLES, Act, Outcome
@@ -221,7 +221,7 @@ def _events(facts: Facts, name: str, types: Iterable[type[Content]]) -> Iterator
                 who = UserMessage(line.who) if line.who else message(marked("not named"))
                 text = message(marked("Pre-flight check: {verdict}, checked by: {who}."), verdict=line.words, who=who)
             case GuidedTestDone():
-                test = told_test(one)
+                test = read_test(one)
                 # One of a newer version is told by its word.
                 text = UserMessage(clean(content.test)) if test is None else _guided_test(test)
             case ModuleNamed():

@@ -29,7 +29,7 @@ from app.modules.labels import PAPERS
 from app.preflight.checks import Person
 from app.preflight.evidence import Evidence
 from app.procedures.write import WriteContext
-from app.store.fact_store import CLOSE_LIMIT_S, StoreFault, StoreTrouble
+from app.store.fact_store import CLOSE_LIMIT_S, StoreError, StoreErrorKind
 from app.terminal import console
 from app.terminal.connection import LOST, connected
 from app.terminal.records import CommandStore, opened_store
@@ -104,7 +104,7 @@ def run(args: argparse.Namespace) -> int:
         )
         try:
             _take_each(bench, store, args)
-        except (KeyboardInterrupt, StoreTrouble, console.OutputLost) as error:
+        except (KeyboardInterrupt, StoreError, console.OutputLost) as error:
             trouble = error
         rows = store.read(bench.rows)
         paper = PAPERS[args.tape]
@@ -118,7 +118,7 @@ def run(args: argparse.Namespace) -> int:
             answer.modules.append(ProvisionedJson(row.name, row.result, why.in_english()))
             cells.append((row.name, tr(row.result), row.code, why.translated()))
         console.emit(args, answer, ["", *console.columns(cells)])
-    if isinstance(trouble, StoreTrouble):
+    if isinstance(trouble, StoreError):
         console.notify_once(trouble.sentence)
         console.notify(tr("Not kept."))
         return console.PARTIAL
@@ -163,7 +163,7 @@ def _take_each(bench: BatchRun, store: CommandStore, args: argparse.Namespace) -
             try:
                 why = keeping.result(CLOSE_LIMIT_S)
             except TimeoutError:  # it may be kept later, which the same command again sees
-                raise StoreTrouble(StoreFault.FAILED, store.path) from None
+                raise StoreError(StoreErrorKind.FAILED, store.path) from None
             if why is None:
                 tell((f"{name}: {tr(READY)}", console.GOOD))
             else:

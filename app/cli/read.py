@@ -119,7 +119,7 @@ def is_answered_twice(first_at: float | None = None) -> Procedure[bool]:
     view: EngineView = yield Inspect()
     yield Pause((view.now if first_at is None else first_at) + SECOND_ANSWER_S - view.now)
     view = yield Inspect()
-    return view.told.is_answered_twice(view.now)
+    return view.lasting.is_answered_twice(view.now)
 
 
 def _no_reply(attempts: int, waited_s: float) -> UserMessage:

@@ -13,7 +13,7 @@ from app.engine.conversation import Interrupted
 from app.engine.ports import is_flight_controller
 from app.engine.session import MAX_NOISE_BYTES
 from app.engine.target import is_network_address, is_socket
-from app.engine.transport import PortError, PortTrouble
+from app.engine.transport import PortError, PortErrorKind
 from app.engine.worker import Batch, PortState
 from app.procedures.find import Silence, what_came
 from app.safety.last_known import keep_away
@@ -90,9 +90,9 @@ class PortEvidence(NamedTuple):
     # As `sys.platform`.
     platform: str = "linux"
 
-    def has(self, *kinds: PortTrouble, is_address: bool = False) -> bool:
+    def has(self, *kinds: PortErrorKind, is_address: bool = False) -> bool:
         """Whether the port has one of these troubles; with `is_address` only one that is a network address."""
-        is_one = self.trouble is not None and self.trouble.trouble in kinds
+        is_one = self.trouble is not None and self.trouble.kind in kinds
         return is_one and (not is_address or is_network_address(self.port))
 
     @property
@@ -103,14 +103,14 @@ class PortEvidence(NamedTuple):
 
     def is_prober(self) -> bool:
         """Whether a modem prober has the port or has written to it."""
-        if self.has(PortTrouble.BUSY):
+        if self.has(PortErrorKind.BUSY):
             is_unnamed = not self.holder and "ModemManager" in self.facts.grabbers
             return is_unnamed or self.holder.lower() in _PROBERS
         return not self.is_answering and _AT.search(self.noise) is not None
 
     def is_claimed_by_brltty(self) -> bool:
         """Whether brltty takes the adapter for a Braille display."""
-        is_gone = self.has(PortTrouble.MISSING, PortTrouble.LOST)
+        is_gone = self.has(PortErrorKind.MISSING, PortErrorKind.LOST)
         return self.holder.lower() == "brltty" or (is_gone and "brltty" in self.facts.grabbers)
 
     def is_silent(self) -> bool:
@@ -291,7 +291,7 @@ _AFTER_END: Mapping[EndReason, str] = {
 
 def _is_for_a_group(seen: PortEvidence) -> bool:
     is_known = seen.facts.group is not None and seen.platform.startswith("linux")
-    return is_known and seen.has(PortTrouble.NOT_ALLOWED)
+    return is_known and seen.has(PortErrorKind.NOT_ALLOWED)
 
 
 def _is_socket(seen: PortEvidence, came: Silence) -> bool:
@@ -301,14 +301,14 @@ def _is_socket(seen: PortEvidence, came: Silence) -> bool:
 
 def _is_other_server(seen: PortEvidence) -> bool:
     """pyserial says it by its text only."""
-    is_unopened = seen.has(PortTrouble.MISSING, PortTrouble.UNUSABLE, is_address=True)
+    is_unopened = seen.has(PortErrorKind.MISSING, PortErrorKind.UNUSABLE, is_address=True)
     return is_unopened and "RFC2217" in str(seen.trouble)
 
 
 _PASSTHROUGH = marked(
     "Switch its passthrough on: guide or docs/adapters.md, “Through the flight controller”. Its restart ends that."
 )
-_OF_A_NETWORK = PortTrouble.MISSING, PortTrouble.UNUSABLE, PortTrouble.LOST, PortTrouble.STUCK
+_OF_A_NETWORK = PortErrorKind.MISSING, PortErrorKind.UNUSABLE, PortErrorKind.LOST, PortErrorKind.STUCK
 CAUSES: tuple[CauseRow, ...] = (
     # The port cannot be opened
     CauseRow("brltty", PortEvidence.is_claimed_by_brltty,
@@ -316,31 +316,31 @@ CAUSES: tuple[CauseRow, ...] = (
              marked("Type: {command} — then plug the adapter in again."), "sudo apt remove brltty"),
     CauseRow("modem prober", PortEvidence.is_prober, marked("ModemManager sends AT commands on {port}."),
              marked("Type: {command} — then plug the adapter in again."), "sudo systemctl stop ModemManager"),
-    CauseRow("held", lambda seen: seen.has(PortTrouble.BUSY) and bool(seen.holder),
+    CauseRow("held", lambda seen: seen.has(PortErrorKind.BUSY) and bool(seen.holder),
              marked("{port} is in use by {program} (process {pid})."), marked("Close it and connect again.")),
-    CauseRow("held", lambda seen: seen.has(PortTrouble.BUSY),
+    CauseRow("held", lambda seen: seen.has(PortErrorKind.BUSY),
              marked("{port} is in use by another program."), marked("Close it and connect again.")),
     CauseRow("no permission", _is_for_a_group,
              marked("No permission for {port}."), marked("Type: {command} — then log out and in again."),
              "sudo usermod -aG {group} $USER"),
-    CauseRow("no permission", lambda seen: seen.has(PortTrouble.NOT_ALLOWED),
+    CauseRow("no permission", lambda seen: seen.has(PortErrorKind.NOT_ALLOWED),
              marked("No permission for {port}."), marked("Ask the administrator for access to serial ports.")),
     CauseRow("other server", _is_other_server, marked("{port}: no RFC 2217 server answers."),
              marked("Correct the address, or try socket://HOST:PORT.")),
     CauseRow("unreachable", lambda seen: seen.has(*_OF_A_NETWORK, is_address=True),
              marked("{port} cannot be reached."),
              marked("Check the network and the program that offers the port, then connect again.")),
-    CauseRow("missing", lambda seen: seen.has(PortTrouble.MISSING), marked("There is no port {port}."),
+    CauseRow("missing", lambda seen: seen.has(PortErrorKind.MISSING), marked("There is no port {port}."),
              marked("Plug the adapter in. If no port appears, install its driver."), terminal_command="dps-s ports",
              step=NextStep.CHOOSE_PORT),
-    CauseRow("unplugged", lambda seen: seen.has(PortTrouble.LOST),
+    CauseRow("unplugged", lambda seen: seen.has(PortErrorKind.LOST),
              marked("{port} was unplugged, or its driver failed."), marked("Unplug the adapter and plug it in again.")),
-    CauseRow("stuck", lambda seen: seen.has(PortTrouble.STUCK),
+    CauseRow("stuck", lambda seen: seen.has(PortErrorKind.STUCK),
              marked("Write to {port} timed out."), marked("Unplug the adapter and plug it in again.")),
-    CauseRow("unusable", lambda seen: seen.has(PortTrouble.UNUSABLE),
+    CauseRow("unusable", lambda seen: seen.has(PortErrorKind.UNUSABLE),
              marked("{port} is no serial port."), marked("Choose a port."), terminal_command="dps-s ports",
              step=NextStep.CHOOSE_PORT),
-    CauseRow("unusable", lambda seen: seen.has(PortTrouble.UNSUPPORTED),
+    CauseRow("unusable", lambda seen: seen.has(PortErrorKind.UNSUPPORTED),
              marked("{port} is no serial port."),
              marked("Use a device name, socket://HOST:PORT or rfc2217://HOST:PORT; dps-s FILE opens a file."),
              step=NextStep.CHOOSE_PORT),

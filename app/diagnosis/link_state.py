@@ -171,7 +171,7 @@ def _link_text(state: LinkState, now: float) -> LinkText:
             return LinkText(word, word, tr("Hold its switch for 2 s, or connect external power."))
         case Phase.FAILED if trouble is not None:
             seen = explain(trouble)
-            word = tr("Port lost") if trouble.trouble in LOSSES else tr("Not connected")
+            word = tr("Port lost") if trouble.kind in LOSSES else tr("Not connected")
             return LinkText(word, seen.what, seen.next_step, NextStep.CONNECT_AGAIN)
         case Phase.FAILED:
             what = tr("A program error closed the port.")

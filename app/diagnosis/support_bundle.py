@@ -123,7 +123,7 @@ def _link(connection: Connection, statistics: LinkStatistics) -> dict[str, objec
         "state": connection.state.value,
     }
     if connection.trouble is not None:
-        link["trouble"] = connection.trouble.trouble.value
+        link["trouble"] = connection.trouble.kind.value
         link["what"] = explain(connection.trouble).what
         link["driver_says"] = connection.trouble.detail
     for name, count in vars(statistics.totals).items():

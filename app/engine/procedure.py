@@ -30,9 +30,9 @@ from typing import TYPE_CHECKING, Any, Generic, NamedTuple, TypeVar
 
 from app.engine.conversation import ConversationView, Interrupted, StatusSample
 from protocol.catalogue import STATUS, Command, Request
-from protocol.events import Answered, Counters, EndReason, Outcome
+from protocol.events import Answered, Counters, EndReason, Reply
 from protocol.messages import Acknowledgement, Reading, Status
-from protocol.stale_replies import FlagAnswers, ToldValues
+from protocol.stale_replies import FlagAnswers, LastingValues
 from protocol.translatable import marked
 
 if TYPE_CHECKING:
@@ -139,7 +139,7 @@ class EngineView(NamedTuple):
     overtaken_at: float | None  # when LOCK last overtook the rest: confirmations before it no longer count
     sets_rate: bool  # False: the port's baud rate is set at its other end
     flags: FlagAnswers  # when 16 and 17 may be set, and whether their answers count
-    told: ToldValues  # whether something is answered twice
+    lasting: LastingValues  # whether something is answered twice
 
 
 Effect = Ask | Pause | Await | UseRate | Inspect | Report
@@ -313,7 +313,7 @@ class Job(Generic[Result]):
 # One question and its answer
 
 
-def answer_in(outcome: Outcome, kind: type[Answer]) -> Answer | None:
+def answer_in(outcome: Reply, kind: type[Answer]) -> Answer | None:
     """The answer, if there is one of this kind."""
     answer = outcome.messages[0] if isinstance(outcome, Answered) else None
     return answer if isinstance(answer, kind) else None

@@ -17,14 +17,14 @@ from enum import Enum
 from typing import NamedTuple
 
 from app.engine.ports import PortInfo
-from app.engine.transport import PortTrouble
+from app.engine.transport import PortErrorKind
 from app.engine.worker import Connection, PortState
 from protocol.translatable import marked
 
 # Listing them takes about 10 ms on Linux.
 LIST_EVERY_S = 0.5
 # Troubles of a port that was open.
-LOSSES = frozenset({PortTrouble.LOST, PortTrouble.STUCK})
+LOSSES = frozenset({PortErrorKind.LOST, PortErrorKind.STUCK})
 
 
 class Absence(Enum):
@@ -104,7 +104,7 @@ class Reconnection:
         elif connection.state is PortState.CLOSED:
             self._is_to_identify = False
             trouble = connection.trouble
-            if self.absence is None and trouble is not None and trouble.trouble in LOSSES:
+            if self.absence is None and trouble is not None and trouble.kind in LOSSES:
                 self.absence = Absence.AWAY
                 if not self.is_waiting:
                     self.absence = Absence.UNCLEAR

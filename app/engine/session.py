@@ -314,7 +314,7 @@ class Session:
             overtaken_at=self._overtaken_at,
             sets_rate=self.line.sets_rate,
             flags=self._link.flags,
-            told=self._link.told,
+            lasting=self._link.lasting,
         )
 
     # What the link tells

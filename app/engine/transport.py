@@ -2,7 +2,7 @@
 
 One thread opens, reads, writes and closes (pyserial fails in many ways otherwise). For an unplugged adapter pyserial
 raises SerialException, OSError, termios.error (not an OSError) or TypeError, depending on the call; all of them are
-`PortTrouble.LOST` here.
+`PortErrorKind.LOST` here.
 """
 
 import errno
@@ -40,7 +40,9 @@ _NOTHING_CAME = re.compile(r"GetOverlappedResult failed .*, (?:1460|109)\)")
 SCHEMES = frozenset(("socket", "rfc2217", "loop", "sim", "shared"))
 
 
-class PortTrouble(Enum):
+class PortErrorKind(Enum):
+    """The reason why a port cannot be opened or used."""
+
     MISSING = "missing"  # no such port: unplugged, or another name
     BUSY = "busy"  # another program has it open
     NOT_ALLOWED = "not allowed"  # this user may not open it
@@ -60,9 +62,9 @@ class PortHolder(NamedTuple):
 class PortError(Exception):
     """The port could not be opened, or was lost. `detail` is the driver's text, for the log."""
 
-    def __init__(self, trouble: PortTrouble, port: str, detail: str, holder: PortHolder | None = None) -> None:
-        super().__init__(f"{port}: {trouble.value}: {detail}")
-        self.trouble = trouble
+    def __init__(self, kind: PortErrorKind, port: str, detail: str, holder: PortHolder | None = None) -> None:
+        super().__init__(f"{port}: {kind.value}: {detail}")
+        self.kind = kind
         self.port = port
         self.detail = detail
         self.holder = holder
@@ -109,23 +111,23 @@ def refuse_unsupported(port: str) -> None:
     """Raise `PortError` UNSUPPORTED for a URL whose scheme is not in `SCHEMES`."""
     scheme, separator, _rest = port.partition("://")
     if separator and scheme not in SCHEMES:
-        raise PortError(PortTrouble.UNSUPPORTED, port, "scheme")
+        raise PortError(PortErrorKind.UNSUPPORTED, port, "scheme")
 
 
-def _trouble_at_opening(error: Exception) -> PortTrouble:
+def _trouble_at_opening(error: Exception) -> PortErrorKind:
     number = getattr(error, "errno", None)
     text = str(error)
     if number in (errno.ENOENT, errno.ENXIO, errno.ENODEV) or "FileNotFoundError" in text or "No such" in text:
-        return PortTrouble.MISSING
+        return PortErrorKind.MISSING
     if number in (errno.EBUSY, errno.EAGAIN) or "exclusively lock" in text:
-        return PortTrouble.BUSY
+        return PortErrorKind.BUSY
     if sys.platform == "win32" and "PermissionError" in text:
-        return PortTrouble.BUSY  # Windows' error for a port that is open elsewhere
+        return PortErrorKind.BUSY  # Windows' error for a port that is open elsewhere
     if number in (errno.EACCES, errno.EPERM):
-        return PortTrouble.NOT_ALLOWED
+        return PortErrorKind.NOT_ALLOWED
     if "ConnectionRefused" in text or number == errno.ECONNREFUSED or "Connection refused" in text:
-        return PortTrouble.MISSING
-    return PortTrouble.UNUSABLE
+        return PortErrorKind.MISSING
+    return PortErrorKind.UNUSABLE
 
 
 class SerialLine:
@@ -182,7 +184,7 @@ class SerialLine:
             finally:
                 self._serial.timeout = READ_SLICE_S
         except _DRIVER_ERRORS as error:
-            raise PortError(PortTrouble.LOST, self.port, str(error)) from error
+            raise PortError(PortErrorKind.LOST, self.port, str(error)) from error
 
     def _read_in_time(self, longest_s: float, gather_s: float, interrupts: int) -> bytes:
         # Wait once for the first byte and once for the rest; pyserial would poll for each byte.
@@ -216,9 +218,9 @@ class SerialLine:
                     data = data[os.write(port, data) :]
         except serial.SerialTimeoutException as error:
             self._is_stuck = True
-            raise PortError(PortTrouble.STUCK, self.port, str(error)) from error
+            raise PortError(PortErrorKind.STUCK, self.port, str(error)) from error
         except _DRIVER_ERRORS as error:
-            raise PortError(PortTrouble.LOST, self.port, str(error)) from error
+            raise PortError(PortErrorKind.LOST, self.port, str(error)) from error
 
     def use_rate(self, baud_rate: int) -> None:
         """Continue at another rate, with empty buffers; raises `PortError` LOST."""
@@ -226,7 +228,7 @@ class SerialLine:
             self._serial.baudrate = baud_rate
             self.begin()
         except _DRIVER_ERRORS as error:
-            raise PortError(PortTrouble.LOST, self.port, str(error)) from error
+            raise PortError(PortErrorKind.LOST, self.port, str(error)) from error
 
     def begin(self) -> None:
         """Set what pyserial leaves as it was, and discard what was received before."""
@@ -287,12 +289,12 @@ def open_line(port: str, baud_rate: int) -> SerialLine:
         opened.open()
     except Exception as error:
         trouble = _trouble_at_opening(error)
-        holder = holder_of(port) if trouble is PortTrouble.BUSY else None
+        holder = holder_of(port) if trouble is PortErrorKind.BUSY else None
         raise PortError(trouble, port, str(error), holder) from error
     line = SerialLine(port, opened)
     try:
         line.begin()
     except _DRIVER_ERRORS as error:
         line.close()
-        raise PortError(PortTrouble.LOST, port, str(error)) from error
+        raise PortError(PortErrorKind.LOST, port, str(error)) from error
     return line

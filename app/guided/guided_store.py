@@ -34,7 +34,7 @@ def last_tests(facts: Facts, module: str, *, counts_simulated: bool) -> Mapping[
     """The newest result of each test of a module. `counts_simulated`: include those of simulated modules."""
     last: dict[GuidedKind, StoredTest] = {}
     for kept in facts.back_from_newest(GuidedTestDone, module):
-        test = told_test(kept)
+        test = read_test(kept)
         if test is not None and (counts_simulated or not test.is_simulated):
             last.setdefault(test.kind, test)
         if len(last) == len(GuidedKind):
@@ -42,6 +42,6 @@ def last_tests(facts: Facts, module: str, *, counts_simulated: bool) -> Mapping[
     return last
 
 
-def told_test(kept: Kept[GuidedTestDone]) -> StoredTest | None:
+def read_test(kept: Kept[GuidedTestDone]) -> StoredTest | None:
     """Return a test as it was kept; None for one that this version does not know."""
     return stored_test(to_builtins(kept.content), kept.at)

@@ -130,7 +130,7 @@ def _collect(evidence: Evidence, began_at: float, *, is_enabling: bool, journal:
     evidence.note_state(evidence.last)
 
     end: EngineView = yield Inspect()
-    evidence.is_answered_twice |= end.told.twice_at >= began_at
+    evidence.is_answered_twice |= end.lasting.twice_at >= began_at
     for key, flag in evidence.flags.items():
         # What the module acknowledged in this conversation, and was not asked to change since without an answer.
         known = end.conversation.known(key, end.now)

@@ -228,7 +228,7 @@ def checked_inputs(
     status = present.status
     contradiction = present.contradiction
     # Two modules that tell the same contradict nothing, and yet both would obey.
-    if contradiction is None and view.told.is_answered_twice(view.now):
+    if contradiction is None and view.lasting.is_answered_twice(view.now):
         contradiction = ANSWERED_TWICE
     age_s = None if status is None else view.now - present.asked_at
     return replace(

@@ -31,8 +31,7 @@ from app.procedures.read import ACTIVE
 from app.safety.journal import Act, Entry, Journal, NoJournal, Outcome
 from app.text.i18n import tr
 from protocol.catalogue import LOCK, STATUS
-from protocol.events import Answered
-from protocol.events import Outcome as Reply
+from protocol.events import Answered, Reply
 from protocol.messages import Acknowledgement, Reading, Status
 from protocol.translatable import marked
 

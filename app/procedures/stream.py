@@ -17,7 +17,7 @@ from app.engine.procedure import Ask, Cancelled, EngineView, Inspect, Pause, Pro
 from app.procedures.read import read_everything
 from app.store.acts import StreamMemory
 from protocol.catalogue import BY_NAME, READABLE_SETTINGS, SERIAL_OUTPUT, STATUS, Request
-from protocol.events import Outcome, Unanswered
+from protocol.events import Reply, Unanswered
 from protocol.messages import Acknowledgement
 
 _log = logging.getLogger(__name__)
@@ -145,6 +145,6 @@ class _Stream:
         self.on_at = self.intent = None
 
 
-def _is_accepted(outcome: Outcome) -> bool:
+def _is_accepted(outcome: Reply) -> bool:
     answer = answer_in(outcome, Acknowledgement)
     return answer is not None and answer.is_accepted

@@ -25,7 +25,7 @@ from app.preflight.verdict import Assessment, Verdict, assess, verdict_named
 from app.records.record import Record, SignedRecord, make_record, sign
 from app.settings.profiles import Profile
 from app.store.acts import Fired, all_fired, claim_fired, unnamed_fired
-from app.store.fact_store import CLOSE_LIMIT_S, Facts, Kept, Store, StoreFault, StoreTrouble
+from app.store.fact_store import CLOSE_LIMIT_S, Facts, Kept, Store, StoreError, StoreErrorKind
 from app.store.rows import PreflightCheck
 from app.store.station import own_station
 from app.system.clock import age_days
@@ -82,7 +82,7 @@ def file_check(
         if store is not None:
             try:
                 past = store.read(lambda facts: _past(facts, person.module, evidence, adapter, at))
-            except StoreTrouble as error:
+            except StoreError as error:
                 trouble = error
     folder = data_folder() if store is None else store.folder
     filed = judge_check(evidence, profile, person, past, folder=folder, adapter=adapter, at=at)
@@ -90,10 +90,10 @@ def file_check(
         return filed._replace(trouble=trouble or filed.trouble)
     try:
         store.write(lambda facts: keep_check(facts, filed)).result(CLOSE_LIMIT_S)
-    except StoreTrouble as error:
+    except StoreError as error:
         return filed._replace(trouble=error)
     except (CancelledError, TimeoutError) as error:  # the store was closed meanwhile, or the disk does not answer
-        return filed._replace(trouble=StoreTrouble(StoreFault.FAILED, store.path, repr(error)))
+        return filed._replace(trouble=StoreError(StoreErrorKind.FAILED, store.path, repr(error)))
     return filed
 
 

@@ -20,7 +20,7 @@ from msgspec.structs import replace
 from app.engine.target import is_simulated
 from app.safety.journal import NOTE, Act, Entry, Outcome
 from app.safety.left_active import KnownAs, LeftActive, drop_intent, keep_left, note_locked, note_safe
-from app.store.fact_store import Facts, Kept, Store, StoreTrouble
+from app.store.fact_store import Facts, Kept, Store, StoreError
 from app.store.rows import EARLIEST, ActEnded, ActIntended, DeployIntended, MayHaveFired, time_text
 from app.text.messages import UserMessage, clean
 
@@ -146,7 +146,7 @@ class StoreJournal:
 
     def _tell(self, written: "Future[str] | Future[None]") -> None:
         error = None if written.cancelled() else written.exception()
-        if isinstance(error, StoreTrouble):
+        if isinstance(error, StoreError):
             _log.warning("The audit log cannot be written: %s", error)
             self._on_trouble(error.message)
 

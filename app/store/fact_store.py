@@ -9,7 +9,7 @@ write is on the disk when its future is done (WAL, `synchronous=FULL`). A file t
 not there, empty     made; from the newest good copy, where there is one
 damaged, another's   set aside under another name, and as above
 of a development build   set aside; what it leaves ACTIVE is taken over
-a newer version's, held, not writable    left alone: `StoreTrouble`
+a newer version's, held, not writable    left alone: `StoreError`
 """
 
 import errno
@@ -93,7 +93,7 @@ COPY_LIMIT_S = 0.3
 INSERT = f"INSERT INTO facts ({COLUMNS}) VALUES (?, ?, ?, ?, ?, ?) ON CONFLICT DO NOTHING"  # noqa: S608
 
 
-class StoreFault(Enum):
+class StoreErrorKind(Enum):
     """The value is a sentence in English with the place for the file, translatable."""
 
     FULL = marked("The disk is full: {file} cannot be written.")
@@ -106,23 +106,23 @@ class StoreFault(Enum):
 
 
 _FAULTS = {
-    sqlite3.SQLITE_FULL: StoreFault.FULL,
-    sqlite3.SQLITE_READONLY: StoreFault.READ_ONLY,
-    sqlite3.SQLITE_CANTOPEN: StoreFault.READ_ONLY,
-    sqlite3.SQLITE_PERM: StoreFault.READ_ONLY,
-    sqlite3.SQLITE_BUSY: StoreFault.BUSY,
-    sqlite3.SQLITE_LOCKED: StoreFault.BUSY,
-    sqlite3.SQLITE_CORRUPT: StoreFault.DAMAGED,
-    sqlite3.SQLITE_NOTADB: StoreFault.DAMAGED,
+    sqlite3.SQLITE_FULL: StoreErrorKind.FULL,
+    sqlite3.SQLITE_READONLY: StoreErrorKind.READ_ONLY,
+    sqlite3.SQLITE_CANTOPEN: StoreErrorKind.READ_ONLY,
+    sqlite3.SQLITE_PERM: StoreErrorKind.READ_ONLY,
+    sqlite3.SQLITE_BUSY: StoreErrorKind.BUSY,
+    sqlite3.SQLITE_LOCKED: StoreErrorKind.BUSY,
+    sqlite3.SQLITE_CORRUPT: StoreErrorKind.DAMAGED,
+    sqlite3.SQLITE_NOTADB: StoreErrorKind.DAMAGED,
 }
 
 
-class StoreTrouble(UserError):
+class StoreError(UserError):
     """The store cannot be opened, read or written. What was stored before is kept. `detail` is for the log."""
 
     code = ErrorCode.STORE
 
-    def __init__(self, fault: StoreFault, path: Path, detail: str = "") -> None:
+    def __init__(self, fault: StoreErrorKind, path: Path, detail: str = "") -> None:
         super().__init__(fault.value, file=path)
         self.fault = fault
         self._detail = f"{path}: {fault.name}: {detail}"
@@ -131,23 +131,25 @@ class StoreTrouble(UserError):
         return self._detail
 
 
-def trouble_of(error: sqlite3.Error | OSError, path: Path) -> StoreTrouble:
+def trouble_of(error: sqlite3.Error | OSError, path: Path) -> StoreError:
     if isinstance(error, OSError):
-        return StoreTrouble(StoreFault.FULL if error.errno == errno.ENOSPC else StoreFault.READ_ONLY, path, str(error))
+        return StoreError(
+            StoreErrorKind.FULL if error.errno == errno.ENOSPC else StoreErrorKind.READ_ONLY, path, str(error)
+        )
     # The lowest byte says what failed, and the others where. Python's own errors have no code.
-    fault = _FAULTS.get(getattr(error, "sqlite_errorcode", 0) & 0xFF, StoreFault.FAILED)
-    if fault in (StoreFault.READ_ONLY, StoreFault.FAILED):
+    fault = _FAULTS.get(getattr(error, "sqlite_errorcode", 0) & 0xFF, StoreErrorKind.FAILED)
+    if fault in (StoreErrorKind.READ_ONLY, StoreErrorKind.FAILED):
         # Of a full disk SQLite only says that a file beside it cannot be opened.
         with suppress(OSError):
-            fault = StoreFault.FULL if shutil.disk_usage(path.parent).free < MIN_FREE_BYTES else fault
-    return StoreTrouble(fault, path, str(error))
+            fault = StoreErrorKind.FULL if shutil.disk_usage(path.parent).free < MIN_FREE_BYTES else fault
+    return StoreError(fault, path, str(error))
 
 
 # The file
 
 
 def open_file(path: Path) -> tuple[sqlite3.Connection, UserMessage | None]:
-    """The file, and what a person should know. Raises `sqlite3.Error`, `OSError` or `StoreTrouble`."""
+    """The file, and what a person should know. Raises `sqlite3.Error`, `OSError` or `StoreError`."""
     path.parent.mkdir(parents=True, exist_ok=True)
     with suppress(OSError):
         path.parent.chmod(0o700)  # what is in it is for this user only
@@ -168,7 +170,7 @@ def open_file(path: Path) -> tuple[sqlite3.Connection, UserMessage | None]:
     told = [message(marked("The records cannot be used and are kept as {file}."), file=aside)] if was_there else []
     whole = []
     for copy in copies_of(path):
-        with suppress(sqlite3.DatabaseError, StoreTrouble), closing(connect_to_read(copy)) as connection:
+        with suppress(sqlite3.DatabaseError, StoreError), closing(connect_to_read(copy)) as connection:
             _check(connection, copy)
             whole.append((connection.execute("SELECT count(*) FROM facts").fetchone()[0], copy))
     if whole:
@@ -222,12 +224,12 @@ def make_tables(connection: sqlite3.Connection) -> None:
 
 
 def _check(connection: sqlite3.Connection, path: Path, *, is_whole: bool = True) -> None:
-    """Raise `sqlite3.DatabaseError` for a file that is damaged or of something else, `StoreTrouble` for a newer one."""
+    """Raise `sqlite3.DatabaseError` for a file that is damaged or of something else, `StoreError` for a newer one."""
     if connection.execute("PRAGMA application_id").fetchone()[0] != APPLICATION_ID:
         raise sqlite3.DatabaseError("of another program")
     layout = connection.execute("PRAGMA user_version").fetchone()[0]
     if layout > LAYOUT:
-        raise StoreTrouble(StoreFault.NEWER, path, f"layout {layout}")
+        raise StoreError(StoreErrorKind.NEWER, path, f"layout {layout}")
     if layout < LAYOUT:
         raise sqlite3.DatabaseError("of a development build")
     if is_whole and connection.execute("PRAGMA quick_check(1)").fetchone()[0] != "ok":
@@ -417,7 +419,7 @@ class Store:
 
     def write(self, work: Callable[[Facts], Result]) -> "Future[Result]":
         """`work` is one transaction, in the store's thread. Its future has the result once that is on the disk; it
-        raises `StoreTrouble`, or what `work` raises. A future that is cancelled in time is never written."""
+        raises `StoreError`, or what `work` raises. A future that is cancelled in time is never written."""
         future: Future[Result] = Future()
         self.start()
         with self._lock:
@@ -429,12 +431,12 @@ class Store:
 
     def read(self, work: Callable[[Facts], Result]) -> Result:
         """Read in this thread. It waits for the opening, so not in the window's thread before that. Raises
-        `StoreTrouble`."""
+        `StoreError`."""
         self.start()
         try:
             self.opened.result(OPENING_LIMIT_S)
         except TimeoutError:
-            raise StoreTrouble(StoreFault.OPENING, self.path) from None
+            raise StoreError(StoreErrorKind.OPENING, self.path) from None
         try:
             with closing(connect_to_read(self.path)) as connection:
                 return work(Facts(connection, self.station, self._now))
@@ -442,7 +444,7 @@ class Store:
             raise trouble_of(error, self.path) from error
 
     def state(self, key: str) -> Any:
-        """Return the value; None where it is not set. Raises `StoreTrouble`."""
+        """Return the value; None where it is not set. Raises `StoreError`."""
         return self.read(lambda facts: facts.state(key))
 
     def close(self, limit_s: float = CLOSE_LIMIT_S) -> bool:
@@ -515,7 +517,7 @@ class Store:
             except UserError as error:
                 # Facts go on under the key of before; only signing needs its file.
                 if known is None:
-                    raise StoreTrouble(StoreFault.FAILED, self.path, str(error)) from error
+                    raise StoreError(StoreErrorKind.FAILED, self.path, str(error)) from error
                 _log.warning("The key of this station cannot be used: %s", error)
                 key = known
             if known != key:

@@ -388,18 +388,18 @@ def failure_of(error: Exception) -> Refused:
         if sentence is not None:
             return Refused(sentence, ErrorCode.INTERNAL)
     from app.diagnosis.causes import explain
-    from app.engine.transport import PortError, PortTrouble
+    from app.engine.transport import PortError, PortErrorKind
 
     why = explain(error)
     code = error.code if isinstance(error, UserError) else ErrorCode.INTERNAL
     if isinstance(error, PortError):
         code = {
-            PortTrouble.MISSING: ErrorCode.NO_PORT,
-            PortTrouble.UNUSABLE: ErrorCode.NO_PORT,
-            PortTrouble.BUSY: ErrorCode.BUSY,
-            PortTrouble.NOT_ALLOWED: ErrorCode.NO_PERMISSION,
-            PortTrouble.UNSUPPORTED: ErrorCode.USAGE,
-        }.get(error.trouble, ErrorCode.NO_LINK)
+            PortErrorKind.MISSING: ErrorCode.NO_PORT,
+            PortErrorKind.UNUSABLE: ErrorCode.NO_PORT,
+            PortErrorKind.BUSY: ErrorCode.BUSY,
+            PortErrorKind.NOT_ALLOWED: ErrorCode.NO_PERMISSION,
+            PortErrorKind.UNSUPPORTED: ErrorCode.USAGE,
+        }.get(error.kind, ErrorCode.NO_LINK)
     return Refused(why.terminal_sentence, code, what=why.what, hint=why.next_step)
 
 

@@ -15,7 +15,7 @@ from typing import Any, Final, NamedTuple
 
 from app.engine.conversation import Interrupted
 from app.engine.procedure import Cancelled, Job, Pause, Procedure
-from app.engine.transport import PortError, PortTrouble
+from app.engine.transport import PortError, PortErrorKind
 from app.preflight.evidence import Evidence
 from app.preflight.run import run_preflight
 from app.procedures.act import Performed, perform
@@ -233,8 +233,8 @@ EXCHANGES: Final[Mapping[str, Happening]] = {
     for silent_s, is_announced in product(SILENCES_S, (False, True))
 }
 FAULTS: Final[Mapping[str, Happening]] = {
-    "port lost": Happening(lambda run: run.fail(PortTrouble.LOST)),
-    "a write that blocks": Happening(lambda run: run.fail(PortTrouble.STUCK)),
+    "port lost": Happening(lambda run: run.fail(PortErrorKind.LOST)),
+    "a write that blocks": Happening(lambda run: run.fail(PortErrorKind.STUCK)),
     "cancelled": Happening(lambda run: run.job.cancel()),
     "module silent": _silent(1000.0, must_end=True),
     "module silent for 0.3 s": _silent(0.3),
@@ -364,7 +364,7 @@ class Run:
 
     # It happens
 
-    def fail(self, trouble: PortTrouble) -> None:
+    def fail(self, trouble: PortErrorKind) -> None:
         self.rig.line.error = PortError(trouble, "line", "failed")
 
     def _before(self, _frame: bytes) -> None:

@@ -11,7 +11,7 @@ import pytest
 
 from app.cli.commands import BY_NAME
 from app.simulator.bench import SimulatedBench
-from app.store.fact_store import Facts, StoreFault, StoreTrouble
+from app.store.fact_store import Facts, StoreError, StoreErrorKind
 from app.store.rows import Content, ModuleProvisioned, PreflightCheck, Row
 from app.terminal import console
 from app.terminal.console import Refused
@@ -192,11 +192,11 @@ def test_a_full_disk_ends_the_batch_and_nothing_has_half_a_name(
 
     def full(self: Facts, content: Content, *args: Any, **values: Any) -> Row:
         if isinstance(content, ModuleProvisioned):
-            raise StoreTrouble(StoreFault.FULL, Path())
+            raise StoreError(StoreErrorKind.FULL, Path())
         return add(self, content, *args, **values)
 
     def unopened(_path: Path) -> None:
-        raise StoreTrouble(StoreFault.FULL, Path())
+        raise StoreError(StoreErrorKind.FULL, Path())
 
     with monkeypatch.context() as patch:
         patch.setattr("app.store.fact_store.open_file", unopened)

@@ -21,7 +21,7 @@ from app.cli.commands import BY_NAME, ENTRIES, SubCommand
 from app.engine import ports as port_list
 from app.engine.ports import NOT_LISTED, PortInfo
 from app.engine.procedure import Inspect, Procedure
-from app.engine.transport import PortError, PortTrouble, open_line
+from app.engine.transport import PortError, PortErrorKind, open_line
 from app.procedures.history import History
 from app.settings.profiles import ProfileRefused, parse_profile
 from app.system.files import write_whole
@@ -185,7 +185,7 @@ def test_an_address_that_writes_files_or_loads_code_is_refused(address: str, tmp
     address = address.format(file=tmp_path / "written")
     with pytest.raises(PortError) as refused:
         open_line(address, 115200)
-    assert refused.value.trouble is PortTrouble.UNSUPPORTED
+    assert refused.value.kind is PortErrorKind.UNSUPPORTED
     said = dps_s(["read", "--port", address], 2).err
     assert said.count("\n") == 1
     assert "is no serial port" in said

@@ -17,7 +17,7 @@ from pytestqt.qtbot import QtBot
 
 from app.diagnosis.link_state import Phase
 from app.engine.target import Target
-from app.engine.transport import PortError, PortTrouble
+from app.engine.transport import PortError, PortErrorKind
 from app.engine.worker import Batch
 from app.preflight.verdict import Standing
 from app.safety.journal import Act
@@ -398,7 +398,7 @@ def test_on_the_way_through_everything_that_happens_to_a_module(desk: Desk) -> N
         happen(desk.module)
         desk.wait(1.0)
         desk.walk(*known)
-    desk.line.error = PortError(PortTrouble.LOST, PORT, "unplugged")
+    desk.line.error = PortError(PortErrorKind.LOST, PORT, "unplugged")
     desk.until(lambda: not desk.assembly.ports.module.is_going)
     desk.walk()
 

@@ -9,7 +9,7 @@ from typing import Any, Generic, TypeVar
 from PySide6.QtCore import QObject, Qt, Signal
 from shiboken6 import isValid
 
-from app.store.fact_store import Facts, Store, StoreTrouble
+from app.store.fact_store import Facts, Store, StoreError
 from app.text.messages import UserError
 from protocol.translatable import marked
 
@@ -113,14 +113,14 @@ class BackgroundTask(QObject, Generic[Result]):
         store: Store,
         act: Callable[[Facts], Result],
         then: Callable[[Result], object],
-        failed: Callable[[StoreTrouble], object] | None = None,
+        failed: Callable[[StoreError], object] | None = None,
     ) -> None:
         """Run `work` as `run` does, as one transaction in the store's thread, after what was asked for before; its
         result comes once that is on the disk. It runs even if it is replaced; once the store is closed no result is
         delivered."""
 
         def fail(error: Exception) -> None:
-            if failed is None or not isinstance(error, StoreTrouble):
+            if failed is None or not isinstance(error, StoreError):
                 raise error
             failed(error)
 

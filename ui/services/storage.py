@@ -12,7 +12,7 @@ from app.engine.target import Target
 from app.safety.journal import Journal, NoJournal
 from app.safety.left_active import KnownAs, LeftActive
 from app.store.acts import UNNAMED, StoreJournal, StreamMemory, Where
-from app.store.fact_store import Store, StoreFault, StoreTrouble
+from app.store.fact_store import Store, StoreError, StoreErrorKind
 
 if TYPE_CHECKING:  # it loads zstandard, which the window's first paint does not wait for
     from app.recordings.library import RecordingLibrary
@@ -60,15 +60,15 @@ class Storage(QObject):
         return self._store
 
     @property
-    def store(self) -> Store | StoreTrouble:
+    def store(self) -> Store | StoreError:
         """The store once it is open, or why there is none (yet). Never waits."""
         store = self.begun
         if store is None:
-            return StoreTrouble(StoreFault.FAILED, self.folder, "closed")
+            return StoreError(StoreErrorKind.FAILED, self.folder, "closed")
         if not store.opened.done():
-            return StoreTrouble(StoreFault.OPENING, store.path)
+            return StoreError(StoreErrorKind.OPENING, store.path)
         trouble = store.opened.exception()
-        return trouble if isinstance(trouble, StoreTrouble) else store
+        return trouble if isinstance(trouble, StoreError) else store
 
     @property
     def ready(self) -> Store | None:
@@ -76,7 +76,7 @@ class Storage(QObject):
         store = self.store
         return store if isinstance(store, Store) else None
 
-    def open_store(self) -> Store | StoreTrouble:
+    def open_store(self) -> Store | StoreError:
         """Waits until it is open: not for the window's thread."""
         store = self.begun
         if store is not None:
@@ -87,7 +87,7 @@ class Storage(QObject):
     def notice(self) -> str | None:
         """The sentence on what a person should know about the store once it is open, in the language in use."""
         store = self.store
-        if isinstance(store, StoreTrouble):
+        if isinstance(store, StoreError):
             return store.sentence
         notice = store.opened.result()
         return None if notice is None else notice.translated()

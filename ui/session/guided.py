@@ -21,7 +21,7 @@ from app.guided.results import TITLES, VERDICT_WORDS, GuidedKind, GuidedResult, 
 from app.modules.names import remember
 from app.procedures.act import Performed
 from app.safety.journal import Outcome
-from app.store.fact_store import Facts, Store, StoreTrouble
+from app.store.fact_store import Facts, Store, StoreError
 from app.text.messages import UserError, message
 from protocol.translatable import marked
 from ui.core.background_task import BackgroundTask
@@ -254,7 +254,7 @@ class Guided(QObject):
                 remember(facts, name)
             keep_test(facts, result, module=name or None, who=who, is_simulated=is_simulated)
 
-        def fail(trouble: StoreTrouble) -> None:
+        def fail(trouble: StoreError) -> None:
             self.trouble = not_kept(trouble, name)
             self.changed.emit()
 

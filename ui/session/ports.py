@@ -13,7 +13,7 @@ from PySide6.QtWidgets import QWidget
 from app.engine.target import Target
 from app.engine.worker import PUBLISH_EVERY_S, Batch, PortState
 from app.modules.names import modules
-from app.store.fact_store import StoreTrouble
+from app.store.fact_store import StoreError
 from app.system.clock import steady_time
 from ui.core.port_watcher import PortWatcher
 from ui.services.storage import Storage
@@ -72,7 +72,7 @@ class Ports(QObject):
         store = self.storage.ready
         try:
             return [] if store is None else [known.name for known in store.read(modules)]
-        except StoreTrouble as trouble:
+        except StoreError as trouble:
             _log.warning("The names of the modules cannot be read: %s", trouble)
             return []
 

@@ -31,7 +31,7 @@ from app.safety.journal import Journal
 from app.safety.last_known import SeenActivation, seen_activation
 from app.safety.left_active import KnownAs, note_go, note_named
 from app.store.acts import claim_fired, new_run, note_triggered
-from app.store.fact_store import Facts, StoreTrouble
+from app.store.fact_store import Facts, StoreError
 from app.store.rows import Row
 from app.text.i18n import tr
 from app.text.messages import UserMessage, capitalised, clean, join_sentences, labelled
@@ -370,7 +370,7 @@ class ShownModule(QObject):
             return None
         try:
             return store.read(lambda facts: remembered(facts, name))
-        except StoreTrouble as trouble:
+        except StoreError as trouble:
             _log.warning("What was last read of a module cannot be read: %s", trouble)
             return None
 
@@ -450,7 +450,7 @@ def module_label(name: str) -> str:
     return name or tr("Unnamed")
 
 
-def not_kept(trouble: StoreTrouble, module: str) -> str:
+def not_kept(trouble: StoreError, module: str) -> str:
     """Say that it was not kept, with the name of the module it is of: by the time that a slow store tells, another one
     may be shown."""
     return labelled(capitalised(module_label(module)), join_sentences((trouble.sentence, tr("Not kept."))))

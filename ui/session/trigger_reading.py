@@ -7,7 +7,7 @@ from typing import NamedTuple
 from PySide6.QtCore import QObject, Signal
 
 from app.engine.procedure import Cancelled, Job
-from app.store.fact_store import Facts, StoreTrouble, utc_now
+from app.store.fact_store import Facts, StoreError, utc_now
 from app.store.rows import Judgement
 from app.system.clock import DAY, local_time
 from app.text.i18n import tr
@@ -101,7 +101,7 @@ class TriggerReading(QObject):
         def work(facts: Facts) -> None:
             KeptTriggers(facts).judge(name, place, judgement, note)
 
-        def end(trouble: StoreTrouble | None = None) -> None:
+        def end(trouble: StoreError | None = None) -> None:
             if self._judging.get(place) is not judged:
                 return  # it was judged again meanwhile
             del self._judging[place]
@@ -177,7 +177,7 @@ class TriggerReading(QObject):
         self.job.dismiss()
         self._keep_reading(is_same_module=True)
 
-    def _fail_filing(self, trouble: StoreTrouble) -> None:
+    def _fail_filing(self, trouble: StoreError) -> None:
         self.job.notify(Meaning.DANGER, not_kept(trouble, self._module.name))
         self.show_kept()
 
@@ -188,7 +188,7 @@ class TriggerReading(QObject):
         if store is not None and name:
             try:
                 last_answer = store.read(lambda facts: KeptTriggers(facts).last_answer(name))
-            except StoreTrouble as trouble:
+            except StoreError as trouble:
                 return Notice(Meaning.DANGER, not_kept(trouble, name))
             if last_answer is not None:
                 date = local_time(last_answer.at, DAY)
@@ -229,7 +229,7 @@ class TriggerReading(QObject):
             return ()
         try:
             return store.read(lambda facts: KeptTriggers(facts).records(name))
-        except StoreTrouble as trouble:
+        except StoreError as trouble:
             self.job.notify(Meaning.DANGER, not_kept(trouble, name))
             return ()
 

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING
 
 import pytest
 
-from app.engine.transport import PortError, PortTrouble
+from app.engine.transport import PortError, PortErrorKind
 from app.recordings import recorder, session_file
 from app.recordings.excerpt import HEAD
 from app.recordings.markers import MarkerKind
@@ -213,7 +213,7 @@ def test_csv_holds_every_value_and_is_appended_to(tmp_path: Path) -> None:
         bench.feed(
             batch(1003.4, report(1003.4, 76, active=True)),
             batch(1003.5, report(1003.5, 77, triggered=True, active=True), view=talk(1003.5, light_v=2.5)),
-            batch(1004.0, connection=CLOSED._replace(trouble=PortError(PortTrouble.LOST, PORT, "gone"))),
+            batch(1004.0, connection=CLOSED._replace(trouble=PortError(PortErrorKind.LOST, PORT, "gone"))),
         )
         bench.finish()
         recording = opened(bench.path)

@@ -18,7 +18,7 @@ from app.records.record import read_document
 from app.records.verification import RecordState, StationNames, verify
 from app.settings.profiles import NO_PROFILE
 from app.settings.values import DEFAULTS
-from app.store.fact_store import Store, StoreFault, StoreTrouble
+from app.store.fact_store import Store, StoreError, StoreErrorKind
 from app.store.rows import Judgement, ModuleVisited, PreflightCheck
 from app.store.station import KEY_FILE
 from app.text.messages import UserError
@@ -88,7 +88,7 @@ def test_two_programs_that_file_at_once_lose_nothing(tmp_path: Path) -> None:
 
 def test_a_record_that_could_not_be_kept_is_still_signed(store: Store, monkeypatch: pytest.MonkeyPatch) -> None:
     def full(*_: object, **__: object) -> int:
-        raise StoreTrouble(StoreFault.FULL, store.path)
+        raise StoreError(StoreErrorKind.FULL, store.path)
 
     with monkeypatch.context() as patch:
         patch.setattr("app.store.fact_store.Facts.add", full)

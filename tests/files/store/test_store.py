@@ -13,7 +13,7 @@ from pathlib import Path
 
 import pytest
 
-from app.store.fact_store import FILE_NAME, LAYOUT, Facts, Store, StoreFault, StoreTrouble, copies_of, copy_if_due
+from app.store.fact_store import FILE_NAME, LAYOUT, Facts, Store, StoreError, StoreErrorKind, copies_of, copy_if_due
 from app.store.rows import ActIntended, Content, SaidNew, Serviced, ServiceKind, SettingsSeen, StationNamed
 from tests.support.patience import PATIENCE_S
 
@@ -62,7 +62,7 @@ def test_what_is_added_is_there_after_the_program_ended(folder: Path) -> None:
 )
 def test_facts_are_only_ever_added(statement: str, folder: Path) -> None:
     with opened(folder, NOON, "M-07") as store:
-        with pytest.raises(StoreTrouble):
+        with pytest.raises(StoreError):
             store.write(lambda facts: facts.connection.execute(statement)).result(PATIENCE_S)
         assert said(store) == ["M-07"]
 
@@ -125,12 +125,12 @@ def test_reading_waits_no_longer_than_its_limit_for_a_disk_that_never_answers(
     monkeypatch.setattr("app.store.fact_store.OPENING_LIMIT_S", 0.1)
     store = Store(folder)
     try:
-        with pytest.raises(StoreTrouble) as refused:
+        with pytest.raises(StoreError) as refused:
             store.read(lambda facts: facts.station)
     finally:
         release.set()
         store.close()
-    assert refused.value.fault is StoreFault.OPENING
+    assert refused.value.fault is StoreErrorKind.OPENING
 
 
 @pytest.mark.skipif(sys.platform == "win32", reason="Windows has no such rights")
@@ -225,9 +225,9 @@ def test_a_file_of_a_newer_version_is_left_alone(folder: Path) -> None:
     with closing(sqlite3.connect(path)) as connection:
         connection.execute(f"PRAGMA user_version = {LAYOUT + 1}")
     before = path.read_bytes()
-    with opened(folder) as store, pytest.raises(StoreTrouble) as caught:
+    with opened(folder) as store, pytest.raises(StoreError) as caught:
         store.add(INTENT).result(PATIENCE_S)
-    assert caught.value.fault is StoreFault.NEWER
+    assert caught.value.fault is StoreErrorKind.NEWER
     assert str(path) in caught.value.sentence
     assert path.read_bytes() == before
 

@@ -12,7 +12,7 @@ from pytestqt.qtbot import QtBot
 from app.engine.target import Target
 from app.modules.names import modules
 from app.safety.journal import Act, Outcome
-from app.store.fact_store import Store, StoreTrouble, open_file
+from app.store.fact_store import Store, StoreError, open_file
 from app.store.rows import Judgement
 from tests.support.records.stored import audit, records_of
 from tests.support.window.fakes_ui import simulated, window
@@ -72,7 +72,7 @@ def test_the_window_connects_and_locks_though_the_store_does_not_open(
         try:
             assembly.window.connect_to(Target("sim://beside", 115200))
             qtbot.waitUntil(lambda: port.module.view.reported != (None, None))
-            assert isinstance(assembly.storage.store, StoreTrouble)
+            assert isinstance(assembly.storage.store, StoreError)
             port.lock.press()
             qtbot.waitUntil(lambda: port.lock.confirmed is not None)
         finally:

@@ -8,7 +8,7 @@ from app.engine import worker
 from app.engine.conversation import ConversationView
 from app.engine.procedure import EngineView, Job, Procedure, Report
 from app.engine.session import Session
-from app.engine.transport import PortError, PortTrouble
+from app.engine.transport import PortError, PortErrorKind
 from app.procedures.stream import StreamSwitch, watch
 from app.safety.journal import Act
 from app.safety.permit import Origin, Permit
@@ -16,7 +16,7 @@ from app.simulator.bench import SimulatedBench
 from protocol.catalogue import Hazard, Layout, Request
 from protocol.events import Counters
 from protocol.messages import Frame, decode_request
-from protocol.stale_replies import FlagAnswers, ToldValues
+from protocol.stale_replies import FlagAnswers, LastingValues
 from protocol.stream import StreamParser
 from tests.support.line.odd_module import end_faults, odd_bench
 
@@ -112,7 +112,7 @@ class SimulatedLine:
 
     def _check(self) -> None:
         if not self.bench.is_plugged_in or self.bench.plug_number != self.plug_number:
-            raise PortError(PortTrouble.LOST, self.port, "unplugged")
+            raise PortError(PortErrorKind.LOST, self.port, "unplugged")
 
 
 class ThreadlessWorker(worker.Worker):
@@ -245,5 +245,5 @@ def settled_rig(switch: StreamSwitch | None = None, /, **options: object) -> Rig
 def engine_view(now: float = 0.0, conversation: ConversationView | None = None, **more: Any) -> EngineView:
     """What a procedure sees of a module of which nothing is known yet."""
     known: dict[str, Any] = {"proven_rate": None, "is_rate_in_doubt": True, "overtaken_at": None, "sets_rate": True}
-    known |= {"flags": FlagAnswers(now), "told": ToldValues()}
+    known |= {"flags": FlagAnswers(now), "lasting": LastingValues()}
     return EngineView(now, 115200, conversation or ConversationView(), Counters(), b"", **(known | more))

@@ -16,7 +16,7 @@ import numpy as np
 
 from app.captures.traffic import CaptureEntry, Explained, Explainer, Way
 from app.engine.conversation import ConversationView, How, Known, StatusSample
-from app.engine.transport import PortError, PortTrouble
+from app.engine.transport import PortError, PortErrorKind
 from app.engine.worker import Batch, Connection, PortState
 from app.recordings.library import RecordingLibrary, entry_of
 from app.recordings.recorder import FLUSH_EVERY_S, Recorder
@@ -34,7 +34,7 @@ NOON = datetime(2026, 11, 21, 12, 0, 0, tzinfo=UTC)
 PORT = "/dev/ttyUSB0"
 OPEN = Connection(PortState.OPEN, PORT, 115200)
 CLOSED = OPEN._replace(state=PortState.CLOSED)
-LOST = CLOSED._replace(trouble=PortError(PortTrouble.LOST, PORT, ""))
+LOST = CLOSED._replace(trouble=PortError(PortErrorKind.LOST, PORT, ""))
 LINE_HZ = 1440
 WAIT_S = PATIENCE_S
 NAME = "Bench 7"

@@ -25,7 +25,7 @@ from tests.support.patience import PATIENCE_S
 
 
 def open_store(folder: Path | None = None, *, clock: Clock = utc_now) -> Store:
-    """Open. Raises `StoreTrouble`."""
+    """Open. Raises `StoreError`."""
     store = Store(folder, clock=clock)
     store.opened.result(PATIENCE_S)
     return store

@@ -14,11 +14,11 @@ from app.engine.conversation import ConversationView, How, Interrupted, Known, S
 from app.engine.ports import PortInfo
 from app.engine.procedure import Job, LinkView
 from app.engine.target import Target
-from app.engine.transport import PortError, PortTrouble
+from app.engine.transport import PortError, PortErrorKind
 from app.engine.worker import Batch, Connection, OwedLock, PortState
 from app.records.filing import Filed
 from app.safety.journal import NoJournal
-from app.store.fact_store import StoreFault, StoreTrouble
+from app.store.fact_store import StoreError, StoreErrorKind
 from protocol.events import Ended, EndReason, Event
 from protocol.fields import Value
 from tests.support.window.fakes_ui import ListedPorts, window
@@ -125,7 +125,7 @@ class FakeWorker:
         self.end_jobs(error or Interrupted(reason))
 
     def unplug(self) -> None:
-        trouble = PortError(PortTrouble.LOST, self.connection.port, "unplugged")
+        trouble = PortError(PortErrorKind.LOST, self.connection.port, "unplugged")
         self.connection = self.connection._replace(state=PortState.CLOSED, trouble=trouble)
         self.end(EndReason.PORT_LOST)
 
@@ -176,8 +176,8 @@ class NoStorage(Storage):
     def begun(self) -> None:
         return None
 
-    def open_store(self) -> StoreTrouble:
-        return StoreTrouble(StoreFault.FAILED, Path(), "none")
+    def open_store(self) -> StoreError:
+        return StoreError(StoreErrorKind.FAILED, Path(), "none")
 
     def journal(self, *_: object) -> NoJournal:
         return NoJournal()

@@ -17,7 +17,7 @@ from app.diagnosis.link_state import LinkState, Phase, link_text
 from app.engine.conversation import ConversationView, Interrupted
 from app.engine.procedure import Ask, LinkView, Procedure
 from app.engine.reconnect import Absence
-from app.engine.transport import PortError, PortHolder, PortTrouble, _trouble_at_opening
+from app.engine.transport import PortError, PortErrorKind, PortHolder, _trouble_at_opening
 from app.engine.worker import Batch, Connection, PortState
 from app.procedures.find import Silence
 from app.safety.last_known import keep_away
@@ -46,7 +46,7 @@ AT_THE_MODULE = (
 """What would bring a hand near the module."""
 
 
-def trouble(kind: PortTrouble, holder: PortHolder | None = None) -> PortEvidence:
+def trouble(kind: PortErrorKind, holder: PortHolder | None = None) -> PortEvidence:
     return PortEvidence(port=PORT, trouble=PortError(kind, PORT, "driver's words", holder))
 
 
@@ -79,7 +79,7 @@ def unreached(detail: str, port: str = ADDRESS) -> PortEvidence:
     return PortEvidence(port=port, trouble=PortError(_trouble_at_opening(OSError(detail)), port, detail))
 
 
-def cut_off(kind: PortTrouble) -> PortEvidence:
+def cut_off(kind: PortErrorKind) -> PortEvidence:
     return PortEvidence(port=ADDRESS, trouble=PortError(kind, ADDRESS, ""))
 
 
@@ -92,31 +92,31 @@ TABLE: tuple[tuple[str, PortEvidence, str], ...] = (
     ("checksum errors among frames", online(
         bytes_received=4000, counters=Counters(frames=400, **rejected(400, Reason.CHECKSUM))
     ), "bad line"),
-    ("held by a named program", trouble(PortTrouble.BUSY, PortHolder("minicom", 4711)), "held"),
-    ("held by nobody knows whom", trouble(PortTrouble.BUSY), "held"),
-    ("held by ModemManager", trouble(PortTrouble.BUSY, PortHolder("ModemManager", 600)), "modem prober"),
-    ("held, and ModemManager runs", with_facts(trouble(PortTrouble.BUSY), grabbers=("ModemManager",)),
+    ("held by a named program", trouble(PortErrorKind.BUSY, PortHolder("minicom", 4711)), "held"),
+    ("held by nobody knows whom", trouble(PortErrorKind.BUSY), "held"),
+    ("held by ModemManager", trouble(PortErrorKind.BUSY, PortHolder("ModemManager", 600)), "modem prober"),
+    ("held, and ModemManager runs", with_facts(trouble(PortErrorKind.BUSY), grabbers=("ModemManager",)),
      "modem prober"),
     ("held by another, and ModemManager runs",
-     with_facts(trouble(PortTrouble.BUSY, PortHolder("minicom", 1)), grabbers=("ModemManager",)), "held"),
+     with_facts(trouble(PortErrorKind.BUSY, PortHolder("minicom", 1)), grabbers=("ModemManager",)), "held"),
     ("AT in the noise", opened(bytes_received=30, noise=b"AT\rAT\rATE0\r", counters=rejected(30)), "modem prober"),
     ("a modem's other question", opened(bytes_received=5, noise=b"\x7e\x00\x78\xf0\x7e", counters=rejected(5)),
      "modem prober"),
-    ("held by brltty", trouble(PortTrouble.BUSY, PortHolder("brltty", 33)), "brltty"),
-    ("gone, and brltty runs", with_facts(trouble(PortTrouble.MISSING), grabbers=("brltty",)), "brltty"),
-    ("no permission", trouble(PortTrouble.NOT_ALLOWED), "no permission"),
-    ("no permission, no group has it", with_facts(trouble(PortTrouble.NOT_ALLOWED), group=None),
+    ("held by brltty", trouble(PortErrorKind.BUSY, PortHolder("brltty", 33)), "brltty"),
+    ("gone, and brltty runs", with_facts(trouble(PortErrorKind.MISSING), grabbers=("brltty",)), "brltty"),
+    ("no permission", trouble(PortErrorKind.NOT_ALLOWED), "no permission"),
+    ("no permission, no group has it", with_facts(trouble(PortErrorKind.NOT_ALLOWED), group=None),
      "no permission"),
-    ("no such port", trouble(PortTrouble.MISSING), "missing"),
+    ("no such port", trouble(PortErrorKind.MISSING), "missing"),
     ("nobody listens", unreached("Could not open port: [Errno 111] Connection refused"), "unreachable"),
     ("no such host", unreached("Could not open port: [Errno -2] Name or service not known"), "unreachable"),
     ("another server", unreached("Remote does not seem to support RFC2217", "rfc2217://10.0.0.9:7000"),
      "other server"),
-    ("the other end closes", cut_off(PortTrouble.LOST), "unreachable"),
-    ("the other end takes nothing", cut_off(PortTrouble.STUCK), "unreachable"),
-    ("unplugged", trouble(PortTrouble.LOST), "unplugged"),
-    ("stuck", trouble(PortTrouble.STUCK), "stuck"),
-    ("no serial port", trouble(PortTrouble.UNUSABLE), "unusable"),
+    ("the other end closes", cut_off(PortErrorKind.LOST), "unreachable"),
+    ("the other end takes nothing", cut_off(PortErrorKind.STUCK), "unreachable"),
+    ("unplugged", trouble(PortErrorKind.LOST), "unplugged"),
+    ("stuck", trouble(PortErrorKind.STUCK), "stuck"),
+    ("no serial port", trouble(PortErrorKind.UNUSABLE), "unusable"),
     ("a console", opened(bytes_received=40, noise=b"\r\nraspberrypi login: ", counters=rejected(40)), "console"),
     ("heartbeats of MAVLink 1", opened(bytes_received=34, noise=2 * MAVLINK_1, counters=rejected(34)),
      "flight controller"),
@@ -223,11 +223,11 @@ def test_of_an_address_nothing_is_said_of_adapters(evidence: PortEvidence) -> No
 @pytest.mark.parametrize(
     ("evidence", "command"),
     [
-        (with_facts(trouble(PortTrouble.NOT_ALLOWED), group="uucp"), "sudo usermod -aG uucp $USER"),
-        (trouble(PortTrouble.NOT_ALLOWED), "sudo usermod -aG dialout $USER"),
-        (with_facts(trouble(PortTrouble.NOT_ALLOWED), group=None), ""),
-        (trouble(PortTrouble.NOT_ALLOWED)._replace(platform="win32"), ""),
-        (trouble(PortTrouble.BUSY, PortHolder("ModemManager", 600)), "sudo systemctl stop ModemManager"),
+        (with_facts(trouble(PortErrorKind.NOT_ALLOWED), group="uucp"), "sudo usermod -aG uucp $USER"),
+        (trouble(PortErrorKind.NOT_ALLOWED), "sudo usermod -aG dialout $USER"),
+        (with_facts(trouble(PortErrorKind.NOT_ALLOWED), group=None), ""),
+        (trouble(PortErrorKind.NOT_ALLOWED)._replace(platform="win32"), ""),
+        (trouble(PortErrorKind.BUSY, PortHolder("ModemManager", 600)), "sudo systemctl stop ModemManager"),
     ],
 )
 def test_the_commands_are_exact(evidence: PortEvidence, command: str) -> None:
@@ -317,7 +317,7 @@ def test_a_module_that_returns_after_a_shutdown_is_not_shut_down() -> None:
 @pytest.mark.parametrize("make", [Watched, pulled_from_the_adapter])
 def test_a_lost_port_is_the_cause_and_a_new_connection_resets_it(make: Callable[[], Watched]) -> None:
     watched = make()
-    watched.tell(Connection(PortState.CLOSED, PORT, 115200, PortError(PortTrouble.LOST, PORT, "")))
+    watched.tell(Connection(PortState.CLOSED, PORT, 115200, PortError(PortErrorKind.LOST, PORT, "")))
     assert watched.cause() == "unplugged"
     assert not watched.collector.seen.is_answering
     watched.collector.begin("/dev/ttyUSB1")

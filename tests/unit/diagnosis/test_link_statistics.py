@@ -11,7 +11,7 @@ from app.diagnosis.link_state import LinkStatistics
 from app.diagnosis.support_bundle import COMPUTER, USER, Names, bundle_files, scrub, write_bundle
 from app.engine.conversation import ConversationView, How, Known
 from app.engine.procedure import LinkView
-from app.engine.transport import PortError, PortHolder, PortTrouble
+from app.engine.transport import PortError, PortErrorKind, PortHolder
 from app.engine.worker import Batch, Connection, PortState
 from app.procedures.read import read_everything
 from protocol.catalogue import STATUS
@@ -21,7 +21,7 @@ from tests.support.line.sim_line import Rig
 from tests.support.records.recordings_made import asked
 
 OPEN = Connection(PortState.OPEN, "x", 115200)
-LOST = Connection(PortState.CLOSED, "x", 115200, PortError(PortTrouble.LOST, "x", ""))
+LOST = Connection(PortState.CLOSED, "x", 115200, PortError(PortErrorKind.LOST, "x", ""))
 QUERY = STATUS.query()
 
 
@@ -87,7 +87,7 @@ CONTENTS = partial(
         PortState.CLOSED,
         "/dev/ttyUSB0",
         115200,
-        PortError(PortTrouble.BUSY, "/dev/ttyUSB0", "held by Wolfgang", PortHolder("minicom", 7)),
+        PortError(PortErrorKind.BUSY, "/dev/ttyUSB0", "held by Wolfgang", PortHolder("minicom", 7)),
     ),
     conversation=ConversationView(number=1, values={"tilt_deg": Known(7, How.STREAMED, 10.0)}),
     now=12.0,

@@ -7,7 +7,7 @@ from serial.tools.list_ports_common import ListPortInfo
 
 from app.engine.ports import PortInfo, list_ports
 from app.engine.reconnect import Absence, Address, Reconnection, address_of
-from app.engine.transport import PortError, PortTrouble
+from app.engine.transport import PortError, PortErrorKind
 from app.engine.worker import Connection, PortState
 from app.text.messages import UserError
 
@@ -20,7 +20,7 @@ def opened(device: str = MINE.device) -> Connection:
     return Connection(PortState.OPEN, device, 115200)
 
 
-def closed(trouble: PortTrouble | None = PortTrouble.LOST, device: str = MINE.device) -> Connection:
+def closed(trouble: PortErrorKind | None = PortErrorKind.LOST, device: str = MINE.device) -> Connection:
     error = None if trouble is None else PortError(trouble, device, "")
     return Connection(PortState.CLOSED, device, 115200, error)
 
@@ -99,8 +99,8 @@ def test_an_adapter_that_was_typed_is_learnt_while_it_is_open() -> None:
     assert made.poll([MINE._replace(device="/dev/ttyUSB7")], 100.0) is not None
 
 
-@pytest.mark.parametrize("trouble", [PortTrouble.MISSING, PortTrouble.BUSY, None])
-def test_what_was_never_open_or_was_closed_on_purpose_is_not_opened(trouble: PortTrouble | None) -> None:
+@pytest.mark.parametrize("trouble", [PortErrorKind.MISSING, PortErrorKind.BUSY, None])
+def test_what_was_never_open_or_was_closed_on_purpose_is_not_opened(trouble: PortErrorKind | None) -> None:
     made = connected(MINE)
     made.feed(closed(trouble), 100.0)
     assert (made.absence, made.is_waiting) == (None, False)

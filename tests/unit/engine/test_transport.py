@@ -24,7 +24,7 @@ import serial
 from app.engine import transport
 from app.engine.conversation import Interrupted
 from app.engine.procedure import Job
-from app.engine.transport import PortError, PortHolder, PortTrouble, SerialLine, holder_of, open_line
+from app.engine.transport import PortError, PortErrorKind, PortHolder, SerialLine, holder_of, open_line
 from app.engine.worker import Batch, Worker
 from app.procedures.read import read_everything
 from app.procedures.stream import StreamSwitch, watch
@@ -61,24 +61,24 @@ class FakeSerial:
 @pytest.mark.parametrize(
     ("error", "trouble"),
     [
-        (OSError(errno.ENOENT, ""), PortTrouble.MISSING),
-        (serial.SerialException("FileNotFoundError(2)"), PortTrouble.MISSING),
-        (serial.SerialException("[Errno 111] Connection refused"), PortTrouble.MISSING),
-        (OSError(errno.EBUSY, ""), PortTrouble.BUSY),
-        (serial.SerialException("Could not exclusively lock port"), PortTrouble.BUSY),
-        (OSError(errno.EACCES, ""), PortTrouble.NOT_ALLOWED),
-        (ValueError("Not a valid baudrate"), PortTrouble.UNUSABLE),
+        (OSError(errno.ENOENT, ""), PortErrorKind.MISSING),
+        (serial.SerialException("FileNotFoundError(2)"), PortErrorKind.MISSING),
+        (serial.SerialException("[Errno 111] Connection refused"), PortErrorKind.MISSING),
+        (OSError(errno.EBUSY, ""), PortErrorKind.BUSY),
+        (serial.SerialException("Could not exclusively lock port"), PortErrorKind.BUSY),
+        (OSError(errno.EACCES, ""), PortErrorKind.NOT_ALLOWED),
+        (ValueError("Not a valid baudrate"), PortErrorKind.UNUSABLE),
     ],
 )
 def test_a_port_that_does_not_open_says_why_and_who_has_it_if_it_is_busy(
-    error: Exception, trouble: PortTrouble, monkeypatch: pytest.MonkeyPatch
+    error: Exception, trouble: PortErrorKind, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(serial, "serial_for_url", lambda *_args, **_more: FakeSerial(error))
     monkeypatch.setattr(transport, "holder_of", lambda _port: HOLDER)
     with pytest.raises(PortError) as failed:
         open_line("/dev/ttyS9", 115200)
-    assert failed.value.trouble is trouble
-    assert failed.value.holder == (HOLDER if trouble is PortTrouble.BUSY else None)
+    assert failed.value.kind is trouble
+    assert failed.value.holder == (HOLDER if trouble is PortErrorKind.BUSY else None)
 
 
 @pytest.mark.parametrize(("port", "is_exclusive"), [("/dev/ttyS9", True), ("socket://127.0.0.1:9", None)])
@@ -154,7 +154,7 @@ def test_a_port_without_permission(terminal: Terminal) -> None:
         "import os, sys\nfrom app.engine.transport import PortError, open_line\n"
         "nobody = int(sys.argv[2])\n"
         "if os.geteuid() == 0:\n    os.setgroups([])\n    os.setgid(nobody)\n    os.setuid(nobody)\n"
-        "try:\n    open_line(sys.argv[1], 115200)\nexcept PortError as error:\n    print(error.trouble.value)"
+        "try:\n    open_line(sys.argv[1], 115200)\nexcept PortError as error:\n    print(error.kind.value)"
     )
     done = ran_code(code, terminal.name, NOBODY)
     assert done.stdout.strip() == "not allowed", done.stderr
@@ -231,14 +231,14 @@ def test_any_error_of_a_read_is_a_lost_port(
         terminal.send(STATUS_FRAME)
         with pytest.raises(PortError) as lost:
             line.read(10.0, 0.0)
-    assert lost.value.trouble is PortTrouble.LOST
+    assert lost.value.kind is PortErrorKind.LOST
 
 
 # An open port: it is closed in time with one of our messages and no invented value
 
 
-def trouble_of(batch: Batch) -> PortTrouble | None:
-    return None if batch.connection.trouble is None else batch.connection.trouble.trouble
+def trouble_of(batch: Batch) -> PortErrorKind | None:
+    return None if batch.connection.trouble is None else batch.connection.trouble.kind
 
 
 def test_unplugged_in_the_middle_of_everything(worker: Worker, batches: Batches, module: RunningModule) -> None:
@@ -248,7 +248,7 @@ def test_unplugged_in_the_middle_of_everything(worker: Worker, batches: Batches,
     )
     job = worker.submit(Job(read_everything()))
     module.process.kill()  # its pseudo-terminal goes with it
-    lost = batches.until(lambda batch: trouble_of(batch) is PortTrouble.LOST)
+    lost = batches.until(lambda batch: trouble_of(batch) is PortErrorKind.LOST)
     assert "active" in lost.conversation.values
     assert all(lost.conversation.fresh(key, lost.at) is None for key in lost.conversation.values)
     assert job.wait(PATIENCE_S)
@@ -314,7 +314,7 @@ def test_a_second_one_of_these_programs_is_kept_off(spoiled: Line) -> None:
             open_line(spoiled.port, 115200)
     finally:
         opened.close()
-    assert failed.value.trouble is PortTrouble.BUSY
+    assert failed.value.kind is PortErrorKind.BUSY
     open_line(spoiled.port, 115200).close()
 
 

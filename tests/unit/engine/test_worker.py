@@ -9,7 +9,7 @@ import pytest
 from app.engine import worker as worker_module
 from app.engine.procedure import Ask, Job, Pause, Procedure
 from app.engine.session import Session
-from app.engine.transport import PortTrouble
+from app.engine.transport import PortErrorKind
 from app.engine.worker import OWED_FOR_S, Batch, PortState, Worker
 from app.procedures.find import await_module
 from app.procedures.history import read_history
@@ -145,10 +145,10 @@ def test_the_report_of_a_trigger_is_handed_over_at_once(monkeypatch: pytest.Monk
 
 @pytest.mark.parametrize(
     ("what", "took_s", "trouble", "has_answered"),
-    [("good", 0.0, None, True), ("mute", 0.3, None, False), ("unplugged", 0.0, PortTrouble.LOST, False)],
+    [("good", 0.0, None, True), ("mute", 0.3, None, False), ("unplugged", 0.0, PortErrorKind.LOST, False)],
 )
 def test_closing_switches_the_stream_off_within_its_limit(
-    what: str, took_s: float, trouble: PortTrouble | None, has_answered: bool, monkeypatch: pytest.MonkeyPatch
+    what: str, took_s: float, trouble: PortErrorKind | None, has_answered: bool, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     worker = _TurnedWorker(monkeypatch)
     if what == "mute":
@@ -161,7 +161,7 @@ def test_closing_switches_the_stream_off_within_its_limit(
     assert worker.clock.now_s - began == pytest.approx(took_s, abs=0.07)  # a set waits for a quiet line
     connection = worker.batches[-1].connection
     assert connection.state is PortState.CLOSED
-    assert (connection.trouble and connection.trouble.trouble) is trouble
+    assert (connection.trouble and connection.trouble.kind) is trouble
     events = [event for batch in worker.batches for event in batch.events]
     answers = [event for event in events if isinstance(event, Answered) and event.request == SERIAL_OUTPUT.set(False)]
     assert len(answers) == has_answered

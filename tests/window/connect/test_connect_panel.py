@@ -20,7 +20,7 @@ from app.engine.conversation import ConversationView
 from app.engine.ports import NOT_LISTED, PortInfo
 from app.engine.reconnect import Absence
 from app.engine.target import Target
-from app.engine.transport import PortError, PortTrouble
+from app.engine.transport import PortError, PortErrorKind
 from app.engine.worker import Batch, Connection, PortState
 from app.procedures.find import Silence
 from app.procedures.read import READABLE
@@ -62,7 +62,7 @@ def phase(assembly: Assembly) -> Phase:
 
 
 def test_each_trouble_has_its_sentence_and_its_next_step() -> None:
-    for trouble in PortTrouble:
+    for trouble in PortErrorKind:
         refused = OPEN._replace(state=PortState.CLOSED, trouble=PortError(trouble, OPEN.port, "driver's"))
         state = link_state(refused, ConversationView(), None, is_finding=False)
         said = link_text(state, 22.0)

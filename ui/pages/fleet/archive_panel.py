@@ -25,7 +25,7 @@ from app.archive.places import server_url
 from app.archive.report import HistoryEvent, ModuleToday, as_edits, module_history, report, settings_changed
 from app.modules.service import TITLES, serviced
 from app.settings.values import setting_message
-from app.store.fact_store import Facts, StoreTrouble
+from app.store.fact_store import Facts, StoreError
 from app.store.rows import Serviced, ServiceKind
 from app.store.station import shown_key
 from app.system.clock import MINUTE, local_time
@@ -179,7 +179,7 @@ class ArchivePanel(QWidget):
         server, store = self._server, self._services.storage.store
         if self._exchanging.is_running:
             return
-        if isinstance(store, StoreTrouble):
+        if isinstance(store, StoreError):
             self._say(store.sentence, needs_attention=True)
             return
 

@@ -23,7 +23,7 @@ from app.records.report import suggested_name, write_report
 from app.records.verification import RecordState, Verification, verify_file
 from app.safety.journal import Act
 from app.settings.profiles import ActivatedBy, Profile, save_profile
-from app.store.fact_store import StoreTrouble
+from app.store.fact_store import StoreError
 from app.system.files import CANNOT_READ, CANNOT_WRITE
 from app.text.i18n import tr
 from app.text.messages import MAX_TEXT_LENGTH, UserError, clean, error_text, join_sentences, labelled, not_written
@@ -115,7 +115,7 @@ class PreflightForm(QWidget):
         """Enter the aircraft of the module's last check."""
         store, module = self._services.storage.ready, self._services.ports.module.name
         if store is not None and module and not self.aircraft.text():
-            with suppress(StoreTrouble):
+            with suppress(StoreError):
                 self.aircraft.setText(store.read(lambda facts: aircraft_of(facts, module)))
                 self.commit()
 

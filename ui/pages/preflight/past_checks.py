@@ -13,7 +13,7 @@ from PySide6.QtWidgets import QComboBox, QLabel, QPushButton, QSizePolicy, QWidg
 from app.limits.limits import LimitsInUse
 from app.preflight.verdict import Verdict, verdict_named
 from app.records.filing import CheckLine, checks_in, voltages_of
-from app.store.fact_store import Store, StoreTrouble
+from app.store.fact_store import Store, StoreError
 from app.system.clock import local_time
 from app.text.i18n import tr
 from app.text.messages import in_brackets, labelled
@@ -164,7 +164,7 @@ class PastChecks(QWidget):
             self._fail(store)
 
     def _fail(self, error: Exception) -> None:
-        if not isinstance(error, StoreTrouble):
+        if not isinstance(error, StoreError):
             raise error
         self._show(())
         self.count.setText(error.sentence)

@@ -14,7 +14,7 @@ from typing import Any, Final
 from PySide6.QtWidgets import QFrame, QGridLayout, QLabel, QLineEdit, QPushButton, QToolButton
 
 from app.limits.limits import record_outside
-from app.store.fact_store import StoreTrouble
+from app.store.fact_store import StoreError
 from app.store.rows import Judgement
 from app.system.clock import local_time
 from app.text.i18n import tr
@@ -200,7 +200,7 @@ class TriggersPage(Page):
             text = tr("Name the module to keep these records.")
             return [Notice(Meaning.INFORMATION, text, (Choice("name_it", tr("Name it"), self.name_field.setFocus),))]
         store = self._services.storage.store
-        if isinstance(store, StoreTrouble):
+        if isinstance(store, StoreError):
             return [Notice(Meaning.ATTENTION, join_sentences((store.sentence, tr("Not kept."))))]
         return []
 

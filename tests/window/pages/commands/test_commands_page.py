@@ -13,7 +13,7 @@ from app.engine.target import Target
 from app.procedures.act import Performed
 from app.safety.journal import REQUESTS, Act, Outcome
 from app.safety.ritual import Stage
-from app.store.fact_store import StoreFault, StoreTrouble
+from app.store.fact_store import StoreError, StoreErrorKind
 from protocol.messages import Source
 from tests.support.line.odd_module import end_faults
 from tests.support.records.stored import audit as audited
@@ -155,7 +155,7 @@ def test_without_a_log_nothing_dangerous_is_sent_and_locking_is(
     qtbot: QtBot, qapp: QApplication, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     def fail(*_: object) -> None:
-        raise StoreTrouble(StoreFault.READ_ONLY, tmp_path)
+        raise StoreError(StoreErrorKind.READ_ONLY, tmp_path)
 
     monkeypatch.setattr("app.store.fact_store.open_file", fail)
     with desk(qtbot, qapp, tmp_path, "commands", active=True) as one:

@@ -18,7 +18,7 @@ from app.diagnosis.causes import AdapterFacts
 from app.engine.conversation import ConversationView
 from app.engine.procedure import LinkView
 from app.engine.target import Target
-from app.engine.transport import PortError, PortTrouble
+from app.engine.transport import PortError, PortErrorKind
 from app.engine.worker import Batch, Connection, PortState
 from app.safety.journal import Act
 from app.system.clock import steady_time
@@ -111,7 +111,7 @@ def test_a_port_that_cannot_be_opened_leads_to_a_command_or_to_the_list_of_ports
         assert panel.isVisible()  # shown, never toggled
         panel.hide()
         qtbot.waitUntil(lambda: page.why.evidence().facts == found[0])
-        denied = PortError(PortTrouble.NOT_ALLOWED, target.device, "denied")
+        denied = PortError(PortErrorKind.NOT_ALLOWED, target.device, "denied")
         refused = ports.current.connection._replace(trouble=denied)
         ports.current._on_batch(Batch(steady_time(), refused, ConversationView(), None))
         qtbot.waitUntil(lambda: cause_of(page) == "no permission")
@@ -149,7 +149,7 @@ def test_figures_show_loss_reasons_and_round_trips(qtbot: QtBot, qapp: QApplicat
         statistics.on_batch(
             Batch(now - 1, opened, ConversationView(), link(counters), events=exchanges(now, [0.003] * 3 + [0.05]))
         )
-        lost = PortError(PortTrouble.LOST, "sim://x", "gone")
+        lost = PortError(PortErrorKind.LOST, "sim://x", "gone")
         statistics.on_batch(Batch(now, Connection(PortState.CLOSED, "sim://x", 115200, lost), ConversationView(), None))
         page.go_to("figures")
         shown = {key: figure.text() for key, figure in page.statistics.figures.items()}
