@@ -140,7 +140,9 @@ class SettingsPage(Page):
 
     def show_module(self, module: ShownModule) -> None:
         self.baud.forget_choice()
-        self.close_panels()  # the light of two modules is no threshold
+        # The light of two modules is no threshold; a profile that was opened before any answered is of none yet.
+        if self.panel is not self.compare or self.module.number:
+            self.close_panels()
         super().show_module(module)
 
     def refresh(self) -> None:

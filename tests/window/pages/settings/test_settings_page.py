@@ -15,7 +15,8 @@ from app.text.i18n import CHINESE, tr
 from protocol.catalogue import BY_NAME
 from tests.support.records.stored import kept_settings
 from tests.support.window import walk
-from tests.support.window.fakes_ui import store_of
+from tests.support.window.fakes_ui import page_entries, store_of
+from tests.support.window.rig import on_fake_time
 from tests.support.window.settings_bench import (
     Desk,
     choose,
@@ -32,6 +33,7 @@ from tests.support.window.settings_bench import (
 )
 from tests.support.window.steps import choosing, given, let_lay_out, notice_text
 from ui.core.preferences import Preferences
+from ui.pages.settings.page import SettingsPage
 from ui.style.theme import Meaning
 from ui.widgets.step_button import is_in_sight
 
@@ -337,6 +339,27 @@ def test_compare_tick_apply_verify(tmp_path: Path, one: Desk) -> None:
     assert one.held("attitude_threshold") == 65
     assert len(one.changes()) == 2
     assert one.changes("baud_rate", "freefall_time") == []
+
+
+def test_a_profile_that_was_opened_first_is_compared_with_the_module_that_answers(
+    qtbot: QtBot, qapp: QApplication, tmp_path: Path
+) -> None:
+    """As by `dps-s FILE.toml`; with the next conversation it closes."""
+    path = tmp_path / "H6.toml"
+    path.write_text(walk.PROFILE, encoding="utf-8")
+    with on_fake_time(Desk, qtbot, qapp, tmp_path, "first", page_entries("settings")) as one:
+        one.assembly.window.make_pages()
+        one.until(lambda: one.root.findChild(SettingsPage) is not None)
+        one.settings.open_file(path)
+        one.connect()
+        one.go_to("settings")
+        one.settings.refresh()
+        assert one.settings.panel is one.settings.compare
+        assert one.find(QLabel, "profile_match_attitude_threshold").text() == "different"
+        module = one.assembly.ports.module
+        one.bench.restart()
+        one.until(lambda: one.settings.module is not module)
+        assert one.settings.panel is None
 
 
 def test_only_what_is_ticked_is_applied(tmp_path: Path, one: Desk) -> None:
