@@ -380,6 +380,10 @@
         <translation>电芯电压</translation>
     </message>
     <message>
+        <source>Cell: last charge about {weeks} weeks before the last check.</source>
+        <translation>电芯：最近一次充电约在上次检查前 {weeks} 周。</translation>
+    </message>
+    <message>
         <source>Cells that are no numbers: {count}, the first in line {line}: “{cell}”.</source>
         <translation>不是数字的单元格：{count} 个，第一个在第 {line} 行：“{cell}”。</translation>
     </message>

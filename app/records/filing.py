@@ -9,8 +9,8 @@ from collections import Counter
 from collections.abc import Iterable, Sequence
 from concurrent.futures import CancelledError
 from dataclasses import replace
-from datetime import UTC, datetime
-from itertools import islice
+from datetime import UTC, datetime, timedelta
+from itertools import islice, pairwise
 from pathlib import Path
 from typing import NamedTuple
 
@@ -39,6 +39,10 @@ _log = logging.getLogger(__name__)
 # Number of checks of a module that are listed, and of those that are looked through in the window's thread.
 LISTED = 200
 LOOKED_AT = 20
+# A rise by this between two checks is a charge; by less than the other it is none.
+CHARGED_V = 0.1
+STEADY_V = 0.04
+WEEK = timedelta(days=7)
 
 
 class Filed(NamedTuple):
@@ -274,3 +278,16 @@ def voltages_of(checks: Sequence[CheckLine]) -> list[tuple[datetime, float]]:
     measuring = [check for check in sound if not check.is_simulated] or sound
     found = [(datetime.fromisoformat(check.at), check.cell_voltage_v) for check in measuring]
     return [(at, volts) for at, volts in found if volts is not None]
+
+
+def weeks_since_charge(measured: Sequence[tuple[datetime, float]]) -> int | None:
+    """How many weeks before the last check the cell was charged last; None where the checks do not tell: they are so
+    far apart that a charge is not seen or its week is not known, a rise is too small to be sure, or it was less than a
+    week."""
+    for (before_at, before_v), (at, volts) in reversed(list(pairwise(measured))):
+        if volts - before_v >= CHARGED_V:
+            weeks = round((measured[-1][0] - at) / WEEK)
+            return weeks if weeks and at - before_at <= WEEK else None
+        if volts - before_v > STEADY_V or at - before_at > 2 * WEEK:
+            return None
+    return None

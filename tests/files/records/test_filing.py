@@ -3,6 +3,7 @@
 import sys
 from collections.abc import Iterator
 from contextlib import closing
+from datetime import UTC, datetime, timedelta
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -13,7 +14,7 @@ from app.modules.names import remember
 from app.preflight.checks import CheckResult, Person
 from app.preflight.verdict import Verdict
 from app.procedures.history import History
-from app.records.filing import Filed, aircraft_of, file_check
+from app.records.filing import Filed, aircraft_of, file_check, weeks_since_charge
 from app.records.record import read_document
 from app.records.verification import RecordState, StationNames, verify
 from app.settings.profiles import NO_PROFILE
@@ -162,3 +163,25 @@ def test_the_aircraft_of_a_module_is_that_of_its_last_check_that_names_one(store
     for module, aircraft in ("A", "H6"), ("B", ""), ("A", "X8"), ("B", "H6"), (None, "Q4"), ("A", "X8"), ("B", ""):
         file_check(evidence, NO_PROFILE, Person(module=module, aircraft=aircraft), store=store)
     assert store.read(lambda facts: [aircraft_of(facts, module) for module in ("A", "B", "C")]) == ["X8", "H6", ""]
+
+
+@pytest.mark.parametrize(
+    ("measured", "weeks"),
+    [
+        ([], None),
+        ([(0, 4.0)], None),
+        ([(0, 4.0), (30, 3.9)], None),  # it never rose
+        ([(0, 3.8), (2, 4.16), (13, 4.1), (23, 3.9)], 3),
+        ([(0, 3.8), (2, 4.16), (9, 4.1), (16, 4.12), (30, 4.1)], 4),  # a reading scatters
+        ([(0, 3.8), (2, 4.16), (9, 4.1), (16, 4.16), (30, 4.1)], None),  # or it was charged a little
+        ([(0, 3.8), (2, 4.16), (30, 4.1)], None),  # or in between
+        ([(0, 3.8), (2, 4.16), (14, 4.0), (16, 4.16), (30, 4.0)], 2),  # the last charge
+        ([(0, 3.8), (20, 4.16), (40, 4.0)], None),  # some day of three weeks
+        ([(0, 3.8), (2, 4.16), (4, 4.1)], None),  # days, not weeks
+    ],
+)
+def test_the_last_charge_is_told_only_where_the_checks_tell_it(
+    measured: list[tuple[int, float]], weeks: int | None
+) -> None:
+    start = datetime(2026, 3, 1, tzinfo=UTC)
+    assert weeks_since_charge([(start + timedelta(days=day), volts) for day, volts in measured]) == weeks

@@ -12,7 +12,7 @@ from PySide6.QtWidgets import QComboBox, QLabel, QPushButton, QSizePolicy, QWidg
 
 from app.limits.limits import LimitsInUse
 from app.preflight.verdict import Verdict, verdict_named
-from app.records.filing import CheckLine, checks_in, voltages_of
+from app.records.filing import CheckLine, checks_in, voltages_of, weeks_since_charge
 from app.store.fact_store import Store, StoreError
 from app.system.clock import local_time
 from app.text.i18n import tr
@@ -25,7 +25,7 @@ from ui.services.context import Services
 from ui.session.check import VERDICT_STYLES
 from ui.style.icons import Icon, icon
 from ui.style.theme import Meaning, RowHeight, Space, Theme, scaled
-from ui.widgets.controls import in_column, in_row, named
+from ui.widgets.controls import in_column, in_row, named, text_label
 from ui.widgets.number_line import WheelGuard
 
 _DOT_PX: Final = 7
@@ -137,10 +137,11 @@ class PastChecks(QWidget):
         self.table.selectionModel().selectionChanged.connect(self._enable)
         self.trend = VoltageTrend(services.in_use)
         self.trend.hide()  # until its values are known: an axis that grows is drawn cut off
+        self.charged = text_label("past_checks_charged", "small")
         self.export = named(QPushButton(icon(Icon.SAVE), tr("Export report…")), "past_checks_export")
         self.export.clicked.connect(lambda: self.export_wanted.emit(self.table.chosen()[0].id))
         head = in_row(self.filter, 1, self.count, spacing=Space.M)
-        foot = in_row(1, self.export)
+        foot = in_row((self.charged, 1), self.export)
         parts = (head, (self.table, 1), self.trend, foot)
         in_column(*parts, of=self, spacing=Space.S, margins=(Space.M, 0, Space.M, Space.S))
 
@@ -180,6 +181,9 @@ class PastChecks(QWidget):
         measured = voltages_of(checks) if is_named else []  # what has no name may be several modules
         self.trend.show_measured(measured)
         self.trend.setVisible(is_named)
+        weeks = weeks_since_charge(measured)
+        about = tr("Cell: last charge about {weeks} weeks before the last check.", weeks=weeks)
+        self.charged.setText("" if weeks is None else about)
 
     def _enable(self) -> None:
         self.export.setEnabled(any(not check.is_void for check in self.table.chosen()))
