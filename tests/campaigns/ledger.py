@@ -27,10 +27,10 @@ from ui.widgets.step_button import gestures
 DEAD_S: Final = 0.5
 HOLD_S: Final = 2.0
 ASKED_S: Final = 10.0
-# Within so long what was granted has to leave; a check takes longer until it enables the triggers.
+# Within so long what was granted has to leave; a check takes longer until it enables the triggers, 80 s on a slow line.
 COUNTS_FOR_S: Final = 5.0
 DEPLOYS_WITHIN_S: Final = 1.0
-CHECK_LASTS_S: Final = 60.0
+CHECK_LASTS_S: Final = 120.0
 # A module that was LOCKED when it was asked so long ago may have become ACTIVE since.
 TOLD_S: Final = 1.1
 MAX_LOCKS: Final = 50
