@@ -214,7 +214,8 @@ class LogView(QWidget):
         self._show_details(*details)
         self.details.setToolTip(row_text(row))
         plot = self.plot = TimePlot(opened.lanes, wall_offset_s=opened.wall_offset_s, bounds=opened.bounds)
-        plot.add_marks(marks)
+        # A plot keeps a thousand: of more the most important, which are those that it is given last.
+        plot.add_marks(sorted(marks, key=lambda mark: -mark.rank))
         self._room.addWidget(plot)
         self._card.show()
         for moment_s in moments_s[:1]:
