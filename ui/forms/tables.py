@@ -2,10 +2,12 @@
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from itertools import groupby
 from typing import Any, Final, Generic, TypeVar
 
 from PySide6.QtCore import (
     QAbstractTableModel,
+    QItemSelection,
     QItemSelectionModel,
     QModelIndex,
     QObject,
@@ -251,7 +253,7 @@ class RowsTable(QTableView, Generic[Row]):
     def show_rows(self, rows: Sequence[Row]) -> None:
         """What is chosen stays chosen, also among other rows."""
         identify = self.source.identify
-        chosen = [identify(row) for row in self.chosen()]
+        chosen = {identify(row) for row in self.chosen()}
         self.source.show_rows(tuple(rows))
         if chosen and not self.selectionModel().hasSelection():
             self.choose(lambda row: identify(row) in chosen)
@@ -263,11 +265,14 @@ class RowsTable(QTableView, Generic[Row]):
         return tuple(self.filter.row_at(row) for row in rows)
 
     def choose(self, is_wanted: Callable[[Row], bool]) -> None:
-        model = self.selectionModel()
-        self.clearSelection()
-        for row in range(self.filter.rowCount()):
-            if is_wanted(self.filter.row_at(row)):
-                model.select(self.filter.index(row, 0), model.SelectionFlag.Select | model.SelectionFlag.Rows)
+        """At once: chosen one by one, a thousand rows took half a minute."""
+        wanted = [row for row in range(self.filter.rowCount()) if is_wanted(self.filter.row_at(row))]
+        selection = QItemSelection()
+        for _, together in groupby(enumerate(wanted), lambda pair: pair[1] - pair[0]):
+            rows = [row for _, row in together]
+            selection.select(self.filter.index(rows[0], 0), self.filter.index(rows[-1], 0))
+        flag = QItemSelectionModel.SelectionFlag
+        self.selectionModel().select(selection, flag.ClearAndSelect | flag.Rows)
 
     def resizeEvent(self, event: QResizeEvent) -> None:
         super().resizeEvent(event)
