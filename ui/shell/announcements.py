@@ -1,6 +1,14 @@
-"""Tells screen readers, once, wherever the focus is: triggered, active, locked, link lost, LOCK failed. The system's
-bell rings for what concerns people near a module, once a person has chosen that."""
+"""Tells screen readers, once, wherever the focus is: triggered, active, locked, link lost, LOCK failed; and plays the
+sounds for what concerns people near a module, which are off until a person chooses them."""
 
+import math
+import shutil
+import subprocess
+import sys
+import tempfile
+import wave
+from enum import Enum
+from pathlib import Path
 from typing import Final
 
 from PySide6.QtCore import QObject
@@ -10,6 +18,7 @@ from app.diagnosis.link_state import Phase, link_text
 from app.safety.last_known import LAST_HEARD_ACTIVE, Activation, keep_away
 from app.text.i18n import tr
 from app.text.messages import join_sentences
+from ui.core.background_task import BackgroundTask
 from ui.core.preferences import Preferences
 from ui.session.port import Port
 from ui.session.ports import Ports
@@ -18,6 +27,16 @@ from ui.style.appearance import announce
 
 _LINKED: Final = (Phase.ONLINE, Phase.LATE)
 _LOST: Final = (Phase.OFFLINE, Phase.LOST, Phase.FAILED)
+_PLAYERS: Final = (("afplay",), ("pw-play",), ("paplay",), ("aplay", "-q"))
+_RATE: Final = 16_000
+
+
+class Sound(Enum):
+    """The value is its tones in Hz."""
+
+    TRIGGERED = (1175, 880, 1175, 880, 1175, 880)
+    ACTIVE = (660, 880)
+    LOST_WHILE_ACTIVE = (880, 440, 880, 440)
 
 
 class StateAnnouncer(QObject):
@@ -55,19 +74,19 @@ class StateAnnouncer(QObject):
                     parts = [link_text(state, port.now_s).what]
                     if port.is_active:
                         parts += [tr(LAST_HEARD_ACTIVE), keep_away()]
-                        self._ring()
+                        self.play(Sound.LOST_WHILE_ACTIVE)
                     say(join_sentences(parts), is_urgent=True)
             was_triggered, triggered = is_triggered, module.view.fresh("triggered", port.now_s)
             if triggered is not None:  # else what was told stands
                 is_triggered = triggered is True
             if is_triggered and not was_triggered:
-                self._ring()
+                self.play(Sound.TRIGGERED)
                 say(tr("TRIGGERED"), is_urgent=True)
             activation = module.activation.state
             if activation in (Activation.ACTIVE, Activation.LOCKED) and activation is not told:
                 told = activation
                 if activation is Activation.ACTIVE:
-                    self._ring()
+                    self.play(Sound.ACTIVE)
                 say(tr("ACTIVE") if activation is Activation.ACTIVE else tr("LOCKED"))
             failed, had_failed = port.lock.failed, has_failed
             has_failed = failed is not None
@@ -78,6 +97,58 @@ class StateAnnouncer(QObject):
         port.changed.connect(poll)
         port.lock.changed.connect(poll)
 
-    def _ring(self) -> None:
+    def play(self, sound: Sound) -> None:
+        """No window waits for a player: one that fails is followed by the next, and the last by the system's bell."""
         if self._preferences.has_sounds:
-            QApplication.beep()
+            task: BackgroundTask[bool] = BackgroundTask("dps-s sound", self, for_once=True)
+            task.run(lambda _running: is_played(sound), lambda has_played: has_played or QApplication.beep(), _fail)
+
+
+def _fail(error: Exception) -> None:
+    QApplication.beep()
+    if not isinstance(error, OSError | RuntimeError):  # a full disk; no device to play on
+        raise error
+
+
+def is_played(sound: Sound) -> bool:
+    """Play it with the first player that works; whether one did. Takes as long as the sound. Raises OSError."""
+    with tempfile.TemporaryDirectory(prefix="dps-s-", ignore_cleanup_errors=True) as folder:
+        path = Path(folder) / f"{sound.name.lower()}.wav"
+        write_tones(path, sound.value)
+        if sys.platform == "win32":
+            import winsound
+
+            winsound.PlaySound(str(path), winsound.SND_FILENAME)
+            return True
+        nothing = subprocess.DEVNULL
+        for name, *options in _PLAYERS:
+            program = shutil.which(name)
+            if program is None:
+                continue
+            command = [program, *options, str(path)]
+            try:
+                # A program of the system with constant arguments; a sound server that does not answer keeps it waiting.
+                done = subprocess.run(  # noqa: S603
+                    command, stdin=nothing, stdout=nothing, stderr=nothing, timeout=5.0, check=False
+                )
+            except (OSError, subprocess.TimeoutExpired):
+                continue
+            if done.returncode == 0:
+                return True
+    return False
+
+
+def write_tones(path: Path, tones: tuple[int, ...]) -> None:
+    """Write the files of the sounds. Raises OSError."""
+    count = int(_RATE * 0.15)  # s for each tone
+    data = bytearray()
+    for tone in tones:
+        for place in range(count):
+            swell = math.sin(math.pi * place / count)  # without a click at either end
+            value = round(24_000 * swell * math.sin(2 * math.pi * tone * place / _RATE))
+            data += value.to_bytes(2, "little", signed=True)
+    with wave.open(str(path), "wb") as file:
+        file.setnchannels(1)
+        file.setsampwidth(2)
+        file.setframerate(_RATE)
+        file.writeframes(bytes(data))

@@ -1,6 +1,8 @@
 """The top bar, announcements, each state once, sounds; notices, and that no button takes the place of another."""
 
 import re
+import sys
+import wave
 from collections.abc import Iterator
 from pathlib import Path
 from typing import NamedTuple
@@ -25,7 +27,7 @@ from tests.support.window.screen_reader import NameChanges, announced, name_of
 from tests.support.window.steps import given, let_lay_out, notice_text
 from ui.core.preferences import Preferences
 from ui.main import PAGES, WindowOptions
-from ui.shell.announcements import StateAnnouncer
+from ui.shell.announcements import Sound, StateAnnouncer, write_tones
 from ui.shell.bars import TopBar
 from ui.shell.main_window import MainWindow
 from ui.style.theme import Choice as Theme
@@ -160,8 +162,7 @@ USB0, USB1 = "/dev/ttyUSB0", "/dev/ttyUSB1"
 class Listener(NamedTuple):
     ports: FakePorts
     said: list[str]
-    preferences: Preferences
-    rung: list[str]
+    played: list[Sound]
 
     def heard(self, qtbot: QtBot, count: int) -> list[str]:
         """What was announced since it was last asked."""
@@ -178,30 +179,24 @@ def listener(qtbot: QtBot, monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> I
     qtbot.addWidget(window)
     window.show()
     ports = ports_alone()
-    preferences, rung = Preferences(tmp_path / "window.ini"), list[str]()
-    monkeypatch.setattr(QApplication, "beep", lambda: rung.append("bell"))
-    StateAnnouncer(ports.ports, preferences)
-    yield Listener(ports, announced(monkeypatch), preferences, rung)
+    announcer, played = StateAnnouncer(ports.ports, Preferences(tmp_path / "window.ini")), list[Sound]()
+    monkeypatch.setattr(announcer, "play", played.append)
+    yield Listener(ports, announced(monkeypatch), played)
     ports.stop()
 
 
-def test_with_several_ports_a_word_is_of_the_one_and_the_bell_rings_where_it_was_chosen(
-    qtbot: QtBot, listener: Listener
-) -> None:
+def test_with_several_ports_a_word_and_a_sound_are_of_the_one(qtbot: QtBot, listener: Listener) -> None:
     _, first = listener.ports.plug_in(USB0)
     _, second = listener.ports.plug_in(USB1, active=True)
     assert listener.heard(qtbot, 2)[-1] == f"{USB1}: ACTIVE"
-    assert listener.rung == []
-    listener.preferences.has_sounds = True
     first.unplug()  # it was locked, whatever the other one is
     listener.heard(qtbot, 1)
-    assert len(listener.rung) == 0
+    assert listener.played == [Sound.ACTIVE]
     second.say(active=True, triggered=True)
     listener.heard(qtbot, 1)
-    assert len(listener.rung) == 1
     second.unplug()
     listener.heard(qtbot, 1)
-    assert len(listener.rung) == 2
+    assert listener.played == [Sound.ACTIVE, Sound.TRIGGERED, Sound.LOST_WHILE_ACTIVE]
 
 
 @pytest.mark.promise("j")
@@ -256,6 +251,42 @@ def test_a_doubt_belongs_to_its_adapter(qtbot: QtBot) -> None:
         QApplication.processEvents()
         top.refresh()
         assert top.trigger.word == word, device
+    ports.stop()
+
+
+def player(folder: Path, name: str, *, code: int) -> Path:
+    """A program that notes what it is to play."""
+    played = folder / f"{name}.txt"
+    program = folder / name
+    program.write_text(f'#!/bin/sh\necho "$@" >> {played}\nexit {code}\n', encoding="utf-8")
+    program.chmod(0o755)
+    return played
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="the players are scripts")
+def test_a_chosen_sound_is_played_by_the_first_player_that_works(
+    qtbot: QtBot, qapp: QApplication, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv("PATH", str(tmp_path))
+    beeps: list[bool] = []
+    monkeypatch.setattr(QApplication, "beep", lambda: beeps.append(True))
+    preferences, ports = Preferences(tmp_path / "window.ini"), ports_alone()
+    sounds = StateAnnouncer(ports.ports, preferences)
+    sounds.play(Sound.ACTIVE)
+    preferences.has_sounds = True
+    sounds.play(Sound.ACTIVE)
+    qtbot.waitUntil(lambda: beeps == [True])  # no player; before it was chosen, nothing
+    broken = player(tmp_path, "paplay", code=1)
+    works = player(tmp_path, "aplay", code=0)
+    sounds.play(Sound.TRIGGERED)
+    qtbot.waitUntil(works.exists)
+    assert broken.exists()
+    option, path = works.read_text(encoding="utf-8").split()
+    assert (option, Path(path).name) == ("-q", "triggered.wav")
+    write_tones(tmp_path / "tones.wav", Sound.TRIGGERED.value)
+    with wave.open(str(tmp_path / "tones.wav")) as file:
+        assert 0.5 < file.getnframes() / file.getframerate() < 2
+    assert beeps == [True]
     ports.stop()
 
 
