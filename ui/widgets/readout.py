@@ -131,6 +131,11 @@ class Readout(Spoken, QFrame):
             self.freshness, self.text, self.note, self.meaning = freshness, text, note, meaning
             self._show()
 
+    def changeEvent(self, event: QEvent) -> None:
+        super().changeEvent(event)
+        if event.type() == QEvent.Type.StyleChange:  # another theme: its numbers may be wider
+            self._show()
+
     def _show(self) -> None:
         is_known = self.freshness is not Freshness.UNKNOWN
         number = f"{self.text}°" if self._unit == "°" else self.text

@@ -12,6 +12,7 @@ from PySide6.QtWidgets import (
     QAbstractSpinBox,
     QApplication,
     QComboBox,
+    QLabel,
     QLineEdit,
     QPushButton,
     QScrollBar,
@@ -30,7 +31,7 @@ from ui.forms.tables import RowsTable, TableColumn
 from ui.plots.gauge import TiltGauge
 from ui.simulator.panel import SimulatorPanel
 from ui.style.icons import Icon
-from ui.style.theme import LIGHT
+from ui.style.theme import LIGHT, SUNLIGHT
 from ui.widgets.controls import ElidedLabel, control, in_column, scroll_area, set_role
 from ui.widgets.number_line import Dial, NumberKind, NumberLine
 from ui.widgets.readout import Freshness, Readout
@@ -68,6 +69,18 @@ def test_fresh_stale_and_unknown_differ_in_shape(qtbot: QtBot) -> None:
                     image.setPixelColor(x, y, QColor("black" if is_drawn else "white"))
             assert image not in shapes
             shapes.append(image)
+
+
+def test_a_number_is_whole_in_the_next_theme(qtbot: QtBot, qapp: QApplication) -> None:
+    """One that does not change afterwards, as the voltage of a cell."""
+    one = Readout("Cell voltage", unit="V", template="0.00")
+    qtbot.addWidget(one)
+    one.show_value("4.00")
+    one.show()
+    style_all(qapp, SUNLIGHT)
+    number = next(label for label in one.findChildren(QLabel) if label.text() == "4.00")
+    qtbot.waitUntil(lambda: number.fontMetrics().horizontalAdvance("4.00") <= number.width())
+    assert number.font().bold()
 
 
 def test_the_picture_of_a_button_has_the_colour_of_its_text_in_every_role(qtbot: QtBot) -> None:
