@@ -18,6 +18,7 @@ from typing import Final
 from PySide6.QtCore import QPoint, QPointF, Qt
 from PySide6.QtGui import QWheelEvent
 from PySide6.QtWidgets import QApplication, QComboBox, QPushButton, QWidget
+from shiboken6 import isValid
 
 from app.engine.target import Target
 from app.guided.results import GuidedKind
@@ -220,7 +221,7 @@ class Hands(Hand):
         """Press it as a careful person does, from elsewhere and after a while; `held_s`: of what is held."""
         self.move(QPoint(1, 60))
         self.wait(0.6)
-        if one.isVisible():
+        if isValid(one) and one.isVisible():  # a notice may have taken its button away meanwhile
             self.move(self.at(one))
             self.look()
             self.press()
