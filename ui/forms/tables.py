@@ -80,8 +80,10 @@ class RowsModel(QAbstractTableModel, Generic[Row]):
         if rows == self.rows:
             return
         if [self.identify(row) for row in rows] == [self.identify(row) for row in self.rows]:
+            changed = [place for place, row in enumerate(rows) if row != self.rows[place]]
             self.rows = rows
-            self.dataChanged.emit(self.index(0, 0), self.index(len(rows) - 1, len(self.columns) - 1))
+            # From the first to the last: of a long list, one row is not sorted again with all others.
+            self.dataChanged.emit(self.index(changed[0], 0), self.index(changed[-1], len(self.columns) - 1))
             return
         self.beginResetModel()
         self.rows = rows
