@@ -174,3 +174,4 @@ def test_killed_while_it_records(tmp_path: Path) -> None:
     entry = entry_of(path)
     assert (entry.is_running, entry.was_cut_off, entry.sample_count) == (False, True, 200)
     assert len(whole_of(path).times) == 200
+    assert opened(path).damage is None, "it is whole up to there"
