@@ -167,8 +167,8 @@ class TopBar(QFrame):
         styles = Qt.ToolButtonStyle
         self.record.setToolButtonStyle(styles.ToolButtonTextBesideIcon if has_room else styles.ToolButtonIconOnly)
         text = tr("LOCK ALL")
-        if len(names) == 1:
-            name = self.fontMetrics().elidedText(names[0], Qt.TextElideMode.ElideRight, scaled(60))
+        if len(names) == 1:  # names and addresses differ at their ends
+            name = self.fontMetrics().elidedText(names[0], Qt.TextElideMode.ElideLeft, scaled(60))
             text = tr("LOCK {module}", module=without_key(name))
         self.lock_others.setText(text)
         self.lock_others.setToolTip(tr("NOT reported, treat as ACTIVE: {names}", names=join_names(names)))

@@ -498,6 +498,8 @@ def test_a_module_that_is_not_shown_and_active_is_named_beside_lock(
         there.say(active=True)
         qtbot.waitUntil(button.isVisible)
         assert button.text() == "LOCK two"
+        second.module.name_it("Survey hexacopter M-07")
+        qtbot.waitUntil(lambda: button.text().endswith("M-07"))
         press(qtbot, button)
         assert second.lock.is_repeating
         assert not first.lock.is_repeating
