@@ -21,7 +21,7 @@ class Role(Enum):
 
 
 class Sent(NamedTuple):
-    """Bytes that the link's owner writes to the port. `attempt` counts from 1."""
+    """Bytes for the wire, as they are among those of `take_outgoing`. `attempt` counts from 1."""
 
     raw: bytes
     request: Request

@@ -26,8 +26,8 @@ Rules:
 - Some modules need a pause before they listen again, so a request may wait (`request_gap`); LOCK never does.
 - 16 and 17 are set only when no answer to an earlier set can be taken for theirs (`flag_answers`).
 
-The owner writes the bytes of each `Sent`, and calls `tick` after each `receive` and no later than `next_deadline`.
-Counters, learnt pauses, replies that may still come, and 16 and 17 outlive a conversation.
+The owner writes the bytes of `take_outgoing` after each call, and calls `tick` after each `receive` and no later than
+`next_deadline`. Counters, learnt pauses, replies that may still come, and 16 and 17 outlive a conversation.
 """
 
 import logging
@@ -123,6 +123,7 @@ class Link:
         self.flags = FlagAnswers(now)
         self._stale = StaleReplies()
         self._events: list[Event] = []
+        self._outgoing = bytearray()
         self._flight: _Flight | None = None
         self.begin_anew(now)
 
@@ -130,6 +131,7 @@ class Link:
         """The port runs at another rate now: what was received at the old one is no part of a frame."""
         self.lasting = LastingValues()
         self._parser = StreamParser()
+        self._outgoing.clear()  # what was to leave at the old one
         self._last_byte_at = -inf
         self._turned_at = now  # when its owner called `tick` last
         self._valid_at = now  # when the last valid frame came, or the conversation began
@@ -213,6 +215,11 @@ class Link:
         """End the conversation for a reason that the owner knows. What is in flight is not waited for any more."""
         self._end(reason, now)
         return self._take_events()
+
+    def take_outgoing(self) -> bytes:
+        outgoing = bytes(self._outgoing)
+        self._outgoing.clear()
+        return outgoing
 
     def receive(self, data: bytes, now: float) -> list[Event]:
         if data:
@@ -377,7 +384,9 @@ class Link:
             self._boots_are_due = False
         elif request == _HEARTBEAT:
             self._heartbeat_sent_at = now
-        self._events.append(Sent(request.encode(), request, attempt, now))
+        raw = request.encode()
+        self._outgoing += raw
+        self._events.append(Sent(raw, request, attempt, now))
 
     # Receiving
 

@@ -359,7 +359,7 @@ class Session:
                         job.resume(event, now)
                 case Rejected():
                     self._noise = (self._noise + event.noise.raw)[-MAX_NOISE_BYTES:]
-        outgoing = b"".join(event.raw for event in events if isinstance(event, Sent))
+        outgoing = self._link.take_outgoing()
         if outgoing:
             self.line.write(outgoing)
 
