@@ -4,7 +4,8 @@ from collections.abc import Callable
 from pathlib import Path
 
 import pytest
-from PySide6.QtCore import QEvent, Qt, QTimer
+from PySide6.QtCore import QEvent, QPointF, Qt, QTimer
+from PySide6.QtGui import QKeyEvent, QMouseEvent
 from PySide6.QtWidgets import QApplication, QWidget
 from pytestqt.qtbot import QtBot
 
@@ -206,6 +207,20 @@ def test_the_whole_ritual_by_keyboard_alone(qtbot: QtBot, active: Desk) -> None:
     qtbot.keyPress(focused(), Qt.Key.Key_Space)
     active.until(lambda: "has fired" in outcome(active))
     assert active.changes() == [DEPLOY]
+
+
+def test_neither_a_double_click_nor_a_repeated_key_begins_the_hold(active: Desk) -> None:
+    """The ritual relies on its button for that."""
+    hold = arm(active).hold
+    at = QPointF(hold.rect().center())
+    hold.setFocus()
+    left, none = Qt.MouseButton.LeftButton, Qt.KeyboardModifier.NoModifier
+    for event in (
+        QMouseEvent(QEvent.Type.MouseButtonDblClick, at, hold.mapToGlobal(at), left, left, none),
+        QKeyEvent(QEvent.Type.KeyPress, Qt.Key.Key_Space, none, " ", True),
+    ):
+        QApplication.sendEvent(hold, event)
+        stays_quiet(active)
 
 
 def test_a_locked_module_is_not_deployed(one: Desk) -> None:
