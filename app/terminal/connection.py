@@ -10,7 +10,7 @@ import logging
 import queue
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
-from typing import TYPE_CHECKING, Final, TypeVar
+from typing import TYPE_CHECKING, Any, Final, TypeVar
 
 from app.engine.conversation import ConversationView, Interrupted
 from app.engine.procedure import SHARED, Job, LinkView, Procedure
@@ -23,7 +23,6 @@ from app.system.clock import steady_time
 from app.terminal.console import USUAL_RATE, Refused, check_signals, note, notify, signals_noted, state
 from app.text.i18n import tr
 from app.text.messages import ErrorCode, join_sentences
-from protocol.catalogue import ACTIVATION
 from protocol.events import Answered, EndReason, Sent, Unanswered
 
 if TYPE_CHECKING:
@@ -65,7 +64,7 @@ class OpenPort:
             self.listeners.append(_trace())
         self._batches: queue.SimpleQueue[Batch] = queue.SimpleQueue()
         self._journal = journal
-        self._owed: Job[Locked] | None = None
+        self._owed: Job[Any] | None = None  # LOCK after an interruption
         self._is_lock_owed = False
         self._adapter = ""  # where LOCK may be owed
         self.worker = Worker(self._batches.put, make_lock=None if journal is None else self._make_lock)
@@ -76,7 +75,7 @@ class OpenPort:
         self.has_seen_triggered = False
         # A procedure runs, and a set or an act of it has left.
         self._is_running = self.has_left = False
-        self.has_activated = False
+        self._jobs: list[Job[Any]] = []
         # Of the conversation that this command is about; 0 before the module was greeted.
         self.number = 0
 
@@ -105,6 +104,7 @@ class OpenPort:
         """Run a procedure, in the conversation in which the module was greeted, and return its result. Raises its
         exception, such as `Interrupted`, and `Signalled`. `outlives`: it belongs to the port, not to a conversation."""
         job = self.worker.submit(Job(procedure, conversation=self.number or None, outlives=outlives))
+        self._jobs.append(job)
         self._is_running = True
         while not job.is_done:
             self.wait()
@@ -139,12 +139,34 @@ class OpenPort:
             _log.debug("LOCK is owed")
             self._await_lock()
 
-    def lock_what_was_broken_off(self) -> None:
-        """After Ctrl-C, when an activation has left: lock it within ten seconds, or until Ctrl-C comes again."""
+    @property
+    def has_activated(self) -> bool:
+        """Whether an activation has left; the worker's thread knows it before a batch tells it."""
+        return any(job.activated_at is not None for job in self._jobs)
+
+    def lock_what_was_broken_off(self) -> bool:
+        """Return after Ctrl-C whether an activation has left. Then it is locked within ten seconds, or until Ctrl-C
+        comes again; else none leaves any more."""
+        from app.procedures.lock import lock
+
+        def lock_it() -> Procedure["Locked | None"]:
+            # In the worker's thread. It overtakes what was decided before, which is not sent after it.
+            return (yield from lock(self._journal)) if self.has_activated else None
+
+        if not self._jobs:
+            return False
         state.signal = None
-        self.worker.submit(self._make_lock(is_owed=False), is_urgent=True)
+        job: Job[Locked | None] = Job(lock_it(), outlives=True)
+        self._owed = job
+        self.worker.submit(job, is_urgent=True)
+        ends_at = steady_time() + STOP_LIMIT_S
         with suppress(KeyboardInterrupt):
-            self._await_lock()
+            while not (job.is_done or self.has_activated) and steady_time() < ends_at:
+                self.wait()
+        if self.has_activated:
+            with suppress(KeyboardInterrupt):
+                self._await_lock()
+        return self.has_activated
 
     def _await_lock(self) -> None:
         ends_at = steady_time() + OWED_LIMIT_S
@@ -173,12 +195,12 @@ class OpenPort:
         self.worker.stop(0.2 if self.connection.state is PortState.OPENING else STOP_LIMIT_S)
         self.drain()
 
-    def _make_lock(self, *, is_owed: bool = True) -> "Job[Locked]":
-        # An owed one is made in the worker's thread.
+    def _make_lock(self) -> "Job[Locked]":
+        # In the worker's thread.
         from app.procedures.lock import lock
 
-        self._owed = Job(lock(self._journal, is_owed=is_owed), outlives=True)
-        return self._owed
+        self._owed = owed = Job(lock(self._journal, is_owed=True), outlives=True)
+        return owed
 
     def _receive(self, batch: Batch) -> None:
         self.connection = batch.connection
@@ -187,10 +209,8 @@ class OpenPort:
         self._is_lock_owed = batch.owed_lock is not None
         is_reported = batch.conversation.reported[0] is True
         self.has_seen_triggered |= is_reported or any(sample.triggered for sample in batch.samples)
-        sent = [event.request for event in batch.events if isinstance(event, Sent)]
-        self.has_activated |= ACTIVATION.set(True) in sent
         if self._is_running:
-            self.has_left |= any(not request.is_repeatable for request in sent)
+            self.has_left |= any(isinstance(event, Sent) and not event.request.is_repeatable for event in batch.events)
         for on_batch in self.listeners:
             on_batch(batch)
 
@@ -224,9 +244,8 @@ def connected(
                 raise trouble from error  # which names the port
             raise
         except KeyboardInterrupt:
-            is_locking = journal is not None and opened.has_activated
-            if is_locking:  # who breaks an activation off wants no module that fires
-                opened.lock_what_was_broken_off()
+            # Who breaks an activation off wants no module that fires.
+            is_locking = journal is not None and opened.lock_what_was_broken_off()
             opened.close()  # which tells the rest of what was sent
             if opened.has_left and not is_locking:
                 notify(tr("Interrupted; may have been carried out."))

@@ -20,6 +20,9 @@ import dps_s_configurator
 from app.captures.traffic import Way
 from app.recordings.library import RecordingLibrary
 from dps_s_configurator import frozen
+from tests.module.line import Line
+from tests.module.module import ACTIVATION, Module
+from tests.module.options import Options
 from tests.support.patience import PATIENCE_S, in_time
 from tests.support.processes import PROGRAM, ROOT, Running, RunningModule, ran, ran_code, run_module, running
 from tests.support.records.recordings_made import read_session
@@ -109,6 +112,23 @@ def test_record_interrupted_leaves_file_and_recording_whole(name: str, module: R
         received = b"".join(one.raw for one in read_session(path) if one.way is Way.IN)
         assert received.count(b"Au2") >= entry.sample_count > 100
     assert is_quiet(module.port)
+
+
+@posix
+@pytest.mark.promise("l")
+def test_ctrl_c_locks_an_activation_that_nothing_has_told_of_yet() -> None:
+    """Its acknowledgement is lost: the frame itself is the only sign of it."""
+    with Line(Module(Options(lost_answers={ACTIVATION: 1}), now=time.monotonic())) as line:
+        (module,) = line.modules
+        with started("activate", "--yes", "--port", line.port) as activate:
+            deadline = time.monotonic() + PATIENCE_S
+            while not module.log.got(ACTIVATION) and time.monotonic() < deadline:
+                time.sleep(0.001)
+            activate.process.send_signal(signal.SIGINT)
+            code, _out, errors = activate.end()
+    assert code == dps_s_configurator.INTERRUPTED
+    assert not module.settings[ACTIVATION]
+    assert "LOCK was sent after the interruption. The module reports LOCKED." in errors
 
 
 @posix
