@@ -142,12 +142,10 @@ def test_a_row_tells_what_its_module_reports(desk: Desk) -> None:
         "not known\n4.00 V",
     ]
     assert desk.cell(1, NEXT).startswith("TRIGGERED")
-    colours = []
-    for triggered in (True, False):
+    for triggered, meaning in ((True, Meaning.DANGER), (False, Meaning.ATTENTION)):
         desk.modules[1][1].say(active=True, triggered=triggered)
         desk.settle()
-        colours.append(given(desk.board.item(desk.row(1), STATE)).foreground().color())
-    assert colours == [current().ink(Meaning.DANGER), current().ink(Meaning.ATTENTION)]
+        assert given(desk.board.item(desk.row(1), STATE)).foreground().color() == current().ink(meaning)
 
 
 @pytest.mark.parametrize("seed", some(range(4), one_in=2))
@@ -193,25 +191,6 @@ def test_no_row_ever_shows_anything_of_another_module_or_of_before(desk: Desk, s
                 assert ("ACTIVE" in state) == active[place]
         shown = [place for place in range(5) if "Shown" in desk.cell(place, MODULE)]
         assert shown == [int(desk.ports.ports.current.key.removeprefix("/dev/port"))]
-
-
-@pytest.mark.promise("l")
-def test_a_check_that_is_void_on_its_page_is_void_here(desk: Desk) -> None:
-    """Pre-flight said READY where Fleet said "not checked" of the same module."""
-    desk.plug_in(2)
-    connection, _ = desk.modules[0]
-    check = connection.module.begin_check(NO_PROFILE, Person(), is_enabling=False)
-    desk.settle()
-    assert desk.cell(0, VERDICT) == "checking…"
-    stand(check, desk.filed())
-    desk.settle()
-    assert desk.cell(0, VERDICT).startswith("NO-GO")
-    assert desk.cell(0, NEXT).startswith("Not met: ")
-    check.set_void(ENTRIES)
-    desk.settle()
-    assert desk.cell(0, VERDICT).startswith("void")
-    assert desk.cell(0, NEXT).startswith("Check again: ")
-    assert desk.cell(1, VERDICT) == "not checked"
 
 
 @pytest.mark.promise("l")
@@ -348,12 +327,26 @@ def open_profile(desk: Desk, profile: Profile = STEEPER) -> None:
     desk.settle()
 
 
+@pytest.mark.parametrize("is_enabling", [False, True])
 @pytest.mark.promise("l")
-def test_a_group_act_sends_questions_and_settings_only_where_it_may(desk: Desk) -> None:
-    """The check asks; the profile writes settings. Nothing else that a person does here reaches several modules."""
+def test_those_that_are_ticked_are_checked_and_enabled_only_where_that_was_pressed(
+    desk: Desk, is_enabling: bool, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The check itself enables the triggers on a locked module only."""
+    begun: list[object] = []
+
+    def noted(evidence: Evidence, **options: Any) -> Procedure[Evidence]:
+        begun.append(options["is_enabling"])
+        return run_preflight(evidence, **options)
+
+    monkeypatch.setattr("ui.session.check.run_preflight", noted)
     desk.plug_in(4)
     desk.tick(3, is_ticked=False)
-    desk.click(desk.page.check)
+    if is_enabling:
+        desk.page.enable.trigger()
+    else:
+        desk.click(desk.page.check)
+    assert begun == [is_enabling] * 3
     assert [len(worker.jobs) for _, worker in desk.modules] == [2, 2, 2, 1]  # the handshake, and the check
     assert not any(worker.wanted(is_urgent=True) for _, worker in desk.modules)
     desk.modules[0][1].unplug()
@@ -363,23 +356,6 @@ def test_a_group_act_sends_questions_and_settings_only_where_it_may(desk: Desk) 
         worker.end_jobs(Cancelled())
     desk.wait(lambda: not desk.page.is_checking)
     assert desk.page.verdicts == [None] * 3
-    open_profile(desk)
-    desk.press("write")
-    assert [desk.cell(number, NEXT) for number in range(3)] == ["offline", "writing", "writing"]
-    assert len(desk.modules[3][1].jobs) == 1
-    assert "→" not in desk.cell(3, NEXT)
-    desk.modules[1][1].unplug()
-    desk.settle()
-    assert [desk.cell(number, NEXT) for number in range(3)] == ["offline", "FAILED: The port was lost.", "writing"]
-    port = desk.modules[1][0]
-    reports = [one.text.in_english() for one in port.interruptions.remainders if one.text is not None]
-    assert reports == ["Profile: The port was lost."]
-    desk.modules[1][1].open("/dev/port1", 115200)
-    desk.modules[1][1].say(attitude_threshold_deg=60)
-    desk.settle()
-    assert desk.cell(1, NEXT) == "Attitude threshold 60° → 70°"  # another module may be there
-    assert "1 FAILED: port1 (The port was lost.)" in desk.notice  # it is told until the next writing
-    assert "port3" not in desk.notice, "it is not ticked"
 
 
 def test_a_profile_is_opened_and_what_is_wrong_with_a_file_is_said(desk: Desk, tmp_path: Path) -> None:
@@ -403,28 +379,6 @@ def test_a_profile_is_opened_and_what_is_wrong_with_a_file_is_said(desk: Desk, t
     assert desk.cell(0, NEXT) == "Start the check."
 
 
-@pytest.mark.parametrize("is_enabling", [False, True])
-@pytest.mark.promise("l")
-def test_the_triggers_of_all_are_enabled_only_where_that_was_pressed(
-    desk: Desk, is_enabling: bool, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    """The check itself enables them on a locked module only."""
-    begun: list[object] = []
-
-    def noted(evidence: Evidence, **options: Any) -> Procedure[Evidence]:
-        begun.append(options["is_enabling"])
-        return run_preflight(evidence, **options)
-
-    monkeypatch.setattr("ui.session.check.run_preflight", noted)
-    desk.plug_in(2)
-    if is_enabling:
-        desk.page.enable.trigger()
-    else:
-        desk.click(desk.page.check)
-    assert begun == [is_enabling] * 2
-    desk.page.cancel_checks()
-
-
 def test_a_module_that_is_being_checked_already_is_not_checked_beside_that(desk: Desk) -> None:
     desk.plug_in(2)
     second, worker = desk.modules[1]
@@ -434,9 +388,6 @@ def test_a_module_that_is_being_checked_already_is_not_checked_beside_that(desk:
     assert not desk.page.check.isEnabled()
     assert [len(one.jobs) for _, one in desk.modules] == [1, 2]
     worker.end(EndReason.SILENT)
-    worker.begin()
-    desk.settle()
-    assert second.module.check is None
     assert worker.jobs[-1][0].is_done  # it asks, and enables, nothing of another module
 
 
@@ -461,11 +412,13 @@ def test_a_profile_that_takes_protection_away_is_asked_about_before_it_is_writte
     desk.page.profile.cancel()
 
 
-def test_the_count_is_of_what_may_be_written_and_who_is_not_written_to_is_named(desk: Desk) -> None:
+@pytest.mark.promise("l")
+def test_a_profile_is_written_only_where_it_may_and_who_is_not_written_to_is_named(desk: Desk) -> None:
     """ "Write (4)" was followed by "2 written, 1 refused" where one was ACTIVE and one was off."""
-    desk.plug_in(4, attitude_threshold_deg=60)
+    desk.plug_in(5, attitude_threshold_deg=60)
     for number, (port, _worker) in enumerate(desk.modules):
         port.module.say_name(f"M-0{number}")
+    desk.tick(4, is_ticked=False)
     desk.modules[1][1].say(active=True, attitude_threshold_deg=60)
     desk.modules[2][1].end(EndReason.SILENT)
     desk.settle()
@@ -473,35 +426,53 @@ def test_the_count_is_of_what_may_be_written_and_who_is_not_written_to_is_named(
     assert given(desk.page.notice_bar.notice).choices[1].text == "Write (2)"
     assert desk.cell(0, NEXT) == desk.cell(3, NEXT) == "Attitude threshold 60° → 70°"
     assert "ACTIVE" in desk.cell(1, NEXT)
-    asked = [len(worker.jobs) for _, worker in desk.modules]
+    before = [len(worker.jobs) for _, worker in desk.modules]
     desk.press("write")
-    assert [len(worker.jobs) for _, worker in desk.modules] == [asked[0] + 1, asked[1], asked[2], asked[3] + 1]
-    for number in (0, 3):
-        desk.modules[number][1].end_jobs(Cancelled())
+    asked = [len(worker.jobs) - count for (_, worker), count in zip(desk.modules, before, strict=True)]
+    assert asked == [1, 0, 0, 1, 0]
+    port, worker = desk.modules[3]
+    worker.unplug()
+    desk.settle()
+    assert (desk.cell(0, NEXT), desk.cell(3, NEXT)) == ("writing", "FAILED: The port was lost.")
+    reports = [one.text.in_english() for one in port.interruptions.remainders if one.text is not None]
+    assert reports == ["Profile: The port was lost."]
+    worker.open("/dev/port3", 115200)
+    worker.say(attitude_threshold_deg=60)
+    desk.settle()
+    assert desk.cell(3, NEXT) == "Attitude threshold 60° → 70°"  # another module may be there
+    desk.modules[0][1].end_jobs(Cancelled())
     desk.wait(lambda: not desk.page.profile.is_running)
     desk.settle()
     assert "1 refused: M-01 (The module is ACTIVE" in desk.notice
     assert "1 offline: M-02" in desk.notice
-    assert "2 FAILED: M-00" in desk.notice
+    assert "2 FAILED: M-00" in desk.notice  # it is told until the next writing
+    assert "M-04" not in desk.notice, "it is not ticked"
 
 
 @pytest.mark.promise("l")
-def test_what_is_void_of_a_set_is_not_said_any_more(desk: Desk) -> None:
-    desk.plug_in(3)
+def test_a_check_that_is_void_on_its_page_is_void_here(desk: Desk) -> None:
+    """Pre-flight said READY where Fleet said "not checked" of the same module."""
+    desk.plug_in(4)
     desk.click(desk.page.check)
+    desk.settle()
+    assert desk.cell(0, VERDICT) == "checking…"
     for connection, _ in desk.modules:
         stand(given(connection.module.check), desk.filed())
     desk.settle()
-    (first, _), (second, worker), (third, _) = desk.modules
-    assert desk.notice == "3 NO-GO"
+    assert desk.notice == "4 NO-GO"
+    assert desk.cell(0, VERDICT).startswith("NO-GO")
+    assert desk.cell(0, NEXT).startswith("Not met: ")
+    (first, _), (second, worker), (third, _), _ = desk.modules
     worker.end(EndReason.SILENT)
     worker.begin()  # perhaps another module
     desk.page.members.disconnect_port(third)
+    given(first.module.check).set_void(ENTRIES)
     desk.settle()
-    assert desk.notice == "1 NO-GO, 2 not checked"
-    first.treat_as_another()
-    desk.settle()
-    assert desk.page.verdicts == [None] * 3
+    assert desk.notice == "1 NO-GO, 3 not checked"
+    assert desk.cell(0, VERDICT).startswith("void")
+    assert desk.cell(0, NEXT).startswith("Check again: ")
+    assert desk.cell(1, VERDICT) == "not checked"
+    assert desk.cell(3, VERDICT).startswith("NO-GO")
     assert second.module.check is None
 
 

@@ -136,24 +136,20 @@ def test_the_bay_is_assumed_until_it_was_measured_closed_and_open(live: Bench) -
         assert live.page.panel.light.accessibleName() == f"Light: {light_v} V, limit 1.8 V, {says}"
 
 
-def test_pause_holds_the_picture_and_nothing_is_lost(live: Bench) -> None:
-    live.say()
-    live.click("time-plot-pause")
-    held = live.page.plot.time_range.span
-    live.now_s += 5
-    live.say(tilt_deg=44)
-    assert live.page.plot.time_range.span == held
-    assert given(live.page.data.tilt.last).value == 44
-    live.qtbot.keyClick(live.page, Qt.Key.Key_P, Qt.KeyboardModifier.ControlModifier)
-    assert live.page.plot.time_range.is_live
-    assert live.page.plot.time_range.span.end_s == pytest.approx(live.now_s, abs=0.3)
-
-
-def test_values_marks_and_pause_go_with_their_module(live: Bench) -> None:
+def test_pause_holds_the_picture_until_a_person_ends_it_or_shows_another_module(live: Bench) -> None:
     live.say()
     live.say(triggered=True)
-    live.click("time-plot-pause")
     plot = live.page.plot
+    live.click("time-plot-pause")
+    held = plot.time_range.span
+    live.now_s += 5
+    live.say(tilt_deg=44)
+    assert plot.time_range.span == held
+    assert given(live.page.data.tilt.last).value == 44
+    live.qtbot.keyClick(live.page, Qt.Key.Key_P, Qt.KeyboardModifier.ControlModifier)
+    assert plot.time_range.is_live
+    assert plot.time_range.span.end_s == pytest.approx(live.now_s, abs=0.3)
+    live.click("time-plot-pause")
     assert plot.canvas.marks
     live.connector.choose(live.connector.add(live.ports.make))
     assert (list(plot.canvas.marks), plot.time_range.is_live) == ([], True)
@@ -323,30 +319,24 @@ def some(first_s: float, *, connection: Connection = OPEN, number: int = 1, begi
     return batch(first_s + 0.3, *reports, connection=connection, view=view, events=events)
 
 
-def test_everything_is_handed_on_and_recorded_until_the_port_is_closed(session: Session) -> None:
-    batches = [some(1.0, begins=True), some(2.0), some(3.0, connection=CLOSED)]
-    for one in batches:
-        session.say(one)
-        session.name("Left wing")
-    assert session.handed_on == batches
-    assert session.listed() == [("/dev/ttyUSB0", ("Left wing",), 9)]
-    assert not session.library.entries()[0].is_running
-
-
 @pytest.mark.parametrize(
     ("connections", "counts"),
     [
-        ((OPEN, OPEN), [6]),
+        ((OPEN, OPEN, CLOSED), [9]),
         ((OPEN, LOST, NEXT), [6, 3]),  # lost, and back
         ((OPEN, NEXT), [3, 3]),
     ],
 )
-def test_one_opening_of_the_port_is_one_recording(
+def test_all_is_handed_on_and_one_opening_of_the_port_is_one_recording(
     session: Session, connections: tuple[Connection, ...], counts: list[int]
 ) -> None:
-    for number, connection in enumerate(connections):
-        session.say(some(1.0 + number, connection=connection))
-    assert [count for _, _, count in session.listed()] == counts
+    batches = [some(1.0 + number, connection=one, begins=number == 0) for number, one in enumerate(connections)]
+    for one in batches:
+        session.say(one)
+        session.name("Left wing")
+    assert session.handed_on == batches
+    assert session.listed() == [("/dev/ttyUSB0", ("Left wing",), count) for count in counts]
+    assert session.library.entries()[0].is_running is (connections[-1] is not CLOSED)
 
 
 def test_an_error_in_the_recorder_does_not_reach_the_worker(

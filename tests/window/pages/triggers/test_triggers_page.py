@@ -54,23 +54,27 @@ def fire(bench: OnBench, number: int = 1) -> None:
     bench.bench.module.memory.records.extend([EXAMPLE] * number)
 
 
+def note(bench: OnBench, row: int, text: str) -> None:
+    page = bench.triggers
+    page.table.selectRow(row)
+    page.detail.note.setText(text)
+    page.detail.note.editingFinished.emit()
+
+
 # Reading
 
 
 @pytest.mark.module(is_connected=False)
-def test_without_a_module_it_says_what_to_do(rig: OnBench) -> None:
-    page = rig.triggers
-    assert "Connect or choose" in page.list.empty.text.text()
+def test_without_a_module_of_one_that_never_fired_and_of_a_silent_one(rig: OnBench) -> None:
+    page, empty = rig.triggers, rig.triggers.list.empty
+    assert "Connect or choose" in empty.text.text()
     assert (page.read.isEnabled(), page.export.isEnabled()) == (False, False)
-    assert (page.count.text(), page.list.empty.title.text()) == ("Trigger records", "Not read yet")  # no number yet
-
-
-def test_a_module_that_never_fired(rig: OnBench) -> None:
-    page = rig.triggers
-    assert "as soon as the module answers" in page.list.empty.text.text()
+    assert (page.count.text(), empty.title.text()) == ("Trigger records", "Not read yet")  # no number yet
+    rig.connect()
+    assert "as soon as the module answers" in empty.text.text()
     rig.read_triggers()
-    assert "has never fired" in page.list.empty.text.text()
-    assert (page.count.text(), page.list.empty.title.text()) == ("Trigger records", "Trigger records: 0")
+    assert "has never fired" in empty.text.text()
+    assert (page.count.text(), empty.title.text()) == ("Trigger records", "Trigger records: 0")
     assert rig.acts == []
     rig.bench.change(mute=True)
     rig.read_triggers()
@@ -223,9 +227,7 @@ def test_several_records_are_judged_at_once_and_keep_their_notes(rig: OnBench) -
     name_kept(rig, "M-07")
     rig.read_triggers()
     page = rig.triggers
-    page.table.selectRow(0)
-    page.detail.note.setText("in the wind")
-    page.detail.note.editingFinished.emit()
+    note(rig, 0, "in the wind")
     page.table.selectAll()
     assert page.detail.cause.text() == "3 selected"
     assert not page.detail.note.isVisible()
@@ -243,9 +245,7 @@ def test_what_is_searched_is_shown_sorted_and_saved(tmp_path: Path, rig: OnBench
     page.table.sortByColumn(CELL, Qt.SortOrder.AscendingOrder)
     volts = [row.record.cell_voltage_v for row in page.table.filter.shown()]
     assert volts == sorted(volts)
-    page.table.selectRow(5)
-    page.detail.note.setText("=1+1")
-    page.detail.note.editingFinished.emit()
+    note(rig, 5, "=1+1")
     search = rig.find(QLineEdit, "triggers_search")
     for searched, count in (("implausible 4.70", 1), ("", 6)):
         search.setText(searched)
