@@ -13,6 +13,7 @@ from PySide6.QtWidgets import QApplication, QMessageBox, QWidget
 from pytestqt.qtbot import QtBot
 
 from app.flights.judging import FlightGroup
+from app.guided.results import GuidedKind
 from app.preflight.verdict import Standing
 from app.safety.journal import Act
 from app.text.i18n import set_language
@@ -124,6 +125,10 @@ class Walk(Rig):
         bar = page.list.verticalScrollBar()
         bar.setValue(bar.maximum())
         yield self._stop("preflight, end")
+        page.show_view("guided")
+        for kind in GuidedKind:
+            page.guided.choose(kind)
+            yield self._stop(f"preflight, guided {kind.name}")
         page.show_view("past")
         yield self._stop("preflight, past checks")
         page.show_view("checks")

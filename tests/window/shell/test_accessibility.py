@@ -49,6 +49,7 @@ from ui.style.appearance import Spoken
 from ui.style.icons import Icon
 from ui.style.theme import Choice, Space
 from ui.widgets.controls import Shortcut, control, in_column
+from ui.widgets.step_button import is_in_sight
 
 
 def living_garbage(root: QObject) -> list[str]:
@@ -116,8 +117,8 @@ def test_the_walk(qtbot: QtBot, qapp: QApplication, tmp_path: Path, size: QSize)
 
 
 def test_large_text(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
-    """At twice the size of text each page wraps, folds and scrolls: nothing is cut off, and no list scrolls
-    sideways."""
+    """At twice the size of text each page wraps, folds and scrolls: nothing is cut off, no list scrolls sideways, and
+    the main button of the long pages stays in sight."""
     faults: dict[str, str] = {}
     folder = tmp_path / "200"  # a part of the port's name, which cannot wrap
     folder.mkdir()
@@ -126,6 +127,8 @@ def test_large_text(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
         for stop in walk.stops():
             assert walk.window.size() == SMALL_SCREEN, stop.name
             found = [*cut_off(stop.root), *sideways(stop.root), *parted(stop.root)]
+            if stop.name.startswith(("settings", "preflight")):  # where a person works down a long page
+                found += main_out_of_sight(stop.root)
             if stop.name == "settings":
                 found += cut_off_in_any_state(walk)
             for fault in found:
@@ -190,6 +193,11 @@ def sideways(root: QWidget) -> list[str]:
     """Lists whose last columns are only seen by scrolling."""
     tables = (one for one in root.findChildren(QTableView) if one.isVisible())
     return [f"{table.objectName()} scrolls sideways" for table in tables if table.horizontalScrollBar().maximum() > 0]
+
+
+def main_out_of_sight(root: QWidget) -> list[str]:
+    buttons = (one for one in root.findChildren(QPushButton) if one.property("role") == "primary" and one.isVisible())
+    return [f"{button.objectName()} is out of sight" for button in buttons if not is_in_sight(button)]
 
 
 def parted(root: QWidget) -> list[str]:

@@ -177,6 +177,15 @@ def _minimise(bench: Hand) -> None:
     bench.window.setWindowState(Qt.WindowState.WindowNoState)
 
 
+def _choose_another_module(bench: Hand) -> None:
+    ports = bench.assembly.ports
+    tested = ports.current
+    ports.choose(ports.add())
+    bench.wait(1.0)
+    assert is_locked(bench)
+    ports.choose(tested)
+
+
 def _error_in_the_procedure(bench: Hand) -> None:
     with patch.object(StatusWatch, "next", side_effect=RuntimeError("a mistake of ours")):
         bench.wait(0.5)
@@ -194,6 +203,7 @@ WAYS_OUT: dict[str, Callable[[Hand], object]] = {
     "another page": lambda bench: bench.window.go_to("commands"),
     "minimised": _minimise,
     "error": _error_in_the_procedure,
+    "another module": _choose_another_module,
     "nobody": lambda bench: bench.wait(6.0),
     "done": _done,
     "closed": lambda bench: QApplication.sendEvent(bench.window, QCloseEvent()),  # the last one
@@ -218,16 +228,6 @@ def test_the_module_is_locked_whatever_ends_the_tilt(bench: Hand, monkeypatch: p
 
 
 @pytest.mark.promise("c")
-def test_the_module_is_locked_when_another_one_is_chosen(bench: Hand) -> None:
-    activated(bench)
-    ports = bench.assembly.ports
-    ports.choose(ports.add())
-    bench.wait(1.0)
-    assert LOCK in bench.sent
-    assert is_locked(bench)
-
-
-@pytest.mark.promise("c")
 def test_an_error_anywhere_in_the_window_locks(bench: Hand, qtbot: QtBot) -> None:
     def fail() -> None:
         raise RuntimeError("a mistake of ours")
@@ -240,16 +240,6 @@ def test_an_error_anywhere_in_the_window_locks(bench: Hand, qtbot: QtBot) -> Non
     assert [str(error[1]) for error in errors] == ["a mistake of ours"]
     assert is_locked(bench)
     assert "program error" in bench.guided.verdict.text()
-
-
-@pytest.mark.promise("l")
-def test_the_chosen_test_stays_chosen_when_the_module_restarts(bench: Hand) -> None:
-    start(bench, GuidedKind.BAY)
-    module = bench.assembly.ports.module
-    bench.bench.restart()
-    bench.until(lambda: bench.guided.module is not module)
-    assert bench.guided.work.kind is GuidedKind.BAY
-    assert bench.guided.work.stage is Stage.READY
 
 
 def test_that_the_module_reports_locked_is_not_said_while_it_is_silent(bench: Hand) -> None:
@@ -265,7 +255,7 @@ def test_that_the_module_reports_locked_is_not_said_while_it_is_silent(bench: Ha
     assert said(bench) != reported
 
 
-@pytest.mark.promise("c")
+@pytest.mark.promise("cl")
 def test_a_pulled_plug_is_said_and_lock_waits_for_the_port(bench: Hand) -> None:
     activated(bench)
     port = bench.assembly.ports.current
@@ -280,7 +270,8 @@ def test_a_pulled_plug_is_said_and_lock_waits_for_the_port(bench: Hand) -> None:
     bench.assembly.ports.connect_to(given(port.target))
     bench.until(lambda: is_locked(bench))
     bench.until(lambda: port.lock.owed is None)
-    assert (port.module.name, bench.guided.work.stage) == ("", Stage.READY)
+    work = bench.guided.work
+    assert (port.module.name, work.kind, work.stage) == ("", GuidedKind.TILT, Stage.READY), "it stays chosen"
     assert port.interruptions.remainders == (report,), "until a person closes it"
 
 

@@ -7,11 +7,9 @@ from pathlib import Path
 
 import pytest
 from PySide6.QtCore import Qt
-from PySide6.QtWidgets import QAbstractButton, QApplication, QLabel, QLineEdit, QScrollArea
-from pytestqt.qtbot import QtBot
+from PySide6.QtWidgets import QAbstractButton, QLabel, QLineEdit
 
 from app.engine.worker import Batch
-from app.guided.results import GuidedKind
 from app.preflight.checks import CheckResult, Person
 from app.preflight.verdict import Standing, Verdict
 from app.records.record import read_document
@@ -21,12 +19,10 @@ from app.settings.profiles import NO_PROFILE
 from app.store.acts import note_triggered
 from protocol.events import Sent
 from tests.support.window.fakes_ui import store_of
-from tests.support.window.preflight_window import NOBODY, OnBench, kept, name_module, on_bench
+from tests.support.window.preflight_window import NOBODY, OnBench, kept, name_module
 from tests.support.window.screen_reader import announced
-from tests.support.window.steps import choosing, given, let_lay_out, notice_text, settle
-from ui.core.preferences import Preferences
-from ui.session.guided import Stage
-from ui.widgets.step_button import StepButton, is_in_sight
+from tests.support.window.steps import choosing, given, notice_text, settle
+from ui.widgets.step_button import StepButton
 
 
 def activate(bench: OnBench) -> None:
@@ -185,7 +181,8 @@ def test_what_voids_a_verdict(rereads: None, act: Callable[[OnBench], None], why
 @pytest.mark.promise("f")
 def test_what_is_only_written_on_the_record_voids_nothing(rig: OnBench) -> None:
     """The name of the module, too: the check is judged again by what is kept under it, and the word that the module is
-    new is not forgotten."""
+    new is not forgotten. READY ends where something is against that name."""
+    store_of(rig.assembly.storage).write(partial(note_triggered, module="M-10", port=rig.url)).result()
     rig.preflight.check(Person(are_records_reviewed=True), is_enabling=True)
     rig.wait_standing(Standing.READY)
     edit = rig.find(QLineEdit, "preflight_who")
@@ -201,12 +198,9 @@ def test_what_is_only_written_on_the_record_voids_nothing(rig: OnBench) -> None:
     assert rig.last.person.are_records_reviewed
     name_module(rig, "M-09")  # now another one is meant
     rig.wait_standing(Standing.VOID)
-
-
-def test_a_name_under_which_something_is_against_it_ends_ready(rig: OnBench) -> None:
-    store_of(rig.assembly.storage).write(partial(note_triggered, module="M-08", port=rig.url)).result()
+    name_module(rig, "")
     assert rig.check() is Standing.READY
-    name_module(rig, "M-08")
+    name_module(rig, "M-10")
     rig.wait_standing(Standing.NO_GO)
     assert given(rig.preflight.state.assessment).result("service") is CheckResult.FAIL
 
@@ -266,27 +260,3 @@ def test_a_check_that_is_interrupted_says_so_and_leaves_a_report(rig: OnBench) -
     rig.until(lambda: "Pre-flight: The module restarted." in notice_text(bar))
     given(given(bar.notice).dismiss)()
     assert port.interruptions.remainders == ()
-
-
-def test_in_text_of_twice_the_size_nothing_of_a_guided_test_is_out_of_sight(
-    qtbot: QtBot, qapp: QApplication, tmp_path: Path
-) -> None:
-    Preferences(tmp_path / "window.ini").zoom_percent = 200
-    with on_bench(qtbot, qapp, tmp_path, "large", "preflight") as bench:
-        page = bench.preflight
-        page.show_view("guided")
-        for kind in GuidedKind:
-            page.guided.choose(kind)
-            page.guided.work.trouble = "The result was not kept: the program may not write into its folder."
-            page.guided.refresh()
-            let_lay_out(bench.assembly.window)
-            assert page.guided.notice_bar.notice is not None
-            assert is_in_sight(page.guided.primary), kind
-        work = page.guided.work
-        page.guided.choose(GuidedKind.TILT)
-        work.state_safe(True)
-        work.start()
-        bench.until(lambda: work.stage is Stage.CONFIRMING)
-        let_lay_out(bench.assembly.window)
-        assert bench.find(QScrollArea, "guided_scroll").horizontalScrollBar().maximum() == 0
-        work.cancel()

@@ -45,40 +45,30 @@ def test_edits_of_an_ended_conversation_are_offered_beside_what_the_module_holds
     say_name(one, "M-07")
     type_into(one, "freefall_time", "1.2")
     type_into(one, "light_threshold", "1.8")  # which it has already
+    type_into(one, "attitude_threshold", "650")  # mistyped
     one.bench.module.memory.freefall_time = 150
     restart(one)
     assert one.settings.work.wanted == {}, "the next conversation begins without edits"
     one.settings.refresh()
     assert one.find(QLineEdit, "freefall_time_wanted").text() == "1.50"
-    say_name(one, "M-07")
-    assert "M-07" in foot(one)
-    assert "not written: Free-fall time 1.50 s → 1.20 s." in foot(one)
-    one.click(take_over(one))
-    assert one.settings.work.wanted == {TIME: 1.2}
-    assert one.assembly.window.notice_bar.button("take_over") is None
-    written(one)
-    assert state(one, TIME) is RowState.VERIFIED
-    assert len(one.changes()) == 1
-
-
-def test_edits_of_a_named_module_are_taken_over_by_none_that_is_not_said_to_be_it(one: Desk) -> None:
-    say_name(one, "M-07")
-    type_into(one, "freefall_time", "1.2")
-    restart(one)
+    ports = one.assembly.ports
+    number = ports.module.number
     choose(one, "name_other", one.assembly.window.notice_bar)
+    one.until(lambda: ports.module.number > number and ports.module.is_read)
     one.until(lambda: "First say that it is M-07." in foot(one))
     for name in ("", "M-08", "M-07"):
         say_name(one, name)
-        assert take_over(one).isEnabled() is (name == "M-07")
-
-
-def test_what_was_mistyped_stays_as_a_draft_too(one: Desk) -> None:
-    type_into(one, "attitude_threshold", "650")
-    restart(one)
+        assert take_over(one).isEnabled() is (name == "M-07"), "by none that is not said to be it"
+    assert "Free-fall time 1.50 s → 1.20 s" in foot(one)
     assert "650" in foot(one)
     one.click(take_over(one))
-    assert one.settings.work.wanted == {TILT: "650"}
+    assert one.settings.work.wanted == {TIME: 1.2, TILT: "650"}
+    assert one.assembly.window.notice_bar.button("take_over") is None
     assert one.changes() == []
+    one.click("attitude_threshold_discard")
+    written(one)
+    assert state(one, TIME) is RowState.VERIFIED
+    assert len(one.changes()) == 1
 
 
 def test_a_risk_that_was_accepted_does_not_come_over(one: Desk) -> None:
@@ -172,7 +162,7 @@ def test_what_is_said_of_a_change_of_the_baud_rate_that_was_broken_off(is_sent: 
 # Leaving
 
 
-def test_losing_edits_is_confirmed(one: Desk) -> None:
+def test_losing_edits_is_confirmed_also_those_of_an_ended_conversation(one: Desk) -> None:
     ports, window, bar = one.assembly.ports, one.assembly.window, one.assembly.window.notice_bar
     type_into(one, "freefall_time", "1.2")
     opening = ports.current.connection.opening
@@ -182,17 +172,12 @@ def test_losing_edits_is_confirmed(one: Desk) -> None:
         choose(one, "stay", bar)
     assert (ports.current.is_open, ports.current.connection.opening) == (True, opening)
     assert one.settings.work.wanted == {TIME: 1.2}
-    window.close()
-    assert window.isVisible()
     window.disconnect_port()
     choose(one, "drop_edits", bar)
     one.until(lambda: not ports.current.is_open)
     assert not ports.current.interruptions.remainders, "nobody has to be told of what was discarded"
     assert not one.changes()
-
-
-def test_closing_the_window_asks_also_for_the_edits_of_an_ended_conversation(one: Desk) -> None:
-    window, bar = one.assembly.window, one.assembly.window.notice_bar
+    one.connect()
     type_into(one, "freefall_time", "1.2")
     restart(one)
     window.close()

@@ -5,13 +5,13 @@ import tomllib
 from pathlib import Path
 
 import pytest
-from PySide6.QtCore import QPoint, QSize, Qt
+from PySide6.QtCore import QPoint, Qt
 from PySide6.QtWidgets import QApplication, QCheckBox, QComboBox, QLabel, QLineEdit, QPushButton, QWidget
 from pytestqt.qtbot import QtBot
 
 from app.procedures.act import Armed
 from app.settings.form import RowState
-from app.text.i18n import CHINESE, tr
+from app.text.i18n import tr
 from protocol.catalogue import BY_NAME
 from tests.support.records.stored import kept_settings
 from tests.support.window import walk
@@ -20,7 +20,6 @@ from tests.support.window.rig import on_fake_time
 from tests.support.window.settings_bench import (
     Desk,
     choose,
-    desk,
     notice,
     pick,
     reason,
@@ -32,13 +31,10 @@ from tests.support.window.settings_bench import (
     written,
 )
 from tests.support.window.steps import choosing, given, let_lay_out, notice_text
-from ui.core.preferences import Preferences
 from ui.pages.settings.page import SettingsPage
 from ui.style.theme import Meaning
-from ui.widgets.step_button import is_in_sight
 
 TILT, TIME, LIGHT, FLAG = "attitude_threshold_deg", "freefall_time_s", "light_threshold_v", "attitude_trigger"
-SMALL = QSize(1024, 600)
 
 
 def meaning(one: Desk) -> Meaning:
@@ -213,15 +209,19 @@ def test_initial_values_can_be_restored(one: Desk) -> None:
 
 def test_what_cannot_be_sent_stays_as_typed_and_nothing_is_written(qtbot: QtBot, one: Desk) -> None:
     page, box = one.settings, one.find(QLineEdit, "light_threshold_wanted")
-    type_into(one, "light_threshold", "0.55")
+    emptied = one.find(QLineEdit, "attitude_threshold_wanted")
+    type_into(one, "attitude_threshold", "")
+    qtbot.keyClick(emptied, Qt.Key.Key_Delete)
     one.wait(1.0)  # the page refreshes itself
-    assert page.write.text() == "Write"  # an edit, although none that can be sent
-    type_into(one, "freefall_acceleration", "0.4")  # that could be written by itself
+    assert (emptied.text(), page.write.isEnabled()) == ("", False)
+    qtbot.keyClicks(emptied, " 75")
+    assert (emptied.text(), page.work.wanted) == (" 75", {TILT: 75})
+    type_into(one, "light_threshold", "0.55")
     one.wait(1.0)
     assert (box.text(), box.property("role"), state(one, LIGHT)) == ("0.55", "wrong", RowState.IMPOSSIBLE)
     assert "steps of 0.1 V" in reason(one, LIGHT)
     assert tr(BY_NAME["light_threshold"].title) in notice(one)
-    assert not page.write.isEnabled()
+    assert (page.write.text(), page.write.isEnabled()) == ("Write 1 change", False)
     box.setFocus()
     qtbot.keyClick(box, Qt.Key.Key_Return, Qt.KeyboardModifier.ControlModifier)
     page.work.write(Armed())
@@ -231,20 +231,7 @@ def test_what_cannot_be_sent_stays_as_typed_and_nothing_is_written(qtbot: QtBot,
     one.click("light_threshold_discard")
     assert (state(one, LIGHT), box.property("role")) == (RowState.READ, "muted")
     written(one)
-    assert state(one, "freefall_acceleration_g") is RowState.VERIFIED
-
-
-def test_an_emptied_field_waits_for_another_number(qtbot: QtBot, one: Desk) -> None:
-    box = one.find(QLineEdit, "attitude_threshold_wanted")
-    one.until(lambda: box.text() == "60")
-    box.setFocus()
-    box.selectAll()
-    qtbot.keyClick(box, Qt.Key.Key_Delete)
-    one.wait(1.0)
-    assert (box.text(), one.settings.write.isEnabled()) == ("", False)
-    qtbot.keyClicks(box, " 75")
-    assert box.text() == " 75"
-    assert one.settings.work.wanted == {TILT: 75}
+    assert state(one, TILT) is RowState.VERIFIED
 
 
 # The light and the baud rate
@@ -289,17 +276,7 @@ def test_the_baud_rate_needs_two_clicks_and_the_port_follows(qtbot: QtBot, one: 
     one.until(lambda: port.module.is_read)
     one.settings.refresh()
     assert one.find(QLabel, "baud_rate_stands").text() == "9600 baud"
-
-
-def test_a_question_about_the_baud_rate_ends_with_the_conversation(one: Desk) -> None:
-    pick(one, "baud_rate", 9600)
-    one.settings.refresh()
-    one.ask(one.settings.baud.confirm)
-    one.bench.restart()
-    one.until(lambda: one.assembly.ports.module.number > 1)
-    assert not one.settings.baud.confirm.is_asking
-    assert one.find(QComboBox, "baud_rate_wanted").currentIndex() == -1
-    assert not one.changes("baud_rate")
+    assert one.find(QComboBox, "baud_rate_wanted").currentIndex() == -1, "it is no edit of the next conversation"
 
 
 # Profiles
@@ -315,12 +292,8 @@ def tick(one: Desk, name: str) -> QCheckBox:
     return one.find(QCheckBox, f"profile_tick_{name}")
 
 
-def apply(one: Desk) -> None:
-    one.click("profile_apply")
-    one.until(lambda: not one.settings.work.job.is_running)
-
-
 def test_compare_tick_apply_verify(tmp_path: Path, one: Desk) -> None:
+    type_into(one, "light_threshold", "1.9")
     open_profile(one, tmp_path / "H6.toml")
     assert one.find(QLabel, "profile_title").text() == "Survey hexacopter"
     matches = {
@@ -334,11 +307,15 @@ def test_compare_tick_apply_verify(tmp_path: Path, one: Desk) -> None:
     assert [name for name in names if tick(one, name).isChecked()] == ["attitude_threshold", "attitude_trigger"]
     assert not tick(one, "baud_rate").isEnabled()  # it has its own place
     assert one.find(QPushButton, "profile_apply").text() == "Apply 2 ticked"
-    apply(one)
+    one.click(tick(one, "attitude_trigger"))
+    one.wait(1.0)
+    assert not tick(one, "attitude_trigger").isChecked()  # it stays as the person left it
+    one.click("profile_apply")
+    one.until(lambda: not one.settings.work.job.is_running)
     assert state(one, TILT) is RowState.VERIFIED
-    assert one.held("attitude_threshold") == 65
-    assert len(one.changes()) == 2
-    assert one.changes("baud_rate", "freefall_time") == []
+    assert (one.held("attitude_threshold"), one.held("light_threshold")) == (65, 1.8)
+    assert len(one.changes("attitude_threshold")) == len(one.changes()) == 1
+    assert one.settings.work.wanted == {LIGHT: 1.9}, "what was not shown stays an edit"
 
 
 def test_a_profile_that_was_opened_first_is_compared_with_the_module_that_answers(
@@ -360,18 +337,6 @@ def test_a_profile_that_was_opened_first_is_compared_with_the_module_that_answer
         one.bench.restart()
         one.until(lambda: one.settings.module is not module)
         assert one.settings.panel is None
-
-
-def test_only_what_is_ticked_is_applied(tmp_path: Path, one: Desk) -> None:
-    type_into(one, "light_threshold", "1.9")
-    open_profile(one, tmp_path / "H6.toml")
-    one.click(tick(one, "attitude_threshold"))
-    one.wait(1.0)
-    assert not tick(one, "attitude_threshold").isChecked()  # it stays as the person left it
-    apply(one)
-    assert (one.held("attitude_threshold"), one.held("light_threshold")) == (60, 1.8)
-    assert len(one.changes("attitude_trigger")) == len(one.changes()) == 1
-    assert one.settings.work.wanted == {LIGHT: 1.9}, "what was not shown stays an edit"
 
 
 def test_what_is_no_profile_is_refused_with_its_faults_and_replaces_nothing(tmp_path: Path, one: Desk) -> None:
@@ -402,44 +367,13 @@ def test_current_settings_are_saved_and_unknown_ones_are_named(tmp_path: Path, o
 # Sizes
 
 
-def resize(one: Desk) -> None:
-    one.assembly.window.resize(SMALL)
-    one.settings.refresh()
-    let_lay_out(one.assembly.window)
-
-
-@pytest.mark.parametrize("spoken", [CHINESE], indirect=True)
-def test_in_text_of_twice_the_size_the_main_button_stays_in_sight(
-    spoken: str, qtbot: QtBot, qapp: QApplication, tmp_path: Path
-) -> None:
-    Preferences(tmp_path / "window.ini").zoom_percent = 200
-    with desk(qtbot, qapp, tmp_path, "settings") as one:
-        page = one.settings
-
-        def are_in_sight(*buttons: QPushButton | None) -> bool:
-            resize(one)
-            areas = (one.assembly.window.area, page.scroll_area)
-            lies_sideways = any(area.horizontalScrollBar().maximum() for area in areas)
-            return not lies_sideways and all(is_in_sight(given(button)) for button in buttons)
-
-        assert are_in_sight(page.write)
-        type_into(one, "attitude_threshold", "40")
-        pick(one, FLAG, False)
-        written(one)
-        assert are_in_sight(page.strip.button("write_anyway"), page.write)
-        page.work.job.dismiss()
-        open_profile(one, tmp_path / "H6.toml")
-        assert are_in_sight(page.compare.apply)
-        page.on_escape()
-        page.measure.click()
-        assert are_in_sight(page.calibration.take)
-
-
 def test_editors_stay_where_they_are_whatever_the_rows_say(one: Desk) -> None:
     page = one.settings
 
     def places() -> list[QPoint]:
-        resize(one)
+        one.assembly.window.resize(1024, 600)
+        page.refresh()
+        let_lay_out(one.assembly.window)
         page.scroll_area.verticalScrollBar().setValue(0)
         return [row.editor.mapTo(page, QPoint()) for row in page.rows.values()]
 
