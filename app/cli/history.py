@@ -12,7 +12,7 @@ from msgspec import Meta
 
 from app.procedures.history import History
 from app.procedures.read import read_settings
-from app.store.fact_store import CLOSE_LIMIT_S, Facts
+from app.store.fact_store import Facts
 from app.system.files import write_whole
 from app.terminal import console
 from app.terminal.connection import connected
@@ -106,8 +106,8 @@ def run(args: argparse.Namespace) -> int:
                 )
 
             try:
-                visit = kept.store.write(keep).result(CLOSE_LIMIT_S)
-            except (UserError, TimeoutError):
+                visit = kept.store.write_in_time(keep)
+            except UserError:
                 console.notify(tr("Not kept."))  # why is said at the end
                 return console.PARTIAL
             if isinstance(visit, PossiblyOther):

@@ -29,7 +29,7 @@ from app.modules.labels import PAPERS
 from app.preflight.checks import Person
 from app.preflight.evidence import Evidence
 from app.procedures.write import WriteContext
-from app.store.fact_store import CLOSE_LIMIT_S, StoreError, StoreErrorKind
+from app.store.fact_store import StoreError
 from app.terminal import console
 from app.terminal.connection import LOST, connected
 from app.terminal.records import CommandStore, opened_store
@@ -159,11 +159,7 @@ def _take_each(bench: BatchRun, store: CommandStore, args: argparse.Namespace) -
             except Interrupted as ended:
                 evidence.note_error(ended)
             adapter = records.find_where().adapter
-            keeping = store.write(lambda facts: bench.keep(facts, name, evidence, done, adapter))
-            try:
-                why = keeping.result(CLOSE_LIMIT_S)
-            except TimeoutError:  # it may be kept later, which the same command again sees
-                raise StoreError(StoreErrorKind.FAILED, store.path) from None
+            why = store.write_in_time(lambda facts: bench.keep(facts, name, evidence, done, adapter))
             if why is None:
                 tell((f"{name}: {tr(READY)}", console.GOOD))
             else:

@@ -7,7 +7,6 @@ Used by the window and the command line. Where the store fails, the verdict and 
 import logging
 from collections import Counter
 from collections.abc import Iterable, Sequence
-from concurrent.futures import CancelledError
 from dataclasses import replace
 from datetime import UTC, datetime, timedelta
 from itertools import islice, pairwise
@@ -25,7 +24,7 @@ from app.preflight.verdict import Assessment, Verdict, assess, verdict_named
 from app.records.record import Record, SignedRecord, make_record, sign
 from app.settings.profiles import Profile
 from app.store.acts import Fired, all_fired, claim_fired, unnamed_fired
-from app.store.fact_store import CLOSE_LIMIT_S, Facts, Kept, Store, StoreError, StoreErrorKind
+from app.store.fact_store import Facts, Kept, Store, StoreError
 from app.store.rows import PreflightCheck
 from app.store.station import own_station
 from app.system.clock import age_days
@@ -93,11 +92,9 @@ def file_check(
     if store is None or trouble is not None or filed.signed is None:
         return filed._replace(trouble=trouble or filed.trouble)
     try:
-        store.write(lambda facts: keep_check(facts, filed)).result(CLOSE_LIMIT_S)
+        store.write_in_time(lambda facts: keep_check(facts, filed))
     except StoreError as error:
         return filed._replace(trouble=error)
-    except (CancelledError, TimeoutError) as error:  # the store was closed meanwhile, or the disk does not answer
-        return filed._replace(trouble=StoreError(StoreErrorKind.FAILED, store.path, repr(error)))
     return filed
 
 

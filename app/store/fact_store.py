@@ -22,7 +22,7 @@ import shutil
 import sqlite3
 import threading
 from collections.abc import Callable, Iterator
-from concurrent.futures import Future
+from concurrent.futures import CancelledError, Future
 from contextlib import closing, suppress
 from datetime import UTC, datetime, timedelta
 from enum import Enum
@@ -428,6 +428,15 @@ class Store:
             else:
                 self._work.put((work, future))
         return future
+
+    def write_in_time(self, work: Callable[[Facts], Result]) -> Result:
+        """Write, and wait for it within a limit, after which it is taken back. Raises `StoreError`."""
+        writing = self.write(work)
+        try:
+            return writing.result(CLOSE_LIMIT_S)
+        except (CancelledError, TimeoutError) as error:  # it was closed meanwhile, or the disk does not answer
+            writing.cancel()
+            raise StoreError(StoreErrorKind.FAILED, self.path, repr(error)) from error
 
     def read(self, work: Callable[[Facts], Result]) -> Result:
         """Read in this thread. It waits for the opening, so not in the window's thread before that. Raises

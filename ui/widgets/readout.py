@@ -207,8 +207,8 @@ class StateChip(Spoken, QFrame):
         stale_age: str = "",
         detail: str = "",
     ) -> None:
-        """`stale_age` marks a stale state, which with `keeps_colour` keeps the colour of its meaning. `detail` is only
-        for the tooltip and screen readers."""
+        """`stale_age` marks a stale state, which keeps the colour of attention or danger. `detail` is only for the
+        tooltip and screen readers."""
         new = (word, icon, meaning, below, stale_age, detail)
         if new == self._shown:
             return

@@ -401,7 +401,7 @@ def leave_focus(widget: QWidget) -> None:
 
 
 class FocusBack(QObject):
-    """It brings the focus back of a part of a window that comes and goes: it remembers where the focus was before it
+    """It brings the focus back from a part of a window that comes and goes: it remembers where the focus was before it
     came into `part`."""
 
     def __init__(self, part: QWidget) -> None:

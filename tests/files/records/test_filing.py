@@ -1,6 +1,7 @@
 """Records are kept, also by several processes and after a kill."""
 
 import sys
+import threading
 from collections.abc import Iterator
 from contextlib import closing
 from datetime import UTC, datetime, timedelta
@@ -24,6 +25,7 @@ from app.store.rows import Judgement, ModuleVisited, PreflightCheck
 from app.store.station import KEY_FILE
 from app.text.messages import UserError
 from app.trigger_records.history import KeptTriggers, TriggersReading, Visit, file_triggers, record_of
+from tests.support.patience import PATIENCE_S
 from tests.support.processes import running
 from tests.support.records.preflight_rig import FAULTS, Fault, check
 from tests.support.records.stored import checks_of, open_store, remembered_in
@@ -85,6 +87,17 @@ def test_two_programs_that_file_at_once_lose_nothing(tmp_path: Path) -> None:
         kept = [check.content.document for check in store.read(lambda facts: facts.of_module(PreflightCheck, "M-07"))]
     assert set(map(state_of, kept)) == {RecordState.INTACT}
     assert len(kept) >= len([line for line in told if line.endswith("\n")]) >= 9
+
+
+def test_what_is_called_not_kept_is_not_kept_later(store: Store, monkeypatch: pytest.MonkeyPatch) -> None:
+    """The disk answers again after the limit."""
+    monkeypatch.setattr("app.store.fact_store.CLOSE_LIMIT_S", 0.1)
+    goes_on = threading.Event()
+    store.write(lambda _facts: goes_on.wait(PATIENCE_S))
+    filed = file_one(store, "M-07")
+    goes_on.set()
+    assert filed.trouble is not None
+    assert checks_of(store, "M-07") == ()
 
 
 def test_a_record_that_could_not_be_kept_is_still_signed(store: Store, monkeypatch: pytest.MonkeyPatch) -> None:
