@@ -13,6 +13,7 @@ import tempfile
 import threading
 import time
 from collections import Counter
+from logging.handlers import BufferingHandler
 from pathlib import Path
 from typing import Final
 
@@ -126,19 +127,9 @@ class Soak:
             self.complaints.append("memory grows")
 
 
-class Mistakes(logging.Handler):
-    """Collects errors in the log, where the program writes also what nobody caught."""
-
-    def __init__(self) -> None:
-        super().__init__(logging.ERROR)
-        self.texts: list[str] = []
-
-    def emit(self, record: logging.LogRecord) -> None:
-        self.texts.append(f"{record.name}: {record.getMessage()}")
-
-
 def soak(seconds: float, seed: int) -> list[str]:
-    before, mistakes = set(threading.enumerate()), Mistakes()
+    before, mistakes = set(threading.enumerate()), BufferingHandler(sys.maxsize)
+    mistakes.setLevel(logging.ERROR)  # the program writes there also what nobody caught
     logging.getLogger().addHandler(mistakes)
     with tempfile.TemporaryDirectory() as folder:
         link = Path(folder) / "module"
@@ -153,4 +144,5 @@ def soak(seconds: float, seed: int) -> list[str]:
             soaked = Soak(assembly, module, link, seed)
             soaked.run(seconds)
     left = [thread.name for thread in set(threading.enumerate()) - before]
-    return [*soaked.complaints, *mistakes.texts, *(f"a thread stayed: {name}" for name in left)]
+    texts = [f"{record.name}: {record.getMessage()}" for record in mistakes.buffer]
+    return [*soaked.complaints, *texts, *(f"a thread stayed: {name}" for name in left)]

@@ -1,8 +1,6 @@
 """`dps-s preflight` and `dps-s verify`, as the contract says, on the simulated module."""
 
 import json
-import os
-import signal
 import sys
 from collections.abc import Callable, Iterator
 from contextlib import closing
@@ -10,13 +8,11 @@ from pathlib import Path
 
 import pytest
 
-import app.__main__ as program
 from app.preflight.checks import CHECKS
 from app.safety.journal import Act, Outcome
 from app.simulator.bench import SimulatedBench
 from app.store.acts import unnamed_fired
 from app.store.fact_store import Store
-from app.store.rows import PreflightCheck
 from protocol.catalogue import ACTIVATION, Request
 from tests.files.records.test_record import signed_record
 from tests.support.cli_line import Program, bench_of, faults, sets
@@ -135,20 +131,6 @@ def test_a_report_that_cannot_be_written_is_said(
     assert "READY: activate" in printed.out
 
 
-def test_ctrl_c_while_qt_prints_does_not_end_the_process(
-    port: str, dps_s: Program, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    """An exception in the middle of it would abort it."""
-
-    def interrupted(*_: object) -> bytes:
-        signal.raise_signal(signal.SIGINT)
-        return b"%PDF"
-
-    monkeypatch.setattr("ui.files.report_printer.print_pages", interrupted)
-    dps_s(["preflight", "--port", port, "--report", str(tmp_path / "r.pdf")], 1)
-    assert (tmp_path / "r.pdf").read_bytes() == b"%PDF"
-
-
 @pytest.mark.skipif(sys.platform == "win32", reason="pseudo-terminals are POSIX")
 def test_the_installed_program_prints_without_a_screen(tmp_path: Path, user_files: Path) -> None:
     """A process of its own, a pseudo-terminal, no display: the whole way, at its own pace."""
@@ -185,21 +167,6 @@ def test_several_ports_are_checked_one_after_the_other(port: str, dps_s: Program
     assert f"No module answers on {ports[2]}" in printed.err
     dps_s([*words, "--port", ports[0], "--port", ports[2]], 3)
     dps_s([*words, "--port", ports[0], "--port", ports[1], "--report", "set.pdf"], 2)
-
-
-@pytest.mark.usefixtures("qapp")
-def test_where_nobody_reads_it_is_kept_and_reported(
-    port: str, kept: Store, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    """As `dps-s preflight … --report FILE.pdf | head -0`."""
-    reading, writing = os.pipe()
-    os.close(reading)
-    with open(writing, "w", encoding="utf-8") as out:  # noqa: PTH123
-        monkeypatch.setattr(sys, "stdout", out)
-        assert program.main(["preflight", "--port", port, "--report", str(tmp_path / "r.pdf")]) == 4
-        monkeypatch.undo()
-    assert len(kept.read(lambda facts: facts.of_kind(PreflightCheck))) == 1
-    assert (tmp_path / "r.pdf").exists()
 
 
 # READY and GO, only in the connection in which the triggers were enabled
@@ -259,11 +226,3 @@ def test_what_happens_at_the_activation_is_no_go_and_it_is_sent_once(
     at_each_frame(bench, happen)
     assert dps_s([*ACTIVATE, "--port", port], 1).out.startswith("NO-GO")
     assert wire.count(ACTIVATION.set(True).encode()) == 1
-
-
-def test_an_audit_log_that_is_not_written_in_time_is_said(
-    port: str, dps_s: Program, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    close = Store.close
-    monkeypatch.setattr(Store, "close", lambda store, *limit: not close(store, *limit))
-    assert "The audit log is incomplete." in dps_s([*ACTIVATE, "--port", port]).err

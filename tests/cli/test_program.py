@@ -4,11 +4,11 @@ import argparse
 import errno
 import json
 import os
-import re
 import signal
 import sys
 import threading
 from collections.abc import Iterable
+from contextlib import closing
 from datetime import UTC, datetime
 from pathlib import Path
 from types import SimpleNamespace
@@ -23,24 +23,22 @@ from app.engine.ports import NOT_LISTED, PortInfo
 from app.engine.procedure import Inspect, Procedure
 from app.engine.transport import PortError, PortErrorKind, open_line
 from app.procedures.history import History
-from app.settings.profiles import ProfileRefused, parse_profile
+from app.store.rows import PreflightCheck
 from app.system.files import write_whole
 from app.terminal import connection, console
 from app.terminal import records as command_journal
 from app.terminal.records import CommandStore
-from app.text.i18n import read_translations
 from app.text.messages import visible, visible_json
 from protocol.messages import Noise
 from protocol.stream import StreamParser
 from tests.support.cli_line import Program, faults
 from tests.support.processes import PROGRAM, ROOT, ran
-from tests.support.setup_files import tool
+from tests.support.records.stored import open_store
 from ui.files.file_dialogs import default_name
 
 pytest_plugins = ["tests.support.cli_fixtures"]
 pytestmark = pytest.mark.usefixtures("speaks_english", "user_files")
 ESCAPE = "\x1b]0;owned\x07\x9b31m\u202e\u2066"
-HUGE = ("1" + "0" * 4000, "0x" + "F" * 6000)
 
 
 # Words
@@ -221,19 +219,22 @@ def test_an_error_of_our_own_is_one_calm_line(dps_s: Program, monkeypatch: pytes
     assert printed.err.count("\n") == 1
 
 
-@pytest.mark.usefixtures("no_waiting")
-@pytest.mark.parametrize("words", [["preflight", "--json"], ["-v", "lock"], ["diff", "p.toml"], ["read"]])
-def test_a_reader_that_ended_takes_no_answer_for_yes(
-    words: list[str], port: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+@pytest.mark.usefixtures("no_waiting", "qapp")
+@pytest.mark.parametrize("words", ["preflight --report r.pdf", "preflight --json", "-v lock", "diff p.toml", "read"])
+def test_a_reader_that_ended_takes_no_answer_for_yes_and_a_check_is_kept(
+    words: str, port: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
+    """As `dps-s preflight … | head -0`."""
     monkeypatch.chdir(tmp_path)
     (tmp_path / "p.toml").write_text("[settings]\nfreefall_time_s = 1.9\n", encoding="utf-8")
     reading, writing = os.pipe()
     os.close(reading)
-    with open(writing, "w", encoding="utf-8") as out:  # noqa: PTH123
-        monkeypatch.setattr(sys, "stdout", out)
-        assert program.main([*words, "--port", port]) == 4
-        monkeypatch.undo()
+    with open(writing, "w", encoding="utf-8") as out, monkeypatch.context() as patch:  # noqa: PTH123
+        patch.setattr(sys, "stdout", out)
+        assert program.main([*words.split(), "--port", port]) == 4
+    with closing(open_store()) as store:
+        assert len(store.read(lambda facts: facts.of_kind(PreflightCheck))) == words.startswith("preflight")
+    assert (tmp_path / "r.pdf").exists() is ("--report" in words)
 
 
 def test_records_that_never_agree_are_said_to_be_uncertain(
@@ -332,24 +333,6 @@ def test_the_name_of_an_adapter_cannot_control_the_terminal(dps_s: Program, monk
         assert dps_s(words).out.replace("\n", "").isprintable()
 
 
-HAN = r"[一-鿿]"
-# A half-width mark beside a Chinese character, or a space behind a full-width one; two spaces part columns.
-HALF_WIDTH = re.compile(
-    rf"{HAN}[,;:!?]|{HAN} ?\(|\({HAN}|{HAN}\)|[,;!?]{HAN}|[。，；：！？、] (?=[^\s→])|{HAN}\.(?:\s|$)",
-    re.MULTILINE,
-)
-
-
-def half_width(text: str) -> list[str]:
-    return [text[max(0, found.start() - 12) : found.end() + 12] for found in HALF_WIDTH.finditer(text)]
-
-
-def test_no_translation_has_half_width_punctuation() -> None:
-    texts = read_translations(tool("docs/generate", "translations").TS)
-    places = {chinese: re.sub(r" \(\*[^)]*\)|\(&[A-Z]\)|主机:端口", "", chinese) for chinese in texts.values()}
-    assert {chinese: half_width(text) for chinese, text in places.items() if half_width(text)} == {}
-
-
 # Signals
 
 
@@ -424,15 +407,6 @@ def test_a_name_of_82_chinese_characters_fits(tmp_path: Path) -> None:
     assert [one.name for one in tmp_path.iterdir()] == [path.name]
     suggested = default_name("𠀀" * 300, ".mcap", datetime(2026, 1, 2, tzinfo=UTC))
     write_whole(tmp_path / suggested, b"whole")
-
-
-@pytest.mark.parametrize("number", HUGE, ids=["decimal", "hexadecimal"])
-@pytest.mark.parametrize("line", ["[limits]\ntilt_max_deg = {}", "[settings]\nattitude_trigger = {}", "format = {}"])
-@pytest.mark.promise("g")
-def test_a_number_of_thousands_of_digits_is_refused_in_a_short_sentence(line: str, number: str) -> None:
-    with pytest.raises(ProfileRefused) as refused:
-        parse_profile(line.format(number).encode())
-    assert len(refused.value.sentence) < 200
 
 
 def test_any_count_of_consecutive_headers_is_one_rejection() -> None:

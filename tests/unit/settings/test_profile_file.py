@@ -119,7 +119,10 @@ def test_its_texts_show_what_they_are() -> None:
 @pytest.mark.parametrize("data", [
     b"#" * (profile_file.LARGEST_BYTES + 1), b"\xff\xfe" + WHOLE.encode("utf-16-le"), b"a=" + b"[" * 120_000,
     b"a" + b" " * 120_000, b"=\n" * 60_000, ("'" + "\u202e" * 100 + "' = 1").encode(),
-], ids=["large", "UTF-16", "nested", "key", "errors", "turned"])  # fmt: skip
+    b"format = 1" + b"0" * 4000, b"[limits]\ntilt_max_deg = 0x" + b"F" * 6000,
+    b"[settings]\nattitude_trigger = 1" + b"0" * 4000,
+], ids=["large", "UTF-16", "nested", "key", "errors", "turned", "format", "limit", "switch"])  # fmt: skip
+@pytest.mark.promise("g")
 def test_hostile_files_are_refused_soon_with_short_printable_errors(data: bytes) -> None:
     with pytest.raises(ProfileRefused) as refused:
         parse_profile(data)
