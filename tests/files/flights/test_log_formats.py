@@ -131,18 +131,22 @@ def test_a_folder_gives_its_logs_and_recordings(tmp_path: Path) -> None:
 TIMES = np.arange(0, 200, 0.02)
 LEVEL = np.full(len(TIMES), 5.0)
 REST = np.ones(len(TIMES))
+WHOLE, EVEN = Channel(TIMES, REST), Channel(TIMES, LEVEL)
 
 
 def falls(begin_s: float, end_s: float, force_g: float = 0.1) -> Channel:
     return Channel(TIMES, np.where((begin_s <= TIMES) & (end_s > TIMES), force_g, 1.0))
 
 
-def raw_log(*forces: Channel, tilt: Channel | None = None) -> RawLog:
-    tilts = [Channel(TIMES, LEVEL) if tilt is None else tilt]
-    return RawLog(name="x", tilts_deg=tilts, forces_g=list(forces) or [Channel(TIMES, REST)])
+def where(is_logged: np.ndarray, channel: Channel = WHOLE) -> Channel:
+    return Channel(channel.time_s[is_logged], channel.values[is_logged])
 
 
-def log_of(*forces: Channel, tilt: Channel | None = None) -> FlightLog:
+def raw_log(*forces: Channel, tilt: Channel = EVEN) -> RawLog:
+    return RawLog(name="x", tilts_deg=[tilt], forces_g=list(forces) or [WHOLE])
+
+
+def log_of(*forces: Channel, tilt: Channel = EVEN) -> FlightLog:
     return assembled(raw_log(*forces, tilt=tilt))
 
 
@@ -180,7 +184,7 @@ def test_a_wrong_scale_is_not_judged_and_the_plausible_sensor_is_used(scale: flo
 @pytest.mark.promise("g")
 def test_two_sensors_that_disagree_on_a_fall_are_not_judged() -> None:
     fall = falls(50, 54)
-    log = log_of(fall, Channel(TIMES, REST))
+    log = log_of(fall, WHOLE)
     assert first_fire(log) is None
     assert 3 < log.not_judged_s < 6
     assert "Acceleration sensors differ by over 0.3 g" in problems(log)[0]
@@ -191,8 +195,7 @@ def test_two_sensors_that_disagree_on_a_fall_are_not_judged() -> None:
 def test_no_sample_holds_over_a_pause() -> None:
     """The log pauses in one fall and continues in another."""
     is_logged = (TIMES < 51) | (TIMES >= 53)
-    force = Channel(TIMES[is_logged], falls(50, 54).values[is_logged])
-    log = log_of(force, tilt=Channel(TIMES[is_logged], LEVEL[is_logged]))
+    log = log_of(where(is_logged, falls(50, 54)), tilt=where(is_logged, EVEN))
     assert first_fire(log) is None
     assert log.not_judged_s == pytest.approx(2.0, abs=0.05)
     assert problems(log) == ["Pauses: 1, 2.0 s in all, at most 2.0 s."]
@@ -289,8 +292,7 @@ def test_two_sensors_and_arming_of_a_dataflash_log_and_of_a_ulog(tmp_path: Path)
 
 def test_a_log_that_pauses_while_it_is_disarmed_is_judged_for_its_flights() -> None:
     is_logged = (TIMES < 60) | (TIMES >= 120)
-    kept = Channel(TIMES[is_logged], REST[is_logged])
-    raw = raw_log(kept, tilt=Channel(TIMES[is_logged], LEVEL[is_logged]))
+    raw = raw_log(where(is_logged), tilt=where(is_logged, EVEN))
     assert not is_enough_of(assembled(raw))
     raw.armed = [Channel(np.array([0.0, 59.9, 120.0]), np.array([1.0, 0.0, 1.0]))]
     log = assembled(raw)
@@ -300,23 +302,24 @@ def test_a_log_that_pauses_while_it_is_disarmed_is_judged_for_its_flights() -> N
     assert not is_enough_of(assembled(raw))
 
 
-@pytest.mark.parametrize(("gap_s", "is_enough"), [(0.2, True), (0.25, False)])
-def test_a_pause_of_the_attitude_that_may_hide_a_tilt(gap_s: float, is_enough: bool) -> None:
-    is_logged = (TIMES <= 60) | (60 + gap_s - 0.001 <= TIMES)
-    assert is_enough_of(log_of(tilt=Channel(TIMES[is_logged], LEVEL[is_logged]))) is is_enough
+def paused(channel: Channel, for_s: float) -> Channel:
+    """Nothing is logged for so long after 60 s."""
+    return where((channel.time_s <= 60) | (60 + for_s - 0.001 <= channel.time_s), channel)
 
 
-@pytest.mark.parametrize(("gap_s", "falls_s", "is_enough"), [
-    (1.4, 0.0, True), (1.6, 0.0, False), (0.8, 0.5, True), (0.8, 0.8, False),
+@pytest.mark.parametrize(("force", "tilt", "is_enough"), [
+    (WHOLE, paused(EVEN, 0.2), True), (WHOLE, paused(EVEN, 0.25), False),
+    (paused(WHOLE, 1.4), EVEN, True), (paused(WHOLE, 1.6), EVEN, False),
+    # Together with the fall that is known beside it.
+    (paused(falls(59.5, 60.01), 0.8), EVEN, True), (paused(falls(59.2, 60.01), 0.8), EVEN, False),
+    # Of a tenth that is missing nothing is said.
+    (where(TIMES % 10 >= 0.8), EVEN, True), (where(TIMES % 10 >= 1.2), EVEN, False),
 ])  # fmt: skip
-def test_a_pause_of_the_acceleration_that_may_hide_a_fall(gap_s: float, falls_s: float, is_enough: bool) -> None:
-    """Together with the fall that is known beside it."""
-    force = np.where((60 - falls_s < TIMES) & (TIMES <= 60), 0.1, 1.0)
-    is_logged = (TIMES <= 60) | (60 + gap_s <= TIMES)
-    log = log_of(Channel(TIMES[is_logged], force[is_logged]))
+def test_a_pause_that_may_hide_a_tilt_or_a_fall(force: Channel, tilt: Channel, is_enough: bool) -> None:
+    log = log_of(force, tilt=tilt)
     assert not fires(log)
     assert is_enough_of(log) is is_enough
-    assert is_enough_of(log, TriggerLimits(freefall_is_enabled=False))
+    assert is_enough_of(log, TriggerLimits(freefall_is_enabled=force is WHOLE, attitude_is_enabled=tilt is EVEN))
 
 
 def test_both_ends_of_a_log_are_part_of_it() -> None:
@@ -324,10 +327,3 @@ def test_both_ends_of_a_log_are_part_of_it() -> None:
     log = log_of(Channel(TIMES[:-500], REST[:-500]), tilt=Channel(TIMES[1000:], LEVEL[1000:]))
     assert log.not_judged_s == pytest.approx(30.0, abs=0.05)
     assert not is_enough_of(log)
-
-
-def test_of_a_tenth_that_is_missing_nothing_is_said() -> None:
-    for share, is_enough in ((0.08, True), (0.12, False)):
-        is_logged = 10 * share <= TIMES % 10
-        force = Channel(TIMES[is_logged], REST[is_logged])
-        assert is_enough_of(log_of(force), TriggerLimits(attitude_is_enabled=False)) is is_enough
