@@ -28,6 +28,7 @@ from app.safety.left_active import FiringDoubt
 from app.safety.permit import Origin, Permit
 from app.system.clock import steady_time
 from app.text.messages import UserMessage, message
+from protocol.events import EndReason
 from protocol.translatable import marked
 from ui.core.bridge import Bridge
 from ui.core.port_watcher import PortWatcher
@@ -348,7 +349,8 @@ class Port(QObject):
         if view.ended is not None and was_going:
             _log.info("Conversation %d ended: %s", view.number, view.ended.reason.value)
             self.firing_doubt.note_ended(view, was_active=self.now_s - self._active_at < RESTART_TOLD_S)
-            self.last_name = module.name or self.last_name
+            if view.ended.reason is not EndReason.ANOTHER:  # a person has said that it is not the one of this name
+                self.last_name = module.name or self.last_name
             if module.end is not None:
                 self.interruptions.note(module.end.reason, reason_message(module.end.reason, module.end.contradiction))
             if module.was_triggered:

@@ -242,6 +242,7 @@ def test_an_error_anywhere_in_the_window_locks(bench: Hand, qtbot: QtBot) -> Non
     assert "program error" in bench.guided.verdict.text()
 
 
+@pytest.mark.promise("l")
 def test_that_the_module_reports_locked_is_not_said_while_it_is_silent(bench: Hand) -> None:
     activated(bench)
     bench.guided.work.cancel()

@@ -187,6 +187,7 @@ def test_another_module_under_the_same_name_is_not_mixed_in(qtbot: QtBot, qapp: 
         choose(bench, "another_module")
         bench.until(lambda: bench.assembly.ports.module.number > number and bench.assembly.ports.module.is_read)
         assert bench.assembly.ports.module.name == ""
+        assert bench.assembly.window.notice_bar.button("name_same") is None, "a person has just said that it is not"
         name_kept(bench, "M-07")
         read(bench)
         choose(bench, "same_module")
