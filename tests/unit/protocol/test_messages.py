@@ -308,6 +308,10 @@ def test_rejected_bytes_carry_their_reason(hex_text: str, reason: Reason) -> Non
     assert (noise.raw, noise.reason, noise.offset) == (raw, reason, 0)
 
 
+def test_a_record_with_another_control_byte_is_rejected() -> None:
+    assert check_module(encode_long(RECORD_CODE, b"\2" + bytes(11))) is Reason.CONTROL
+
+
 @pytest.mark.parametrize(("asked", "most_cuts"), [(None, 15 if IS_THOROUGH else 4), (RECORDS, 4), (STATUS, 4)])
 @pytest.mark.parametrize("following", [b"", STREAMED * 2], ids=["alone", "followed"])
 def test_e03_a_record_that_begins_like_a_voltage_is_a_record_in_every_chunking(
