@@ -225,7 +225,6 @@ def test_other_trigger_records_are_told_beside_the_boot_count() -> None:
     past = Past(module="M-07", remembered=Remembered("M-07", boot_count=7), do_records_follow=False)
     found = finding("boot_count", past=past, values={"boot_count": 8})
     assert (found.result, found.shown.in_english()) == (FAIL, "8: other trigger records, another module?")
-    assert finding("boot_count", values={"boot_count": 8}).result is WARN, "without a name"
 
 
 def record() -> TriggerRecord:

@@ -106,8 +106,8 @@ class Bench:
     def _deliver(self) -> None:
         """What the link has written reaches the module."""
         sent = self.taken(Sent)
-        is_new = [one is self._delivered for one in sent].index(True) + 1 if self._delivered in sent else 0
-        for one in sent[is_new:]:
+        delivered = [number for number, one in enumerate(sent, start=1) if one is self._delivered]
+        for one in sent[max(delivered, default=0) :]:
             answer = self.answers.get(one.raw)
             if answer is not None and self.is_there:
                 self._due.append((self.now + self.reply_s, answer))
