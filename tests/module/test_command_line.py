@@ -1,8 +1,5 @@
 """The command line at independent modules: what the module itself holds and heard is compared with what is said."""
 
-import json
-import subprocess
-import sys
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -13,50 +10,12 @@ from app.integration import opened
 from tests.hardware import test_read_only, test_writing
 from tests.hardware.conftest import Ran as HardwareRan
 from tests.hardware.conftest import Run
-from tests.module.module import (
-    ACTIVATION,
-    ACTIVE,
-    ATTITUDE,
-    ATTITUDE_OFF,
-    BY_ATTITUDE,
-    FREEFALL_OFF,
-    OUTPUT,
-    TIME,
-    TRIGGERED,
-)
+from tests.module.module import ACTIVATION, ACTIVE, ATTITUDE, ATTITUDE_OFF, FREEFALL_OFF, TIME, TRIGGERED
 from tests.module.options import Options
-from tests.support.processes import ROOT
 from tests.support.virtual_cli import PORT, VirtualCli
 
 CHECK = ("preflight", "--enable-triggers", "--records-reviewed", "--json")
 TWO = "Two modules on this line?"
-
-
-def test_its_baud_rate_is_found() -> None:
-    """At another rate each hears garbage."""
-    cli = VirtualCli()
-    cli.module.rate = 9600
-    assert cli.run("read", "--json").returncode == 3
-    assert cli.module.log.got() == []
-    assert cli.run("find", "--json").said["baud_rate"] == 9600
-
-
-def test_its_trigger_records_are_read() -> None:
-    cli = VirtualCli()
-    cli.module.trigger(cli.clock() + 108, BY_ATTITUDE)
-    ran = cli.run("history", "--json")
-    assert ran.returncode == 0, ran.stderr
-    assert [record["sources"] for record in ran.said["records"]] == [["attitude"]]
-    assert ran.said["empty_slots"] == 8
-
-
-def test_it_streams_while_it_is_watched() -> None:
-    cli = VirtualCli()
-    cli.module.readings.tilt_deg = 12
-    ran = cli.run("monitor", "--seconds", "3", "--json")
-    assert ran.returncode == 0, ran.stderr
-    assert {json.loads(row)["tilt_deg"] for row in ran.stdout.splitlines()} == {12}
-    assert [entry.value for entry in cli.module.log.sets(OUTPUT)][-2:] == [1, 0]
 
 
 # A module that lies or loses is never called READY, verified or locked
@@ -81,12 +40,6 @@ def test_a_module_that_lies_is_not_ready(options: dict[str, Any], more: tuple[st
     cli.module.settings |= {ATTITUDE_OFF: 1, FREEFALL_OFF: 1}
     ran = cli.run(*CHECK, *more)
     assert (ran.said["verdict"], ran.returncode) == ("NO-GO", 1), ran.stderr
-
-
-def test_a_setting_that_reverts_by_itself_is_not_verified() -> None:
-    ran = VirtualCli(Options(reverts={TIME: (0.8, None)})).run("set", "freefall_time_s=0.90", "--json")
-    assert ran.returncode == 1
-    assert ran.said["results"]["freefall_time_s"]["verified"] is False
 
 
 @pytest.mark.parametrize("seed", range(6))
@@ -134,12 +87,6 @@ def test_of_two_modules_none_becomes_active() -> None:
     written = cli.run("set", "freefall_time_s=1.2", "--json")
     assert written.returncode in (1, 3)
     assert written.said["results"]["freefall_time_s"]["verified"] is not True
-
-
-def test_of_two_equal_modules_a_set_is_not_done_without_a_word() -> None:
-    written = VirtualCli(Options(), Options(delay_s=0.002)).run("set", "freefall_time_s=1.2")
-    assert written.returncode != 0
-    assert TWO in written.stderr
 
 
 @pytest.mark.parametrize(("code", "key"), [(ACTIVE, "active"), (TRIGGERED, "triggered")])
@@ -240,15 +187,3 @@ def test_the_hardware_tests_pass_at_a_module_that_keeps_to_the_table_and_change_
     for test in (*tests, test_writing.test_it_locks):
         test(run)
     assert cli.module.settings == before
-
-
-def test_a_module_that_keeps_nothing_is_noticed_by_them() -> None:
-    run = hardware_run(VirtualCli(Options(ignored_sets={ATTITUDE: -1})))
-    with pytest.raises(AssertionError):
-        test_writing.test_a_setting_is_written_and_set_back("attitude_threshold_deg", run)
-
-
-def test_without_a_port_they_are_skipped() -> None:
-    command = [sys.executable, "-m", "pytest", "-q", "-n", "0", "-p", "no:cacheprovider", "tests/hardware"]
-    ran = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, check=False)
-    assert "10 skipped" in ran.stdout, ran.stdout

@@ -365,22 +365,6 @@ def test_a_module_that_was_switched_off_says_nothing_of_another_port(desk: Desk)
     assert port.state.phase is Phase.SILENT
 
 
-def test_a_module_that_is_not_shown_stays_named_beside_lock_when_it_falls_silent_after_it_fired(desk: Desk) -> None:
-    ports = desk.assembly.ports
-    others = desk.assembly.window.top_bar.lock_others
-    ports.module.name_it("M-01")
-    desk.devices[OTHER_PORT] = (Module(now=desk.clock()),)
-    port = desk.add_port()
-    port.connect_to(Target(OTHER_PORT, 115200))
-    ports.choose(port)
-    desk.module.trigger(desk.clock(), BY_PWM)
-    desk.until(lambda: others.text() == "LOCK M-01")
-    desk.module.be_silent(desk.clock(), 1000)
-    desk.until(lambda: not ports.all[0].module.is_going)
-    assert others.isVisible()
-    assert others.text() == "LOCK M-01"
-
-
 def test_on_the_way_through_everything_that_happens_to_a_module(desk: Desk) -> None:
     """Each on another page, and then the top bar agrees with all of them."""
     desk.check()

@@ -20,71 +20,46 @@ SET = BY_NAME["freefall_time"].set(1.2)
 ACTIVATE = ACTIVATION.set(True)
 
 
-def silent(rig: Rig) -> None:
-    rig.silence(0.6)
+def other_rate() -> Procedure[None]:
+    yield UseRate(9600)
+    yield UseRate(115200)
 
 
-def restarted(rig: Rig) -> None:
-    rig.bench.restart()
-    rig.step_for(0.5)
+def leap(rig: Rig, seconds: float) -> None:
+    """The computer slept, or this program stood still."""
+    rig.clock.now_s += seconds
+    rig.step_for(0.1)
 
 
-def silently_restarted(rig: Rig) -> None:
-    restart_silently(rig.bench, rig.clock())
-    rig.step_for(1.5)
-
-
-def contradicted(rig: Rig) -> None:
+def contradict(rig: Rig) -> None:
     rig.bench.module.memory.boot_count -= 10
     rig.step_for(1.5)
 
 
-def slept(rig: Rig) -> None:
-    rig.clock.now_s += 60.0
-    rig.step_for(0.1)
-
-
-def stood_still(rig: Rig) -> None:
-    rig.clock.now_s += 1.2
-    rig.step_for(0.1)
-
-
-def said(rig: Rig) -> None:
-    rig.session.treat_as_another()
-    rig.step_for(0.1)
-
-
-def lost(rig: Rig) -> None:
-    rig.session.close(EndReason.PORT_LOST)
-
-
-def closed(rig: Rig) -> None:
-    rig.session.close(EndReason.CLOSED)
-
-
-def at_another_rate(rig: Rig) -> None:
-    def other() -> Procedure[None]:
-        yield UseRate(9600)
-        yield UseRate(115200)
-
-    rig.end(rig.job(other(), is_urgent=True, outlives=True))
-    rig.step_for(0.1)
-
-
-ENDS: list[tuple[Callable[[Rig], None], EndReason]] = [
-    (silent, EndReason.SILENT),
-    (restarted, EndReason.RESTARTED),
-    (silently_restarted, EndReason.RESTARTED),
-    (contradicted, EndReason.CONTRADICTED),
-    (slept, EndReason.SLEPT),
-    (stood_still, EndReason.SILENT),
-    (said, EndReason.ANOTHER),
-    (lost, EndReason.PORT_LOST),
-    (closed, EndReason.CLOSED),
-    (at_another_rate, EndReason.RATE_CHANGED),
-]
-on_the_port = pytest.mark.parametrize(("end", "reason"), [one for one in ENDS if one[0] not in (lost, closed)])
-whatever_ends_it = pytest.mark.parametrize("end", [end for end, _ in ENDS if end not in (lost, closed)])
+End = Callable[[Rig], object]
+ON_THE_PORT: dict[str, tuple[End, EndReason]] = {
+    "silent": (lambda rig: rig.silence(0.6), EndReason.SILENT),
+    "restarted": (lambda rig: (rig.bench.restart(), rig.step_for(0.5)), EndReason.RESTARTED),
+    "silently restarted": (
+        lambda rig: (restart_silently(rig.bench, rig.clock()), rig.step_for(1.5)),
+        EndReason.RESTARTED,
+    ),
+    "contradicted": (contradict, EndReason.CONTRADICTED),
+    "slept": (lambda rig: leap(rig, 60.0), EndReason.SLEPT),
+    "stood still": (lambda rig: leap(rig, 1.2), EndReason.SILENT),
+    "said by a person": (lambda rig: rig.session.treat_as_another(), EndReason.ANOTHER),
+    "at another rate": (
+        lambda rig: rig.end(rig.job(other_rate(), is_urgent=True, outlives=True)),
+        EndReason.RATE_CHANGED,
+    ),
+}
+OF_THE_PORT: dict[str, End] = {
+    "lost": lambda rig: rig.session.close(EndReason.PORT_LOST),
+    "closed": lambda rig: rig.session.close(EndReason.CLOSED),
+}
+on_the_port = pytest.mark.parametrize(("end", "reason"), ON_THE_PORT.values(), ids=ON_THE_PORT)
+whatever_ends_it = pytest.mark.parametrize("end", [end for end, _ in ON_THE_PORT.values()], ids=ON_THE_PORT)
+ENDS = {how: end for how, (end, _) in ON_THE_PORT.items()} | OF_THE_PORT
 
 
 def rest() -> Procedure[None]:
@@ -108,7 +83,7 @@ def sent_since(rig: Rig, count: int) -> list[Request]:
 
 @whatever_ends_it
 @pytest.mark.promise("f")
-def test_the_next_one_begins_by_itself_with_nothing_known(end: Callable[[Rig], None]) -> None:
+def test_the_next_one_begins_by_itself_with_nothing_known(end: End) -> None:
     rig = settled_rig()
     rig.run(_ask(BY_NAME["attitude_threshold"].query()))
     assert "attitude_threshold_deg" in rig.conversation.values
@@ -122,7 +97,7 @@ def test_the_next_one_begins_by_itself_with_nothing_known(end: Callable[[Rig], N
 
 @on_the_port
 @pytest.mark.promise("f")
-def test_what_a_job_wants_to_undo_reaches_nobody(end: Callable[[Rig], None], reason: EndReason) -> None:
+def test_what_a_job_wants_to_undo_reaches_nobody(end: End, reason: EndReason) -> None:
     rig = settled_rig()
     job = rig.job(stubborn())
     rig.step_for(0.2)
@@ -135,7 +110,7 @@ def test_what_a_job_wants_to_undo_reaches_nobody(end: Callable[[Rig], None], rea
 
 @whatever_ends_it
 @pytest.mark.promise("f")
-def test_a_job_that_was_decided_before_does_not_start_after(end: Callable[[Rig], None]) -> None:
+def test_a_job_that_was_decided_before_does_not_start_after(end: End) -> None:
     rig = settled_rig()
     number = rig.conversation.number
     end(rig)
@@ -149,7 +124,7 @@ def test_a_job_that_was_decided_before_does_not_start_after(end: Callable[[Rig],
 
 @on_the_port
 @pytest.mark.promise("f")
-def test_who_expects_the_reason_goes_on_with_questions_only(end: Callable[[Rig], None], reason: EndReason) -> None:
+def test_who_expects_the_reason_goes_on_with_questions_only(end: End, reason: EndReason) -> None:
     def expecting() -> Procedure[list[object]]:
         with suppress(Interrupted):
             yield from rest()
@@ -195,9 +170,11 @@ def test_it_is_told_whether_a_set_had_left(is_held: bool) -> None:
     assert rig.line.requests.count(SET) == (not is_held)
 
 
-@pytest.mark.parametrize("end", [restarted, slept, stood_still, said, lost, closed, at_another_rate])
+@pytest.mark.parametrize(
+    "how", ["restarted", "slept", "stood still", "said by a person", "at another rate", *OF_THE_PORT]
+)
 @pytest.mark.promise("i")
-def test_an_act_that_waits_for_a_quiet_line_does_not_leave_after_the_end(end: Callable[[Rig], None]) -> None:
+def test_an_act_that_waits_for_a_quiet_line_does_not_leave_after_the_end(how: str) -> None:
     def acting() -> Procedure[None]:
         yield Ask(LIGHT)
         yield Ask(ACTIVATE, is_deliberate=True)
@@ -205,8 +182,8 @@ def test_an_act_that_waits_for_a_quiet_line_does_not_leave_after_the_end(end: Ca
     rig = settled_rig()
     job = rig.job(acting())
     rig.step_until(lambda: job.pending_ask is not None and job.pending_ask.request == ACTIVATE)
-    end(rig)
-    if end not in (lost, closed):
+    ENDS[how](rig)
+    if not rig.line.is_closed:
         rig.step_for(1.0)
     assert ACTIVATE not in rig.line.requests
 
@@ -224,9 +201,9 @@ def activating() -> Procedure[None]:
     yield Pause(10.0)
 
 
-@pytest.mark.parametrize("end", [end for end, _ in ENDS])
+@pytest.mark.parametrize("end", ENDS.values(), ids=ENDS)
 @pytest.mark.promise("j")
-def test_an_interrupted_activation_leaves_lock_owed(end: Callable[[Rig], None]) -> None:
+def test_an_interrupted_activation_leaves_lock_owed(end: End) -> None:
     rig = settled_rig()
     rig.job(activating())
     rig.step_for(0.2)
@@ -242,7 +219,7 @@ def test_an_activation_that_was_locked_since_leaves_none_owed() -> None:
     rig.step_for(0.2)
     rig.job(lock(), is_urgent=True, outlives=True)
     rig.step_for(1.0)
-    lost(rig)
+    rig.session.close(EndReason.PORT_LOST)
     assert not rig.session.owes_lock
 
 
@@ -252,5 +229,5 @@ def test_lock_itself_is_owed_when_the_port_is_lost() -> None:
     at_each_frame(rig.bench, lambda request: request != LOCK)
     rig.job(lock(), is_urgent=True, outlives=True)
     rig.step_for(0.2)
-    lost(rig)
+    rig.session.close(EndReason.PORT_LOST)
     assert rig.session.owes_lock

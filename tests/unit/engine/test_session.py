@@ -1,4 +1,4 @@
-"""Whose turn it is on the line: queued, urgent, in the background, cancelled; and what never leaves."""
+"""Whose turn it is on the line: queued, urgent, in the background, cancelled."""
 
 from concurrent.futures import Future
 from typing import Any
@@ -10,7 +10,6 @@ from app.procedures.lock import lock
 from app.procedures.read import read_everything
 from protocol.catalogue import ACTIVATION, BY_NAME, HEARTBEAT, HEARTBEAT_REPLY, LOCK, STATUS, Request
 from protocol.events import Answered, Unanswered
-from protocol.link import LinkMisused
 from tests.support.line.sim_line import Rig, settled_rig
 from tests.unit.protocol.link_bench import BOOTS
 
@@ -211,19 +210,3 @@ def test_a_set_that_is_cancelled_before_it_left_is_known_not_to_have_left() -> N
     rig.step_for(1.0)
     assert told == [Unanswered(SET, 0, 0.0, told[0].at)]  # type: ignore[attr-defined]
     assert SET not in rig.line.requests
-
-
-# What never leaves
-
-
-@pytest.mark.promise("i")
-@pytest.mark.parametrize("request_", [BY_NAME["zero_sensor"].query(), ACTIVATE, BY_NAME["deploy"].set(True)])
-def test_a_dangerous_request_never_leaves_without_an_explicit_act(request_: Request) -> None:
-    def careless() -> Procedure[None]:
-        yield Ask(request_)
-
-    rig = settled_rig()
-    with pytest.raises(LinkMisused):
-        rig.run(careless())
-    assert request_ not in rig.line.requests
-    rig.run(ask(LIGHT.query()))

@@ -12,7 +12,7 @@ import socket
 import struct
 import sys
 import termios
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from contextlib import ExitStack
 from pathlib import Path
 from types import SimpleNamespace
@@ -28,11 +28,10 @@ from app.engine.transport import PortError, PortErrorKind, PortHolder, SerialLin
 from app.engine.worker import Batch, Worker
 from app.procedures.read import read_everything
 from app.procedures.stream import StreamSwitch, watch
-from protocol.catalogue import STATUS
 from protocol.events import EndReason
 from tests.module.line import Line
 from tests.support.patience import PATIENCE_S
-from tests.support.processes import RunningModule, ran_code
+from tests.support.processes import RunningModule
 from tests.unit.engine.terminals import STATUS_FRAME, Batches, Terminal
 
 pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="pseudo-terminals are POSIX")
@@ -66,7 +65,7 @@ class FakeSerial:
         (serial.SerialException("[Errno 111] Connection refused"), PortErrorKind.MISSING),
         (OSError(errno.EBUSY, ""), PortErrorKind.BUSY),
         (serial.SerialException("Could not exclusively lock port"), PortErrorKind.BUSY),
-        (OSError(errno.EACCES, ""), PortErrorKind.NOT_ALLOWED),
+        (serial.SerialException(errno.EACCES, "could not open port"), PortErrorKind.NOT_ALLOWED),
         (ValueError("Not a valid baudrate"), PortErrorKind.UNUSABLE),
     ],
 )
@@ -143,40 +142,7 @@ def test_the_only_other_program_that_has_it_open_is_named(tmp_path: Path) -> Non
     assert holder_of(str(device), folder) is None, "it is not certain which one"
 
 
-NOBODY = 65534
 """An unprivileged user that exists on every system."""
-
-
-def test_a_port_without_permission(terminal: Terminal) -> None:
-    """Root may open everything, so the child process changes its user first."""
-    Path(terminal.name).chmod(0)
-    code = (
-        "import os, sys\nfrom app.engine.transport import PortError, open_line\n"
-        "nobody = int(sys.argv[2])\n"
-        "if os.geteuid() == 0:\n    os.setgroups([])\n    os.setgid(nobody)\n    os.setuid(nobody)\n"
-        "try:\n    open_line(sys.argv[1], 115200)\nexcept PortError as error:\n    print(error.kind.value)"
-    )
-    done = ran_code(code, terminal.name, NOBODY)
-    assert done.stdout.strip() == "not allowed", done.stderr
-
-
-RAISED = pytest.mark.parametrize(
-    "error",
-    [
-        serial.SerialException("device reports readiness to read but returned no data"),
-        termios.error(errno.EIO, "Input/output error"),
-        TypeError("'NoneType' object cannot be interpreted as an integer"),
-    ],
-    ids=["SerialException", "termios.error", "TypeError"],
-)
-
-
-@pytest.fixture
-def fail(error: Exception) -> Callable[..., Any]:
-    def fail(*_: object) -> Any:
-        raise error
-
-    return fail
 
 
 @pytest.fixture
@@ -186,51 +152,61 @@ def line(terminal: Terminal) -> Iterator[SerialLine]:
     line.close()
 
 
-@RAISED
-@pytest.mark.parametrize("where", ["write", "reset_input_buffer", "close"])
+@pytest.mark.parametrize(
+    "error",
+    [
+        serial.SerialException("device reports readiness to read but returned no data"),
+        termios.error(errno.EIO, "Input/output error"),
+        TypeError("'NoneType' object cannot be interpreted as an integer"),
+    ],
+    ids=["SerialException", "termios.error", "TypeError"],
+)
+@pytest.mark.parametrize(
+    "where",
+    [
+        "write",
+        "reset_input_buffer",
+        "select",
+        "os.read",
+        "fileno",
+        "read",
+        "pyserial's read",
+        "pyserial's in_waiting",
+        "close",
+    ],
+)
 @pytest.mark.promise("k")
 def test_any_error_of_pyserial_is_a_lost_port(
-    where: str, fail: Callable[..., Any], line: SerialLine, monkeypatch: pytest.MonkeyPatch
+    where: str, error: Exception, line: SerialLine, terminal: Terminal, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    with monkeypatch.context() as patch:
-        patch.setattr(os if where == "write" else serial.Serial, where, fail)
-        match where:
-            case "close":
-                line.close()  # never raises
-            case "write":
-                with pytest.raises(PortError):
-                    line.write(STATUS.query().encode())
-            case _:
-                with pytest.raises(PortError):
-                    line.use_rate(9600)
-    line.close()
+    def fail(*_: object) -> Any:
+        raise error
 
-
-@RAISED
-@pytest.mark.parametrize("where", ["select", "os.read", "fileno", "read", "pyserial's read", "pyserial's in_waiting"])
-@pytest.mark.promise("k")
-def test_any_error_of_a_read_is_a_lost_port(
-    where: str, fail: Callable[..., Any], line: SerialLine, terminal: Terminal, monkeypatch: pytest.MonkeyPatch
-) -> None:
+    acts = {"write": lambda: line.write(b"Ba 123"), "reset_input_buffer": lambda: line.use_rate(9600)}
+    terminal.send(STATUS_FRAME)
     with monkeypatch.context() as patch:
         if "pyserial" in where:  # the way used on Windows, and for ports given by a URL
             patch.setattr(line, "_interrupts", None)
         match where:
+            case "write":
+                patch.setattr(os, "write", fail)
+            case "reset_input_buffer" | "fileno" | "close":
+                patch.setattr(serial.Serial, where, fail)
             case "select":
                 patch.setattr(transport, "select", SimpleNamespace(select=fail))
             case "os.read":
                 patch.setattr(transport, "os", SimpleNamespace(read=fail))
-            case "fileno":
-                patch.setattr(serial.Serial, "fileno", fail)
             case "pyserial's in_waiting":
                 patch.setattr(serial.Serial, "read", lambda *_: STATUS_FRAME[:1])
                 patch.setattr(serial.Serial, "in_waiting", property(fail))
             case _:  # an unplugged adapter is readable and has nothing; then pyserial is asked
                 patch.setattr(transport, "os", SimpleNamespace(read=lambda *_: b""))
                 patch.setattr(serial.Serial, "read", fail)
-        terminal.send(STATUS_FRAME)
+        if where == "close":
+            line.close()  # never raises
+            return
         with pytest.raises(PortError) as lost:
-            line.read(10.0, 0.0)
+            acts.get(where, lambda: line.read(10.0, 0.0))()
     assert lost.value.kind is PortErrorKind.LOST
 
 

@@ -190,17 +190,6 @@ def wire(*, seed: int = 1, host_baud: int | None = None, **faults: Any) -> Wire:
     return Wire(module, host_baud=host_baud)
 
 
-def test_frames_take_their_time() -> None:
-    line = wire()
-    line.write(ASK, 0.0)
-    assert line.next_due(0.0) == pytest.approx(6 * BYTE_S)
-    assert line.read(6 * BYTE_S - 1e-6) == b""
-    assert line.read(14 * BYTE_S - 1e-6) == b""
-    assert line.next_due(14 * BYTE_S - 1e-6) == pytest.approx(14 * BYTE_S)
-    assert line.read(14 * BYTE_S + 1e-9) == ANSWER
-    assert line.next_due(1.0) is None
-
-
 @pytest.mark.parametrize("rate", [9600, 0], ids=["another", "none that a module has"])
 def test_at_the_wrong_rate_nothing_is_understood(rate: int) -> None:
     line = wire(host_baud=rate)

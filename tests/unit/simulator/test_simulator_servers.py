@@ -69,16 +69,6 @@ def test_pty_serves_a_host_at_its_rate_only() -> None:
         assert exchange(address) == ANSWER
 
 
-@posix_only
-def test_pty_link_is_its_port_and_goes_with_it(tmp_path: Path) -> None:
-    link = tmp_path / "module"
-    link.symlink_to("/nowhere")
-    with serving(SimulatedBench(), pty(link)) as address:
-        assert str(link.readlink()) == address
-        assert exchange(str(link)) == ANSWER
-    assert not link.is_symlink()
-
-
 def parse(*words: str) -> argparse.Namespace:
     return BY_NAME["simulate"].parse_words([*words])
 
@@ -108,6 +98,7 @@ def test_no_port_to_be_had_is_code_3() -> None:
 @pytest.mark.parametrize("number", [signal.SIGTERM, signal.SIGINT])
 def test_the_program_prints_the_port_and_ends_cleanly(tmp_path: Path, number: signal.Signals) -> None:
     link = tmp_path / "module"
+    link.symlink_to("/nowhere")
     with running(*PROGRAM, "simulate", "--link", link, "--tilt", "7") as program:
         assert Path(program.out.readline().strip()).exists()
         with serial.Serial(str(link), 115200, timeout=PATIENCE_S) as port:
