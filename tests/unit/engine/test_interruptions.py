@@ -31,6 +31,16 @@ def leap(rig: Rig, seconds: float) -> None:
     rig.step_for(0.1)
 
 
+def restart(rig: Rig) -> None:
+    rig.bench.restart()
+    rig.step_for(0.5)
+
+
+def restart_unheard(rig: Rig) -> None:
+    restart_silently(rig.bench, rig.clock())
+    rig.step_for(1.5)
+
+
 def contradict(rig: Rig) -> None:
     rig.bench.module.memory.boot_count -= 10
     rig.step_for(1.5)
@@ -39,11 +49,8 @@ def contradict(rig: Rig) -> None:
 End = Callable[[Rig], object]
 ON_THE_PORT: dict[str, tuple[End, EndReason]] = {
     "silent": (lambda rig: rig.silence(0.6), EndReason.SILENT),
-    "restarted": (lambda rig: (rig.bench.restart(), rig.step_for(0.5)), EndReason.RESTARTED),
-    "silently restarted": (
-        lambda rig: (restart_silently(rig.bench, rig.clock()), rig.step_for(1.5)),
-        EndReason.RESTARTED,
-    ),
+    "restarted": (restart, EndReason.RESTARTED),
+    "silently restarted": (restart_unheard, EndReason.RESTARTED),
     "contradicted": (contradict, EndReason.CONTRADICTED),
     "slept": (lambda rig: leap(rig, 60.0), EndReason.SLEPT),
     "stood still": (lambda rig: leap(rig, 1.2), EndReason.SILENT),
