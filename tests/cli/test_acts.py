@@ -142,20 +142,6 @@ def test_lock_waits_neither_for_a_held_store_nor_for_a_disk_that_never_answers()
 # `dps-s set`
 
 
-@pytest.mark.promise("g")
-def test_a_profile_that_takes_protection_away_needs_accept_risk(
-    port: str, dps_s: Program, wire: list[bytes], tmp_path: Path
-) -> None:
-    path = tmp_path / "a b.toml"
-    path.write_text("[settings]\nattitude_trigger = false\nlight_threshold_v = 2.0\n", encoding="utf-8")
-    words = ["set", "--profile", str(path), "--port", port, "--json"]
-    printed = dps_s(words, 2)
-    assert (json.loads(printed.out)["error"]["code"], wire) == ("usage", [])
-    assert printed.err.startswith("Warning: attitude_trigger: No protection when it tips over.\n")
-    assert 'error": null' in dps_s([*words, "--accept-risk"]).out
-    assert len(sets(wire)) == 2
-
-
 @pytest.mark.parametrize("text", ["[settings]\nfreefall_acceleration_g = 0.55\n", 'name = "empty"\n'])
 def test_where_a_profile_is_wrong_nothing_is_sent(
     text: str, tmp_path: Path, port: str, dps_s: Program, wire: list[bytes]

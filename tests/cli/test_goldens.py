@@ -46,6 +46,9 @@ _COMMAND = re.compile(r"^\$ dps-s ", re.MULTILINE)
 _VARYING: Final = (
     (r'("round_trip_ms": )[\d.]+', r"\1…"),
     (r"\d+\.\d ms\b", "… ms"),
+    (r"^! +\d+\.\d{3}   ", "! …  "),
+    (r"\d{8}T\d{6}Z-", "…-"),
+    (r"(Rows: )\d+", r"\1…"),
     (r"(Status age +)\d\.\d\d s", r"\1… s"),
     (r"\d{4}-\d\d-\d\d[ T]\d\d:\d\d(:\d\d([.+]\S*)?)?", "…"),
     (r"[0-9A-F]{4}(-[0-9A-F]{4}){4}", "FINGERPRINT"),
@@ -125,7 +128,7 @@ def as_text(examples: Iterator[Example] | tuple[Example, ...]) -> str:
 @posix_only
 @pytest.mark.usefixtures("speaks_english", "user_files", "no_waiting")
 @pytest.mark.parametrize("section", sections())
-@pytest.mark.promise("d", "f")
+@pytest.mark.promise("d", "f", "g")
 def test_what_is_said_and_sent(
     section: Examples, wire: list[bytes], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

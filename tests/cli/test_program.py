@@ -72,16 +72,13 @@ def test_options_may_stand_between_other_words(words: str, attribute: str) -> No
 @pytest.mark.parametrize(
     ("words", "expected"),
     [
-        ([], {"demo": False, "port": None, "baud_rate": 115200, "language": None}),
-        (
-            ["gui", "--port", "P", "--baud", "9600", "--lang", "zh_CN"],
-            {"port": "P", "baud_rate": 9600, "language": "zh_CN"},
-        ),
-        (["--offscreen-seconds", "2.5"], {"offscreen_seconds": 2.5}),
+        ("", {"demo": False, "port": None, "baud_rate": 115200, "language": None}),
+        ("gui --port P --baud 9600 --lang zh_CN", {"port": "P", "baud_rate": 9600, "language": "zh_CN"}),
+        ("--offscreen-seconds 2.5", {"offscreen_seconds": 2.5}),
     ],
 )
 def test_without_a_command_the_window_opens(
-    words: list[str], expected: dict[str, object], monkeypatch: pytest.MonkeyPatch
+    words: str, expected: dict[str, object], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     opened: list[dict[str, object]] = []
 
@@ -90,7 +87,7 @@ def test_without_a_command_the_window_opens(
         return 0
 
     monkeypatch.setattr("app.cli.gui.run", open_window)
-    assert program.main(words) == 0
+    assert program.main(words.split()) == 0
     assert {name: opened[0][name] for name in expected} == expected
 
 
@@ -262,15 +259,6 @@ def test_colours_only_on_a_terminal_that_takes_them(port: str, dps_s: Program, m
     assert bad.endswith("\x1b[0m")
     monkeypatch.setenv("NO_COLOR", "1")
     assert "\x1b" not in dps_s(words, 1).out
-
-
-@pytest.mark.parametrize("words", [["-v", "find"], ["find", "--verbose", "--json"]])
-def test_verbose_says_what_is_asked(words: list[str], port: str, dps_s: Program) -> None:
-    printed = dps_s([*words, "--port", port])
-    assert f"{port}  115200 baud, open" in printed.err
-    assert "the module answers" in printed.err
-    assert "41 75" not in printed.err
-    assert printed.out.count("\n") == 1
 
 
 def test_errors_that_nobody_takes_change_no_exit_code(

@@ -75,11 +75,6 @@ def test_every_page_of_the_documents_is_reached_from_the_first_one() -> None:
     assert [named(page) for page in PAGES if page.resolve() not in reached] == []
 
 
-def test_the_readme_fits_on_two_screens() -> None:
-    for name in ("README.md", "README.zh_CN.md"):
-        assert len((ROOT / name).read_text(encoding="utf-8").splitlines()) <= 90
-
-
 # Pages in two languages
 
 

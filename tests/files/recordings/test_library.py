@@ -139,12 +139,3 @@ def test_a_name_must_match_one_recording(kept_at: Path, tmp_path: Path, dps_s: P
     damage_heading(RecordingLibrary().entries()[0].path)
     assert "damaged" in dps_s(["recordings", "export", "latest", path], 2).err
     assert not Path(path).exists()
-
-
-def test_deleting_asks_first(kept_at: Path, dps_s: Program) -> None:
-    folder = recorded(kept_at, 0.1)
-    assert "Nothing was done." in dps_s(["recordings", "delete", "latest"], 2).err
-    assert folder.exists()
-    assert program.main(["recordings", "delete", "latest", "--yes"]) == 0
-    assert not folder.exists()
-    assert program.main(["recordings", "delete", "latest", "--yes"]) == 2

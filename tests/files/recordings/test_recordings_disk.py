@@ -39,33 +39,20 @@ if TYPE_CHECKING:
     from typing_extensions import Buffer
 
 
-class SmallDisk(io.BytesIO):
+class SmallDisk(io.FileIO):
     """A file that cannot become longer than this."""
 
     def __init__(self, path: Path, longest: int, error: OSError) -> None:
-        super().__init__()
-        self.file = path.open("wb", buffering=0)
+        super().__init__(path, "wb")
         self.longest, self.error = longest, error
 
     def write(self, raw: "Buffer", /) -> int:
         data = bytes(raw)
-        room = max(0, self.longest - self.file.tell())
-        self.file.write(data[:room])
+        room = max(0, self.longest - self.tell())
+        super().write(data[:room])
         if len(data) > room:
             raise self.error
         return len(data)
-
-    def seek(self, offset: int, whence: int = 0, /) -> int:
-        return self.file.seek(offset, whence)
-
-    def fileno(self) -> int:
-        return self.file.fileno()
-
-    def tell(self) -> int:
-        return self.file.tell()
-
-    def close(self) -> None:
-        self.file.close()
 
 
 def failing_after(monkeypatch: pytest.MonkeyPatch, count: int, error: OSError) -> None:
