@@ -128,7 +128,7 @@ def as_text(examples: Iterator[Example] | tuple[Example, ...]) -> str:
 @posix_only
 @pytest.mark.usefixtures("speaks_english", "user_files", "no_waiting")
 @pytest.mark.parametrize("section", sections())
-@pytest.mark.promise("d", "f", "g")
+@pytest.mark.promise("d", "f", "g", "i")
 def test_what_is_said_and_sent(
     section: Examples, wire: list[bytes], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -187,21 +187,6 @@ def test_an_address_that_writes_files_or_loads_code_is_refused(address: str, tmp
     assert list(tmp_path.glob("written")) == []
 
 
-@pytest.mark.promise("i")
-def test_what_was_recorded_is_no_port(tmp_path: Path, dps_s: Program, monkeypatch: pytest.MonkeyPatch) -> None:
-    address = f"capture://{tmp_path}/flight.mcap?speed=5"
-    for words in (
-        ["read", "--port", address],
-        ["record", "--port", address, str(tmp_path / "a.csv")],
-        ["preflight", "--port", address, "--port", "sim://b"],
-        ["gui", "--port", address],
-    ):
-        assert "dps-s FILE opens a file" in dps_s(words, 2).err
-    monkeypatch.setenv("DPS_S_PORT", address)
-    dps_s(["read"], 2)
-    assert not (tmp_path / "a.csv").exists()
-
-
 # What is printed
 
 
