@@ -17,7 +17,7 @@ import pytest
 import serial
 
 import app.__main__ as program
-from app.cli.commands import BY_NAME, ENTRIES, SubCommand
+from app.cli.commands import ENTRIES, SubCommand
 from app.engine import ports as port_list
 from app.engine.ports import NOT_LISTED, PortInfo
 from app.engine.procedure import Inspect, Procedure
@@ -58,15 +58,6 @@ def test_the_help_lists_every_command(dps_s: Program) -> None:
 def test_every_command_shows_an_example_that_it_takes(entry: SubCommand, dps_s: Program) -> None:
     assert f"Example: dps-s {entry.name} {entry.example}".strip() in dps_s([entry.name, "--help"]).out
     entry.parse_words(entry.example.split())
-
-
-@pytest.mark.parametrize(
-    ("words", "attribute"),
-    [("set a=1 --json b=2", "wishes"), ("decode 41 --json 75", "hex"), ("fired a --must b", "logs")],
-)
-def test_options_may_stand_between_other_words(words: str, attribute: str) -> None:
-    name, first, _, last = words.split()
-    assert getattr(BY_NAME[name].parse_words(words.split()[1:]), attribute) == [first, last]
 
 
 @pytest.mark.parametrize(
