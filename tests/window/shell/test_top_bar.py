@@ -226,14 +226,9 @@ def test_a_lost_link_is_told_with_what_it_means_and_the_state_again_afterwards(
     connection.connect_to(connection.target)  # type: ignore[arg-type]
     module.say(active=True, triggered=True)
     assert listener.heard(qtbot, 2) == ["TRIGGERED!", "ACTIVE"]
-
-
-def test_of_another_module_behind_the_same_port_all_is_told_again(qtbot: QtBot, listener: Listener) -> None:
-    connection, module = listener.ports.plug_in(USB0, triggered=True)
-    assert listener.heard(qtbot, 2) == ["TRIGGERED!", "LOCKED"]
     connection.treat_as_another()
-    module.begin(active=False, triggered=True)
-    assert listener.heard(qtbot, 2) == ["TRIGGERED!", "LOCKED"]
+    module.begin(active=True, triggered=True)
+    assert listener.heard(qtbot, 2) == ["TRIGGERED!", "ACTIVE"], "another module, of which all is told again"
 
 
 @pytest.mark.promise("f")
@@ -348,6 +343,19 @@ def test_notices_after_a_trigger_and_a_restart(qtbot: QtBot, qapp: QApplication,
         assert main.notice_bar.notice is None
 
 
+def test_a_notice_that_was_closed_comes_again_with_its_cause(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
+    with fake_window(qapp, tmp_path) as (ports, assembly):
+        bar = assembly.window.notice_bar
+        _port, worker = ports.plug_in("ttyUSB0")
+        for is_triggered in (True, False, True):
+            worker.say(triggered=is_triggered)
+            QApplication.processEvents()
+            qtbot.waitUntil(lambda wanted=is_triggered: ("has triggered" in notice_text(bar)) is wanted)  # type: ignore[misc]
+            if is_triggered:
+                given(given(bar.notice).dismiss)()
+                assert "has triggered" not in notice_text(bar)
+
+
 NOTICES = (
     Notice(Meaning.ATTENTION, "Short."),
     Notice(Meaning.DANGER, "Long enough for a second line. " * 5, (Choice("one", "One", lambda: None),), lambda: None),
@@ -416,37 +424,20 @@ def test_several_notices_stand_at_once_and_the_graver_one_is_whole(qtbot: QtBot)
     assert shown == "Silent for 1 s · The module reports LOCKED.", "it is none of what the notice says"
 
 
-def test_a_notice_that_was_closed_comes_again_with_its_cause(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
-    with fake_window(qapp, tmp_path) as (ports, assembly):
-        bar = assembly.window.notice_bar
-        _port, worker = ports.plug_in("ttyUSB0")
-        for is_triggered in (True, False, True):
-            worker.say(triggered=is_triggered)
-            QApplication.processEvents()
-            qtbot.waitUntil(lambda wanted=is_triggered: ("has triggered" in notice_text(bar)) is wanted)  # type: ignore[misc]
-            if is_triggered:
-                given(given(bar.notice).dismiss)()
-                assert "has triggered" not in notice_text(bar)
-
-
 @pytest.mark.promise("l")
-def test_closing_asks_while_a_lock_is_not_reported(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
-    with fake_window(qapp, tmp_path) as (ports, assembly):
-        port, _worker = ports.plug_in("ttyUSB0")
-        qtbot.waitUntil(lambda: port.is_open)
-        port.lock.press()
-        assembly.window.close()
-        assert assembly.window.isVisible()
-        assert "it does not report LOCKED" in notice_text(assembly.window.notice_bar)
-
-
-@pytest.mark.promise("l")
-def test_lock_first_locks_every_module_before_the_window_closes(
+def test_lock_first_locks_every_module_and_closing_asks_while_that_is_not_reported(
     qtbot: QtBot, qapp: QApplication, tmp_path: Path
 ) -> None:
     with fake_window(qapp, tmp_path) as (ports, assembly):
-        active = [ports.plug_in(name, active=True)[0] for name in ("ttyUSB0", "ttyUSB1")]
-        qtbot.waitUntil(lambda: all(port.is_active for port in active))
+        active = [ports.plug_in(name, active=True) for name in ("ttyUSB0", "ttyUSB1")]
+        qtbot.waitUntil(lambda: all(port.is_active for port, _worker in active))
         assembly.window.close()
         given(assembly.window.notice_bar.button("lock_and_leave")).click()
-        assert [port.lock.is_repeating for port in active] == [True, True]
+        assert [port.lock.is_repeating for port, _worker in active] == [True, True]
+        assembly.window.leaving.stay()
+        for _port, worker in active:
+            worker.say(active=False)  # as before LOCK: it is not the answer
+        QApplication.processEvents()
+        assembly.window.close()
+        assert assembly.window.isVisible()
+        assert "it does not report LOCKED" in notice_text(assembly.window.notice_bar)

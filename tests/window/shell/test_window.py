@@ -46,34 +46,30 @@ def choose(assembly: Assembly, key: str) -> QPushButton:
 @pytest.mark.promise("l")
 def test_leaving_an_active_module_asks_and_locks(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
     with simulated("leave", active=True) as bench, window(qapp, tmp_path) as assembly:
+        main, bar = assembly.window, assembly.window.notice_bar
         connect(qtbot, assembly, "sim://leave")
-        qtbot.waitUntil(assembly.window.panel.isHidden)
-        assert not assembly.window.close()
-        assert not assembly.window.close()  # the second half of a double click, or a key that is held, is no answer
+        qtbot.waitUntil(main.panel.isHidden)
+        assert not main.close()
+        assert not main.close()  # the second half of a double click, or a key that is held, is no answer
         qtbot.keyClick(choose(assembly, "lock_and_leave"), Qt.Key.Key_Escape)
-        assert assembly.window.notice_bar.notice is None
-        assert not assembly.window.close()
+        assert bar.notice is None
+        assert not main.close()
         press(qtbot, choose(assembly, "stay"))
-        assert assembly.window.notice_bar.notice is None
+        assert bar.notice is None
         assert assembly.ports.current.is_open
-        assert not assembly.window.close()
-        given(assembly.window.notice_bar.notice).choices[0].act()
-        assert not assembly.window.close()  # LOCK is on its way
-        qtbot.waitUntil(lambda: not assembly.window.isVisible())
-        assert not bench.module.state.is_active
-
-
-def test_a_module_that_is_locked_after_leaving_was_cancelled_closes_nothing(
-    qtbot: QtBot, qapp: QApplication, tmp_path: Path
-) -> None:
-    with simulated("stay", active=True), window(qapp, tmp_path) as assembly:
-        connect(qtbot, assembly, "sim://stay")
-        assert not assembly.window.close()
-        given(assembly.window.notice_bar.notice).choices[0].act()  # LOCK first; no event is processed in between
-        assembly.window.leaving.stay()
-        qtbot.waitUntil(lambda: assembly.window.top_bar.activation.word == "LOCKED")
+        assert not main.close()
+        given(bar.notice).choices[0].act()  # LOCK first; no event is processed before it is cancelled
+        main.leaving.stay()
+        qtbot.waitUntil(lambda: main.top_bar.activation.word == "LOCKED")
         qtbot.waitUntil(lambda: not assembly.ports.current.lock.is_unproven)
-        assert assembly.window.isVisible()
+        assert main.isVisible()
+        bench.module.activate(is_active=True)
+        qtbot.waitUntil(lambda: assembly.ports.current.is_active)
+        assert not main.close()
+        given(bar.notice).choices[0].act()
+        assert not main.close()  # LOCK is on its way
+        qtbot.waitUntil(lambda: not main.isVisible())
+        assert not bench.module.state.is_active
 
 
 @pytest.mark.parametrize("is_closing", [True, False])
