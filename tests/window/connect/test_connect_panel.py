@@ -1,10 +1,5 @@
 """Choosing a port, connecting, errors; after a lost port only the same adapter is opened, also under another name."""
 
-import os
-import sys
-import time
-from collections.abc import Iterator
-from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
@@ -27,9 +22,7 @@ from app.procedures.read import READABLE
 from app.text.messages import UserError
 from protocol.catalogue import SERIAL_OUTPUT, Request
 from protocol.events import Received, Sent
-from tests.support.patience import PATIENCE_S
-from tests.support.processes import Running, module_apart
-from tests.support.window.fake_ports import VALUES, fake_window
+from tests.support.window.fake_ports import VALUES, FakePorts, fake_window
 from tests.support.window.fakes_ui import (
     ADAPTER,
     EMPTY_PAGE,
@@ -191,125 +184,76 @@ def test_the_panel_names_the_port_and_the_rate_that_are_in_use(
             panel.hide()
 
 
-KEYS = {command.key for command in READABLE[3:]}
+class Listed(ListedPorts):
+    """A list that can fail."""
 
-
-@contextmanager
-def taken(name: str) -> Iterator[None]:
-    """Keep a pseudo-terminal of this name open, so that no new one gets the name."""
-    files: list[int] = []
-    try:
-        end_s = time.monotonic() + PATIENCE_S
-        while not files or os.ttyname(files[-1]) != name:
-            if Path(name).exists():  # another test has it for the time being
-                assert time.monotonic() < end_s, f"{name} is not free"
-                time.sleep(0.05)
-            else:
-                files.extend(os.openpty())
-        yield
-    finally:
-        for file in files:
-            os.close(file)
-
-
-class Desk(ListedPorts):
-    """A module on a pseudo-terminal that is listed as an adapter, wherever it is plugged in; and what was sent."""
-
-    def __init__(self, link: Path, module: Running) -> None:
-        super().__init__()
-        self.link, self.module = link, module
-        self.adapter = ADAPTER
-        self.others: list[PortInfo] = []
-        self.is_listable = True
-        self.sent: list[Request] = []
-
-    @property
-    def name(self) -> str:
-        return os.path.realpath(self.link)
+    is_listable = True
 
     def poll(self, deadline_s: float) -> list[PortInfo]:
-        self.looks += 1
+        ports = super().poll(deadline_s)
         if not self.is_listable:
             raise UserError(NOT_LISTED)
-        mine = [self.adapter._replace(device=self.name)] if self.link.exists() else []
-        return [*mine, *self.others]
-
-    def on_batch(self, batch: Batch) -> None:
-        self.sent += [event.request for event in batch.events if isinstance(event, Sent)]
-
-
-@pytest.fixture
-def desk(tmp_path: Path) -> Iterator[Desk]:
-    if sys.platform == "win32":
-        pytest.skip("pseudo-terminals are POSIX")
-    link = tmp_path / "adapter"
-    with module_apart(link) as module:
-        yield Desk(link, module)
-
-
-@contextmanager
-def connected(qtbot: QtBot, qapp: QApplication, folder: Path, desk: Desk, identity: str) -> Iterator[Assembly]:
-    """The window, online at the desk's module."""
-    with window(qapp, folder, listed=desk) as assembly:
-        assembly.ports.current.batch.connect(desk.on_batch)
-        assembly.ports.connect_to(Target(desk.name, 115200, identity))
-        wait_online(qtbot, assembly)
-        qtbot.waitUntil(lambda: fresh(assembly) == KEYS)
-        qtbot.waitUntil(lambda: not assembly.ports.current._return.is_due(0.0))
-        yield assembly
-
-
-def fresh(assembly: Assembly) -> set[str]:
-    connector = assembly.ports
-    return {key for key in KEYS if connector.current.module.view.fresh(key, connector.clock()) is not None}
+        return ports
 
 
 @pytest.mark.parametrize("identity", [ADAPTER.identity, ""], ids=["chosen from the list", "typed"])
-def test_it_comes_back_under_another_name(
-    qtbot: QtBot, qapp: QApplication, tmp_path: Path, desk: Desk, identity: str
+def test_only_the_same_adapter_is_opened_again_also_under_another_name(
+    qtbot: QtBot, qapp: QApplication, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, identity: str
 ) -> None:
-    first_name = desk.name
-    with connected(qtbot, qapp, tmp_path, desk, identity) as assembly:
-        connector, whose = assembly.ports, assembly.ports.current.key
-        desk.module.tell("unplug")
-        qtbot.waitUntil(lambda: phase(assembly) is Phase.LOST)
-        assert not connector.module.is_going
-        qtbot.waitUntil(lambda: Absence.AWAY.value in notice_text(assembly.window.notice_bar))
-        desk.sent.clear()
-        with taken(first_name):
-            desk.module.tell("plug")
-            qtbot.waitUntil(lambda: connector.current.is_open)
-        assert connector.current.connection.port not in (first_name, str(desk.link))
-        assert connector.current.key == whose
-        qtbot.waitUntil(lambda: fresh(assembly) == KEYS)
-        assert {request for request in desk.sent if not request.is_repeatable} <= {SERIAL_OUTPUT.set(True)}
-        assert {command.query() for command in READABLE} <= set(desk.sent)
-
-
-def test_a_failed_list_of_ports_opens_nothing(qtbot: QtBot, qapp: QApplication, tmp_path: Path, desk: Desk) -> None:
-    with connected(qtbot, qapp, tmp_path, desk, ADAPTER.identity) as assembly:
-        desk.is_listable = False
-        desk.module.tell("unplug")
-        qtbot.waitUntil(lambda: phase(assembly) is Phase.LOST)
-        desk.module.tell("plug")
-        looks = desk.looks
-        qtbot.waitUntil(lambda: desk.looks >= looks + 3)
-        assert phase(assembly) is Phase.LOST
-        desk.is_listable = True
+    monkeypatch.setattr("ui.session.port.FOLLOW_EVERY_MS", 0)
+    listed, fakes = Listed(ADAPTER), FakePorts()
+    monkeypatch.setattr("ui.main.Ports", fakes.serve)
+    with window(qapp, tmp_path, listed=listed) as assembly:
+        port, (worker,) = assembly.ports.current, fakes.workers
+        port.connect_to(Target(ADAPTER.device, 115200, identity))
+        worker.say(**VALUES)
         qtbot.waitUntil(lambda: phase(assembly) is Phase.ONLINE)
+        qtbot.waitUntil(lambda: not port._return.is_due(0.0))  # while it is open it is learnt which adapter it is
+        whose = port.key
+
+        def look(times: int = 3) -> None:
+            """The list of ports is read again so many times."""
+            looks = listed.looks
+            while listed.looks < looks + times:
+                fakes.now_s += 1.0
+                qtbot.wait(1)
+
+        listed.now = [SECOND_ADAPTER._replace(device=ADAPTER.device)]  # another one has its name
+        worker.unplug()
+        qtbot.waitUntil(lambda: phase(assembly) is Phase.LOST)
+        qtbot.waitUntil(lambda: Absence.AWAY.value in notice_text(assembly.window.notice_bar))
+        assert not port.module.is_going
+        look()
+        listed.now = [ADAPTER._replace(device="/dev/ttyUSB5"), SECOND_ADAPTER]
+        listed.is_listable = False
+        look()
+        assert (phase(assembly), worker.opened) == (Phase.LOST, [ADAPTER.device])
+        listed.is_listable = True
+        look(1)
+        qtbot.waitUntil(lambda: worker.opened == [ADAPTER.device, "/dev/ttyUSB5"])
+        worker.say(**VALUES)
+        qtbot.waitUntil(lambda: phase(assembly) is Phase.ONLINE)
+        assert port.key == whose
 
 
-def test_it_comes_back_at_the_rate_at_which_it_answered(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
+def test_it_comes_back_at_the_rate_at_which_it_answered_and_nothing_is_sent_again(
+    qtbot: QtBot, qapp: QApplication, tmp_path: Path
+) -> None:
     with simulated("slow", baud=57600) as bench, window(qapp, tmp_path) as assembly:
+        port, sent = assembly.ports.current, list[Request]()
+        port.batch.connect(lambda batch: sent.extend(one.request for one in batch.events if isinstance(one, Sent)))
         assembly.ports.connect_to(Target("sim://slow", 115200))
-        qtbot.waitUntil(lambda: assembly.ports.current.is_open)
-        assembly.ports.current.find_rate()
+        qtbot.waitUntil(lambda: port.is_open)
+        port.find_rate()
         wait_online(qtbot, assembly)
         bench.unplug()
         qtbot.waitUntil(lambda: phase(assembly) is Phase.LOST)
+        sent.clear()
         bench.plug()
-        qtbot.waitUntil(lambda: phase(assembly) is Phase.ONLINE)
-        assert assembly.ports.current.connection.baud_rate == 57600
+        qtbot.waitUntil(lambda: phase(assembly) is Phase.ONLINE and port.module.is_read)
+        assert port.connection.baud_rate == 57600
+        assert {request for request in sent if not request.is_repeatable} <= {SERIAL_OUTPUT.set(True)}
+        assert {command.query() for command in READABLE} <= set(sent)
 
 
 def test_no_page_misses_data_of_a_port_that_is_chosen_early(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
