@@ -116,7 +116,7 @@ def test_sentences_have_the_space_of_the_language_and_a_number_keeps_its_unit() 
 # CSV cells: none is a formula in a spreadsheet
 
 
-@pytest.mark.parametrize("text", ["=1+1", "-1", "@SUM(A1)", "|cmd", "'=1", "＝1+1", "\t=1"])
+@pytest.mark.parametrize("text", ["=1+1", " =1+1", "-1", "@SUM(A1)", "|cmd", "'=1", "＝1+1", "\t=1", "\r\n=1"])
 def test_no_cell_is_a_formula(text: str) -> None:
     assert defused(text) == f"'{text}"
     assert cell(text) == f"'{text}"
