@@ -115,9 +115,8 @@ class BackgroundTask(QObject, Generic[Result]):
         then: Callable[[Result], object],
         failed: Callable[[StoreError], object] | None = None,
     ) -> None:
-        """Run `work` as `run` does, as one transaction in the store's thread, after what was asked for before; its
-        result comes once that is on the disk. It runs even if it is replaced; once the store is closed no result is
-        delivered."""
+        """Run `act` as one transaction in the store's thread, after what was asked for before; its result comes once
+        that is on the disk. It runs even if it is replaced; once the store is closed no result is delivered."""
 
         def fail(error: Exception) -> None:
             if failed is None or not isinstance(error, StoreError):
