@@ -279,6 +279,20 @@ def test_the_baud_rate_needs_two_clicks_and_the_port_follows(qtbot: QtBot, one: 
     assert one.find(QComboBox, "baud_rate_wanted").currentIndex() == -1, "it is no edit of the next conversation"
 
 
+def test_a_question_about_the_baud_rate_ends_with_another_choice_and_with_the_conversation(one: Desk) -> None:
+    confirm = one.settings.baud.confirm
+    for rate in (19200, 9600):
+        pick(one, "baud_rate", rate)
+        assert not confirm.is_asking, "the answer would be one to another question"
+        one.settings.refresh()
+        one.ask(confirm)
+    one.bench.restart()
+    one.until(lambda: one.assembly.ports.module.number > 1)
+    assert not confirm.is_asking
+    assert one.find(QComboBox, "baud_rate_wanted").currentIndex() == -1
+    assert not one.changes("baud_rate")
+
+
 # Profiles
 
 
