@@ -403,5 +403,5 @@ def test_an_unwritable_disk_is_shown_and_the_link_continues(qtbot: QtBot, qapp: 
         bar, sign = assembly.window.notice_bar, assembly.window.top_bar.record
         qtbot.waitUntil(lambda: "Not recording" in notice_text(bar))
         assert bar.button("recordings") is not None
-        assert "Not recording" in sign.accessibleName()
+        qtbot.waitUntil(lambda: "Not recording" in sign.accessibleName())
         assert assembly.ports.current.is_open
