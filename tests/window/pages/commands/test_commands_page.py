@@ -111,7 +111,8 @@ def test_an_act_that_is_refused_names_the_open_condition(one: Desk) -> None:
     one.bench.set_world(tilt_deg=0)
     ask(one, Act.ACTIVATE)
     one.bench.set_world(tilt_deg=70)
-    one.until(lambda: not row.confirm.is_asking)  # the question is withdrawn
+    one.until(lambda: not row.confirm.ask.isEnabled())
+    assert not row.confirm.is_asking, "the question is withdrawn, and not only after its time"
     assert one.changes() == []
 
 
