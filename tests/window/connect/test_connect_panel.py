@@ -218,17 +218,16 @@ def test_only_the_same_adapter_is_opened_again_also_under_another_name(
                 fakes.now_s += 1.0
                 qtbot.wait(1)
 
-        listed.now = [SECOND_ADAPTER._replace(device=ADAPTER.device)]  # another one has its name
+        listed.is_listable = False
         worker.unplug()
         qtbot.waitUntil(lambda: phase(assembly) is Phase.LOST)
         qtbot.waitUntil(lambda: Absence.AWAY.value in notice_text(assembly.window.notice_bar))
         assert not port.module.is_going
-        look()
-        listed.now = [ADAPTER._replace(device="/dev/ttyUSB5"), SECOND_ADAPTER]
-        listed.is_listable = False
-        look()
+        look()  # the last list, which still has it, says nothing
+        listed.now, listed.is_listable = [SECOND_ADAPTER._replace(device=ADAPTER.device)], True
+        look()  # another one has its name
         assert (phase(assembly), worker.opened) == (Phase.LOST, [ADAPTER.device])
-        listed.is_listable = True
+        listed.now = [ADAPTER._replace(device="/dev/ttyUSB5"), SECOND_ADAPTER]
         look(1)
         qtbot.waitUntil(lambda: worker.opened == [ADAPTER.device, "/dev/ttyUSB5"])
         worker.say(**VALUES)

@@ -27,7 +27,6 @@ from protocol.fields import Quantity
 from tests.support.line.sim_line import FakeClock
 from tests.support.window.steps import let_lay_out, style_all
 from tests.support.window.walk import walking
-from ui.forms.tables import RowsTable, TableColumn
 from ui.plots.gauge import TiltGauge
 from ui.simulator.panel import SimulatorPanel
 from ui.style.icons import Icon
@@ -40,11 +39,6 @@ from ui.widgets.readout import Freshness, Readout
 @pytest.fixture(autouse=True)
 def in_light(qapp: QApplication) -> None:
     style_all(qapp, LIGHT)
-
-
-def picture(widget: QWidget) -> QImage:
-    widget.resize(widget.sizeHint())
-    return widget.grab().toImage()
 
 
 def test_fresh_stale_and_unknown_differ_in_shape(qtbot: QtBot) -> None:
@@ -62,7 +56,8 @@ def test_fresh_stale_and_unknown_differ_in_shape(qtbot: QtBot) -> None:
         shapes: list[QImage] = []
         for show in ways:
             show()
-            image = picture(widget).convertToFormat(QImage.Format.Format_Grayscale8)
+            widget.resize(widget.sizeHint())
+            image = widget.grab().toImage().convertToFormat(QImage.Format.Format_Grayscale8)
             for x in range(image.width()):
                 for y in range(image.height()):
                     is_drawn = abs(QColor(image.pixel(x, y)).lightness() - ground) > 25
@@ -184,23 +179,6 @@ def test_what_scrolls_shows_that_it_has_the_focus_and_what_does_not_is_no_stop(
     content.setMinimumHeight(0)
     let_lay_out(area)
     assert area.focusPolicy() is Qt.FocusPolicy.NoFocus
-
-
-def test_a_spare_column_goes_before_another_one_is_cut(qtbot: QtBot) -> None:
-    """A column is as wide as its contents, which may be longer than its header."""
-    columns = (
-        TableColumn[str]("When", lambda row: row * 20),
-        TableColumn[str]("Why", lambda row: row, widest=lambda: "attitude + free fall", stretches=True),
-        TableColumn[str]("Cell", lambda _row: "4.00 V", widest=lambda: "4.00 V", is_spare=True),
-    )
-    table = RowsTable("table", "Table", columns, identify=lambda row: row, row_px=24)
-    qtbot.addWidget(table)
-    table.resize(sum(table._widths) + 40, 200)
-    table.show()
-    assert not table.isColumnHidden(2)
-    table.show_rows(["fall"])
-    qtbot.waitUntil(lambda: table.columnWidth(1) >= table._widths[1])
-    assert table.isColumnHidden(2)
 
 
 def test_the_wheel_turns_only_what_has_the_focus(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
@@ -335,7 +313,9 @@ def type_into(qtbot: QtBot, box: QAbstractSpinBox | QLineEdit, text: str) -> Non
     qtbot.keyClick(box, Qt.Key.Key_Return)
 
 
-def test_every_control_does_what_it_says(qtbot: QtBot, panel: SimulatorPanel, bench: SimulatedBench) -> None:
+def test_every_control_does_what_it_says(
+    qtbot: QtBot, panel: SimulatorPanel, bench: SimulatedBench, clock: FakeClock
+) -> None:
     panel.tilt.slider.setFocus()
     qtbot.keyClick(panel.tilt.slider, Qt.Key.Key_Right)
     assert bench.world.tilt_deg == 1
@@ -348,25 +328,9 @@ def test_every_control_does_what_it_says(qtbot: QtBot, panel: SimulatorPanel, be
     assert (bench.world.bay_is_open, bench.world.has_external_power, bench.world.is_lifelike) == (True, True, True)
     click(qtbot, panel.restart)
     assert bench.module.memory.boot_count == 38
-    click(qtbot, panel.unplugged)
-    assert not bench.is_plugged_in
-    click(qtbot, panel.unplugged)
-    assert bench.is_plugged_in
-    assert not panel.press.isEnabled()
-    bench.power_off()
-    panel.refresh()
-    click(qtbot, panel.press)
-    assert bench.module.is_on
-
-
-def test_its_acts_and_faults(qtbot: QtBot, panel: SimulatorPanel, bench: SimulatedBench, clock: FakeClock) -> None:
-    type_into(qtbot, panel.fall_height, "30")
-    click(qtbot, panel.drop)
-    assert bench.world.is_falling(bench.clock())
-    assert not panel.drop.isEnabled()
-    clock.now_s += 10
-    panel.refresh()
-    assert panel.drop.isEnabled()
+    for is_plugged_in in (False, True):
+        click(qtbot, panel.unplugged)
+        assert bench.is_plugged_in is is_plugged_in
     for name, box in panel.faults.items():
         for is_on in (True, False):
             click(qtbot, box)
@@ -375,6 +339,17 @@ def test_its_acts_and_faults(qtbot: QtBot, panel: SimulatorPanel, bench: Simulat
         bench.module.activate(is_active=is_active)
         click(qtbot, panel.trigger)
         assert bench.module.is_triggered is is_active
+    type_into(qtbot, panel.fall_height, "30")
+    click(qtbot, panel.drop)
+    assert bench.world.is_falling(bench.clock())
+    assert not panel.drop.isEnabled()
+    clock.now_s += 10
+    panel.refresh()
+    assert (panel.drop.isEnabled(), panel.press.isEnabled()) == (True, False)
+    bench.power_off()
+    panel.refresh()
+    click(qtbot, panel.press)
+    assert bench.module.is_on
     panel.use_bench(None)
     assert (panel.tilt.isEnabled(), panel.summary.text()) == (False, "No simulated module")
 
