@@ -139,37 +139,30 @@ def test_work_on_the_store_is_done_though_it_is_replaced_and_its_trouble_is_told
     queue.close(PATIENCE_S)
 
 
-def test_after_a_stall_there_is_one_batch_a_conversation(qapp: QApplication) -> None:
-    bridge, connection, came = Bridge(), Connection(), list[Batch]()
+def test_after_a_stall_no_batch_is_lost_and_there_is_one_a_conversation(qtbot: QtBot, qapp: QApplication) -> None:
+    bridge, came, count = Bridge(), list[Batch](), 5000
     bridge.batch.connect(came.append)
     ended = Ended(EndReason.SILENT, 2.0)
     first, second = ConversationView(number=1), ConversationView(number=2)
-    bridge.deliver(Batch(1.0, connection, first, None))
-    bridge.deliver(Batch(2.0, connection, first._replace(ended=ended), None, events=(ended,)))
-    bridge.deliver(Batch(3.0, connection, second, None))
-    qapp.processEvents()
-    assert [(batch.conversation.number, batch.events) for batch in came] == [(1, (ended,)), (2, ())]
-    assert came[0].conversation.ended is ended
-
-
-def test_no_batch_is_lost_while_the_window_stalls(qtbot: QtBot, qapp: QApplication) -> None:
-    bridge, came, count = Bridge(), list[Batch](), 5000
-    bridge.batch.connect(came.append)
 
     def deliver() -> None:
+        bridge.deliver(Batch(-2.0, Connection(), first, None))
+        bridge.deliver(Batch(-1.0, Connection(), first._replace(ended=ended), None, events=(ended,)))
         for number in range(count):
-            bridge.deliver(Batch(float(number), Connection(), ConversationView(), None, events=(number,)))  # type: ignore[arg-type]
+            bridge.deliver(Batch(float(number), Connection(), second, None, events=(number,)))  # type: ignore[arg-type]
 
     thread = threading.Thread(target=deliver)
     thread.start()
     thread.join()  # the window's thread stands still all the while
     assert came == []
     qtbot.waitUntil(lambda: bool(came) and came[-1].at == count - 1)
-    assert [event for one in came for event in one.events] == list(range(count))
+    assert [batch.conversation.number for batch in came] == [1, 2]
+    assert came[0].conversation.ended is ended
+    assert [event for one in came for event in one.events] == [ended, *range(count)]
     bridge.close()
     bridge.deliver(came[0])
     qapp.processEvents()
-    assert len(came) == 1
+    assert len(came) == 2
 
 
 @pytest.fixture

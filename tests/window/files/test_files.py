@@ -51,26 +51,23 @@ def profile(tmp_path: Path) -> Path:
     return path
 
 
-def test_open(qtbot: QtBot, qapp: QApplication, tmp_path: Path, profile: Path) -> None:
-    with window(qapp, tmp_path / "data", entries=page_entries("settings")) as assembly:
+def test_the_window_begins_with_a_file_and_the_menu_opens_one(
+    qtbot: QtBot, qapp: QApplication, tmp_path: Path, profile: Path
+) -> None:
+    options = WindowOptions(language="en", file=profile)
+    with window(qapp, tmp_path / "data", options=options, entries=page_entries("settings")) as assembly:
         main = assembly.window
         page = await_child(qtbot, main, SettingsPage)
+        qtbot.waitUntil(page.compare.isVisible)
+        assert not main.panel.isVisible()
+        page.close_panels()
         asked: list[tuple[Path, str, str]] = []
         main.files.choose = choosing(profile, asked)
         main.menus["open"].trigger()
         qtbot.waitUntil(lambda: page.panel is not None)
-        page.close_panels()
         assert "*.toml" in asked[0][-1]
         main.menus["open"].trigger()
         assert asked[1][0] == profile.parent
-
-
-def test_the_window_begins_with_the_file(qtbot: QtBot, qapp: QApplication, tmp_path: Path, profile: Path) -> None:
-    options = WindowOptions(language="en", file=profile)
-    with window(qapp, tmp_path / "data", options=options, entries=page_entries("settings")) as assembly:
-        page = await_child(qtbot, assembly.window, SettingsPage)
-        qtbot.waitUntil(page.compare.isVisible)
-        assert not assembly.window.panel.isVisible()
 
 
 def test_several_files_dropped_on_any_page_open_all_and_each_that_cannot_be_read_is_named(
@@ -282,21 +279,13 @@ def test_renaming_removing_and_dragging_change_nothing(qtbot: QtBot, assembly: A
     assert files_of(folder) == before
 
 
-def test_a_folder_is_made_where_a_file_is_saved(qtbot: QtBot, assembly: Assembly, folder: Path) -> None:
-    chosen: list[Path] = []
+def test_a_folder_is_made_where_a_file_is_saved_or_it_is_said_that_it_cannot_be(
+    qtbot: QtBot, assembly: Assembly, folder: Path
+) -> None:
+    before, chosen = files_of(folder), list[Path]()
     file_dialogs.ask_path(assembly.window, "Save…", folder / "a.csv", "All (*)", chosen.append)
     dialog = find(assembly.window, QFileDialog)
-    make_folder(qtbot, dialog, "June")
-    assert (folder / "June").is_dir()
-    dialog.accept()
-    assert chosen == [folder / "June" / "a.csv"]
-
-
-def test_a_folder_that_cannot_be_made_is_said(qtbot: QtBot, assembly: Assembly, folder: Path) -> None:
-    before = files_of(folder)
     for name in ("May", "chosen.csv", "no/such/place", "..", " "):
-        file_dialogs.ask_path(assembly.window, "Save…", folder / "a.csv", "All (*)", bool)
-        dialog = assembly.window.findChildren(QFileDialog)[-1]
         make_folder(qtbot, dialog, name)
         assert files_of(folder) == before, name
         again = next(one for one in dialog.findChildren(QInputDialog) if one.isVisible())
@@ -304,12 +293,15 @@ def test_a_folder_that_cannot_be_made_is_said(qtbot: QtBot, assembly: Assembly, 
         assert again.textValue() == name
         again.reject()
         assert Path(dialog.directory().absolutePath()) == folder, name
-        dialog.reject()
+    make_folder(qtbot, dialog, "June")
+    assert (folder / "June").is_dir()
+    dialog.accept()
+    assert chosen == [folder / "June" / "a.csv"]
 
 
 def make_folder(qtbot: QtBot, dialog: QFileDialog, name: str) -> None:
     qtbot.mouseClick(find(dialog, QToolButton, "new_folder"), Qt.MouseButton.LeftButton)
-    asked = find(dialog, QInputDialog)
+    asked = next(one for one in dialog.findChildren(QInputDialog) if one.isVisible())
     asked.setTextValue(name)
     asked.accept()
 
