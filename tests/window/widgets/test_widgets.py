@@ -27,6 +27,7 @@ from protocol.fields import Quantity
 from tests.support.line.sim_line import FakeClock
 from tests.support.window.steps import let_lay_out, style_all
 from tests.support.window.walk import walking
+from ui.forms.tables import RowsTable, TableColumn
 from ui.plots.gauge import TiltGauge
 from ui.simulator.panel import SimulatorPanel
 from ui.style.icons import Icon
@@ -179,6 +180,23 @@ def test_what_scrolls_shows_that_it_has_the_focus_and_what_does_not_is_no_stop(
     content.setMinimumHeight(0)
     let_lay_out(area)
     assert area.focusPolicy() is Qt.FocusPolicy.NoFocus
+
+
+def test_a_spare_column_goes_before_another_one_is_cut(qtbot: QtBot) -> None:
+    """A column is as wide as its contents, which may be longer than its header."""
+    columns = (
+        TableColumn[str]("When", lambda row: row * 20),
+        TableColumn[str]("Why", lambda row: row, widest=lambda: "attitude + free fall", stretches=True),
+        TableColumn[str]("Cell", lambda _row: "4.00 V", widest=lambda: "4.00 V", is_spare=True),
+    )
+    table = RowsTable("table", "Table", columns, identify=lambda row: row, row_px=24)
+    qtbot.addWidget(table)
+    table.resize(sum(table._widths) + 40, 200)
+    table.show()
+    assert not table.isColumnHidden(2)
+    table.show_rows(["fall"])
+    qtbot.waitUntil(lambda: table.columnWidth(1) >= table._widths[1])
+    assert table.isColumnHidden(2)
 
 
 def test_the_wheel_turns_only_what_has_the_focus(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:

@@ -564,7 +564,7 @@ def test_opened_with_the_program_it_is_shown_while_a_module_goes_on(
 # Exported, deleted
 
 
-def test_it_is_exported(one: Desk, tmp_path: Path) -> None:
+def test_it_is_exported_and_damage_is_said_there_and_where_it_is_shown(one: Desk, tmp_path: Path) -> None:
     one.page.table.selectRow(0)
     path, asked = tmp_path / "all.csv", list[tuple[str, Path, str]]()
     one.page.ask_path = choosing(path, asked)
@@ -575,6 +575,14 @@ def test_it_is_exported(one: Desk, tmp_path: Path) -> None:
     one.page.ask_path = choosing(tmp_path / "missing" / "all.csv")
     given(one.page.exporting).click()
     one.until(lambda: "cannot be written" in one.notice())
+    damage(Path(one.rows()[0].name))
+    one.page.ask_path = choosing(path)
+    given(one.page.exporting).click()
+    one.until(lambda: "Damaged or altered" in one.notice())
+    assert given(one.page.strip.notice).meaning is Meaning.ATTENTION
+    one.page.open_row(one.rows()[0])
+    one.until(lambda: one.page.view.plot is not None)
+    assert "Damaged or altered" in one.page.view.details.text()
 
 
 def test_it_is_deleted_once_that_is_confirmed_and_keeps_its_side_where_it_cannot_be(
@@ -633,19 +641,3 @@ def test_the_command_line_reports_damage(capsys: pytest.CaptureFixture[str], tmp
         assert "Saved to" in printed.out
         assert "Damaged or altered" in printed.err
     assert "damaged data left out" in (tmp_path / "x.csv").read_text("utf-8-sig")
-
-
-def test_the_window_reports_damage_at_export_and_where_it_is_shown(
-    qtbot: QtBot, qapp: QApplication, tmp_path: Path
-) -> None:
-    damage(damaged := record(tmp_path / "template"))
-    with desk_in(qtbot, qapp, tmp_path / "data", damaged) as desk:
-        desk.page.table.selectRow(0)
-        desk.page.ask_path = choosing(tmp_path / "x.csv")
-        given(desk.page.exporting).click()
-        desk.until(lambda: "Saved" in desk.notice())
-        assert "Damaged or altered" in notice_text(desk.page.strip)
-        assert given(desk.page.strip.notice).meaning is Meaning.ATTENTION
-        desk.page.open_row(desk.page.work.rows()[0])
-        desk.until(lambda: desk.page.view.plot is not None)
-        assert "Damaged or altered" in desk.page.view.details.text()
