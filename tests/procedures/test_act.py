@@ -1,7 +1,4 @@
-"""Acts: refused in the engine, at most one frame for one permit, logged before and after, never claimed too much.
-
-Change of baud rate: in all three behaviours (E9) the program says where the module is, and the port is there too.
-"""
+"""Acts, the change of the baud rate among them: at most one frame for one permit, and never claimed too much."""
 
 from dataclasses import replace
 from typing import Any

@@ -1,9 +1,4 @@
-"""What is read, how many frames each procedure costs, and who is there directly before a frame.
-
-Trigger records are never thrown away, never invented, and never "none" where nothing was answered.
-
-A light threshold by measurement, whichever way light moves the reading.
-"""
+"""What is read and what it costs, who is there directly before a frame, trigger records, light by measurement."""
 
 from collections import Counter
 from collections.abc import Callable

@@ -108,15 +108,8 @@ def test_what_was_never_open_or_was_closed_on_purpose_is_not_opened(trouble: Por
 
 
 def test_the_thread_that_lists_the_ports_holds_nobody_up_at_the_end(monkeypatch: pytest.MonkeyPatch) -> None:
-    threads: list[threading.Thread] = []
-
-    def comports() -> list[object]:
-        threads.append(threading.current_thread())
-        return [ListPortInfo("/dev/ttyS0")]
-
-    monkeypatch.setattr("serial.tools.list_ports.comports", comports)
+    monkeypatch.setattr("serial.tools.list_ports.comports", lambda: [ListPortInfo("/dev/ttyS0")])
     assert list_ports() == [PortInfo("/dev/ttyS0")]
-    assert [(thread.name, thread.daemon) for thread in threads] == [("dps-s ports", True)]
     monkeypatch.setattr("serial.tools.list_ports.comports", lambda: 1 / 0)
     with pytest.raises(UserError):
         list_ports()
@@ -124,4 +117,5 @@ def test_the_thread_that_lists_the_ports_holds_nobody_up_at_the_end(monkeypatch:
     monkeypatch.setattr("serial.tools.list_ports.comports", is_over.wait)
     with pytest.raises(UserError):  # rather than an empty list
         list_ports(0.01)
+    assert [thread for thread in threading.enumerate() if thread.name == "dps-s ports" and not thread.daemon] == []
     is_over.set()

@@ -1,9 +1,4 @@
-"""The opened port: what opening reports, who has it open, and how a read waits.
-
-Real ports, on pseudo-terminals: errors of the system and of pyserial become our own, and everything ends in time.
-
-The settings of the line, read at its far end, and who else may open it.
-"""
+"""A port: what opening reports, who else may have it, the settings of the line, and errors, which become our own."""
 
 import errno
 import fcntl

@@ -1,6 +1,4 @@
-"""The worker on real ports: its thread, when it hands a batch over, and what becomes of the jobs when the port goes
-away.
-"""
+"""The worker: its thread, when it hands a batch over, and what becomes of the jobs when the port goes away."""
 
 from collections.abc import Callable, Iterator
 

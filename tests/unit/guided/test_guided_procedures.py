@@ -1,7 +1,4 @@
-"""The guided tests on the simulated module, with hands that do what they are told, and with some that do not.
-
-Guided tests and the light calibration: nothing happened, all was constant, each step was confirmed at once.
-"""
+"""The guided tests on the simulated module, with hands that do what they are told, and with some that do not."""
 
 import re
 from collections.abc import Callable

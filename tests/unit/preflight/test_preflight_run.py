@@ -79,12 +79,6 @@ def test_a_locked_module_is_never_go_and_an_active_one_never_ready() -> None:
         assert verdict_of(is_fine=is_fine, is_active=is_active) is Verdict.NO_GO
 
 
-def test_light_that_reads_lower_is_judged_the_other_way() -> None:
-    inverted = Fault(frozenset(), {"light_inverted": "yes"}, profile={"is_light_inverted": True})
-    assert check(inverted).against == set()
-    assert check(inverted, FAULTS["bay open"]).against == {"light"}
-
-
 def test_nobody_there_is_all_unknown() -> None:
     checked = check(options={"mute": "yes"})
     # What was done by hand before stands.

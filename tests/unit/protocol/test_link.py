@@ -1,7 +1,4 @@
-"""Where a conversation begins and ends. The numbers are those of the rules that were agreed on.
-
-One exchange on the link: what is sent, what is believed, and what is counted.
-"""
+"""Where a conversation begins and ends, by the numbers of the agreed rules; what is sent, believed and counted."""
 
 import random
 

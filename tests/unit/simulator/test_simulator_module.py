@@ -1,11 +1,4 @@
-"""Bytes of a simulated module without a line between.
-
-The simulated module against the vendor's table: frames, power, triggers, records.
-
-Faults of the line: each does what it says, and the same again for the same seed.
-
-The option table, and what the module does by itself or is made to do.
-"""
+"""The simulated module against the vendor's table: frames, power, triggers, records; faults of its line; options."""
 
 from dataclasses import fields
 from typing import Any
