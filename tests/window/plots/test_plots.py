@@ -200,30 +200,25 @@ def test_a_gap_and_a_silent_end_are_marked(bench: Bench) -> None:
     assert "no data" in bench.words
 
 
-def test_a_limit_stays_in_the_past_as_it_was(bench: Bench) -> None:
+@pytest.mark.promise("g")
+def test_a_limit_stays_in_the_past_as_it_was_and_a_stale_one_is_greyed_and_says_so(bench: Bench) -> None:
+    firm, stale = bench.lane.limits
     bench.fire.put(NOW_S - 30, 75)
     bench.plot.draw(NOW_S)
-    firm = bench.lane.limits[0]
     x, y = firm.getData()
     assert (x.tolist(), y.tolist()) == (pytest.approx([-60, -30, -30, 0], abs=0.2), [60, 60, 75, 75])
     assert "75° fires" in bench.words
-    bench.fire.put(NOW_S - 1, None)
-    bench.plot.draw(NOW_S + 60)
-    assert firm.getData()[0].tolist() == []
-    assert "75° fires" not in bench.words
-
-
-@pytest.mark.promise("g")
-def test_a_stale_limit_stays_greyed_and_says_that_it_is_stale(bench: Bench) -> None:
     bench.fire.put(NOW_S, None)
-    bench.stale.put(NOW_S, 60)
+    bench.stale.put(NOW_S, 75)
     bench.plot.draw(NOW_S + 30)
-    label = next(shown for shown in bench.written if shown.what == "60° fires?")
+    label = next(shown for shown in bench.written if shown.what == "75° fires?")
     assert label.ink == LIGHT.muted
-    firm, stale = bench.lane.limits
     assert firm.getData()[0].tolist() == pytest.approx([-60, -30], abs=0.2)
     assert stale.getData()[0].tolist() == pytest.approx([-30, 0], abs=0.2)
     assert stale.opts["pen"].color().name().upper() == LIGHT.muted.upper()
+    bench.plot.draw(NOW_S + 61)
+    assert firm.getData()[0].tolist() == []
+    assert "75° fires" not in bench.words
 
 
 def test_the_last_limits_of_a_recording_are_labelled(bench: Bench) -> None:
