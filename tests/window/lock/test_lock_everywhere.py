@@ -216,15 +216,6 @@ def test_no_dialog_covers_it_where_texts_are_largest(
             dialog.close()
 
 
-def test_a_dialog_that_is_asked_for_again_takes_the_place_of_the_first(bench: Bench) -> None:
-    window, chosen = bench.assembly.window, list[object]()
-    for _ in range(2):
-        file_dialogs.ask_path(window, "Save…", Path("a.csv"), "All (*)", chosen.append)
-    visible = [one for one in window.findChildren(QFileDialog) if one.isVisible()]
-    assert len(visible) == 1
-    assert chosen == []
-
-
 # Menus, lists, questions
 
 
@@ -255,7 +246,7 @@ def test_over_every_menu(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> No
 
 
 @pytest.mark.promise("l")
-def test_over_a_list_of_choices(bench: Bench) -> None:
+def test_over_a_list_of_choices_and_while_it_asks_before_it_closes(bench: Bench) -> None:
     main = bench.assembly.window
     main.menus["preferences"].trigger()
     box = find(main, QComboBox, "preferences_theme")
@@ -266,11 +257,6 @@ def test_over_a_list_of_choices(bench: Bench) -> None:
         act(bench, popup)
         bench.await_locked()
         box.hidePopup()
-
-
-@pytest.mark.promise("l")
-def test_while_it_asks_before_it_closes(bench: Bench) -> None:
-    main = bench.assembly.window
     bench.activate()
     main.close()
     assert main.isVisible()
@@ -281,12 +267,17 @@ def test_while_it_asks_before_it_closes(bench: Bench) -> None:
 
 
 @pytest.mark.promise("l")
-def test_enter_in_a_dialog_is_not_lock(bench: Bench) -> None:
+def test_enter_in_a_dialog_is_not_lock_and_one_that_is_asked_for_again_takes_its_place(bench: Bench) -> None:
     dialog = _ask_text(bench)
     bench.activate()
     bench.qtbot.keyClick(QApplication.focusWidget() or dialog, Qt.Key.Key_Return)
     bench.qtbot.wait(300)
     assert bench.module.module.state.is_active
+    main, chosen = bench.assembly.window, list[object]()
+    for _ in range(2):
+        file_dialogs.ask_path(main, "Save…", Path("a.csv"), "All (*)", chosen.append)
+    visible = [one for one in main.findChildren(QFileDialog) if one.isVisible()]
+    assert (len(visible), chosen) == (1, [])
 
 
 @pytest.mark.promise("l")
@@ -413,24 +404,18 @@ def test_what_is_owed_goes_first_when_the_port_comes_back_within_a_minute(one: R
     assert "treat the module as ACTIVE" in notice_text(bar)
 
 
-def test_pressed_again_it_goes_on(one: Rig) -> None:
-    lossy(one.bench, 100)
-    lock = one.assembly.ports.current.lock
+@pytest.mark.promise("l")
+def test_pressed_again_it_goes_on_and_what_is_activated_on_purpose_is_not_locked_again(one: Rig) -> None:
+    times, lock = lossy(one.bench, 100), one.assembly.ports.current.lock
     for _ in range(2):
         press(one.qtbot, one.assembly.window.top_bar.lock)
         one.until(lambda: bool(lock.sent))
     one.wait(0.5)
     assert lock.is_repeating
-
-
-@pytest.mark.promise("l")
-def test_what_is_activated_on_purpose_is_not_locked_again(one: Rig) -> None:
-    times = lossy(one.bench, 100)
-    press(one.qtbot, one.assembly.window.top_bar.lock)
-    one.until(lambda: len(times) >= 2)
-    one.assembly.ports.current.lock.give_up()
-    one.until(lambda: not one.assembly.ports.current.lock.is_repeating)
-    assert not one.assembly.ports.current.lock.is_unproven
+    assert len(times) >= 2
+    lock.give_up()
+    one.until(lambda: not lock.is_repeating)
+    assert not lock.is_unproven
     count = len(times)
     one.wait(0.4)
     assert len(times) == count
