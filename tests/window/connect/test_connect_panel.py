@@ -86,25 +86,15 @@ def test_a_port_plugged_in_meanwhile_is_listed(qtbot: QtBot, qapp: QApplication,
         qtbot.waitUntil(lambda: SECOND_ADAPTER.device in rows(assembly))
 
 
-def test_a_click_connects_to_the_simulated_module(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
-    with simulated("demo"), window(qapp, tmp_path) as assembly:
+def test_by_a_click_on_the_simulated_module_and_by_keyboard_alone(
+    qtbot: QtBot, qapp: QApplication, tmp_path: Path
+) -> None:
+    with simulated("demo"), simulated("typed"), window(qapp, tmp_path) as assembly:
         panel = assembly.window.panel
         qtbot.waitUntil(lambda: panel.list.count() == 1)
         qtbot.waitUntil(lambda: "Plug the adapter in" in panel.empty.text())
         assert panel.empty.isVisible()
         assert not panel.connect_button.isEnabled()
-        where = panel.list.visualItemRect(panel.list.item(0)).center()
-        qtbot.mouseClick(panel.list.viewport(), Qt.MouseButton.LeftButton, pos=where)
-        qtbot.mouseClick(panel.connect_button, Qt.MouseButton.LeftButton)
-        wait_online(qtbot, assembly)
-        qtbot.waitUntil(panel.isHidden)
-        assert assembly.window.top_bar.port.accessibleName() == "Port Simulated module: Connected"
-
-
-def test_by_keyboard_alone(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
-    with simulated("typed"), window(qapp, tmp_path) as assembly:
-        panel = assembly.window.panel
-        qtbot.waitUntil(panel.isVisible)
         qtbot.keyClick(panel.list, Qt.Key.Key_Escape)
         assert panel.isHidden()
         qtbot.keyClick(assembly.window, Qt.Key.Key_K, Qt.KeyboardModifier.ControlModifier)
@@ -112,8 +102,16 @@ def test_by_keyboard_alone(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> 
         qtbot.keyClicks(panel.other, "sim://typed")
         qtbot.keyClick(panel.other, Qt.Key.Key_Return)
         wait_online(qtbot, assembly)
+        qtbot.waitUntil(panel.isHidden)
         qtbot.keyClick(assembly.window, Qt.Key.Key_D, Qt.KeyboardModifier.ControlModifier)
         qtbot.waitUntil(lambda: phase(assembly) is Phase.CLOSED)
+        panel.show()
+        where = panel.list.visualItemRect(panel.list.item(0)).center()
+        qtbot.mouseClick(panel.list.viewport(), Qt.MouseButton.LeftButton, pos=where)
+        qtbot.mouseClick(panel.connect_button, Qt.MouseButton.LeftButton)
+        wait_online(qtbot, assembly)
+        qtbot.waitUntil(panel.isHidden)
+        assert assembly.window.top_bar.port.accessibleName() == "Port Simulated module: Connected"
 
 
 def test_the_last_adapter_is_chosen_whatever_its_name_is_now(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:

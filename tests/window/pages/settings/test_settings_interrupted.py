@@ -71,14 +71,22 @@ def test_edits_of_an_ended_conversation_are_offered_beside_what_the_module_holds
     assert len(one.changes()) == 1
 
 
-def test_a_risk_that_was_accepted_does_not_come_over(one: Desk) -> None:
+def test_neither_an_accepted_risk_nor_a_measured_light_comes_over(one: Desk) -> None:
+    """Another module may have taken the place of the first between the two measurements."""
     one.bench.change(refuses=True)
     type_into(one, "attitude_threshold", "40")
     written(one)
     choose(one, "write_anyway")
     one.until(lambda: state(one, TILT) is RowState.FAILED)
     one.bench.change(refuses=False)
+    one.settings.refresh()
+    one.click("light_threshold_measure")
+    one.click("calibration_closed_measure")
+    one.until(lambda: not one.settings.calibration.job.is_running)
     restart(one)
+    one.settings.refresh()
+    assert one.settings.panel is None
+    assert one.settings.write.isVisible(), "the table is shown again"
     one.click(take_over(one))
     before = len(one.changes())
     written(one)
@@ -102,18 +110,6 @@ def test_nothing_is_edited_pressed_or_sent_after_the_end(one: Desk) -> None:
     page.work.write(one.assembly.armed)
     assert page.work.wanted == {TIME: 1.2}
     assert not one.changes()
-
-
-def test_the_light_of_two_conversations_is_no_threshold(one: Desk) -> None:
-    """Another module may have taken the place of the first between the two measurements."""
-    one.settings.refresh()
-    one.click("light_threshold_measure")
-    one.click("calibration_closed_measure")
-    one.until(lambda: not one.settings.calibration.job.is_running)
-    restart(one)
-    one.settings.refresh()
-    assert one.settings.panel is None
-    assert one.settings.write.isVisible(), "the table is shown again"
 
 
 # What was under way
