@@ -300,7 +300,7 @@ class Hands(Hand):
         with suppress(AssertionError):  # it is not offered to this module
             WHOLE[act][0](self)
         self.wait(self.dice.choice((0.0, 0.02, 0.1)))
-        follows = self.dice.choice((self.press_lock, self._accident, self.slip, self.restart))
+        follows = self.dice.choice((self.press_lock, self._accident, self.slip, self.bench.restart))
         self.trail += [act, follows.__name__]
         follows()
         self.wait(3.0)
@@ -314,7 +314,9 @@ class Hands(Hand):
         return is_open and bench.plug_number == self.lines[-1].plug_number and bench.is_plugged_in
 
     def _accident(self) -> None:
-        what = self.dice.choice((self._disturb, self._disturb, self._heal, self.restart, self.slip, self._exchange))
+        what = self.dice.choice(
+            (self._disturb, self._disturb, self._heal, self.bench.restart, self.slip, self._exchange)
+        )
         self.trail.append(what.__name__)
         what()
 
@@ -324,9 +326,6 @@ class Hands(Hand):
     def _disturb(self) -> None:
         self._heal()
         self.bench.change(**self.dice.choice(FAULTS))
-
-    def restart(self) -> None:
-        self.bench.restart()
 
     def slip(self) -> None:
         """The plug slips out and in again; the port is opened again."""

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 import zstandard
-from hypothesis import HealthCheck, given, settings
+from hypothesis import given, settings
 from hypothesis import strategies as st
 from mcap.data_stream import RecordBuilder
 from mcap.records import Chunk
@@ -52,16 +52,13 @@ def changed_but_read(whole: Whole, folder: Path, raw: bytes) -> Recording:
     return recording
 
 
-Folders = settings(max_examples=150, suppress_health_check=[HealthCheck.function_scoped_fixture], deadline=None)
-
-
 def test_an_undamaged_session_is_whole(whole: Whole, tmp_path: Path) -> None:
     recording = changed_but_read(whole, tmp_path, whole.path.read_bytes())
     assert (recording.damage, recording.entry.was_cut_off) == (None, False)
     assert len(recording.tilt) == len(whole.times) == 600
 
 
-@Folders
+@settings(max_examples=150)
 @given(share=st.floats(0, 1))
 def test_cut_off_anywhere(whole: Whole, tmp_path: Path, share: float) -> None:
     """As many bytes of the file of a running recording as there were at some moment."""
@@ -76,7 +73,7 @@ def test_cut_off_anywhere(whole: Whole, tmp_path: Path, share: float) -> None:
         assert share * len(raw) < HEAD_BYTES
 
 
-@Folders
+@settings(max_examples=150)
 @given(place=st.floats(0, 1), raw=st.binary(min_size=1, max_size=8))
 @pytest.mark.promise("f")
 def test_no_changed_byte_passes_unsaid(whole: Whole, tmp_path: Path, place: float, raw: bytes) -> None:
