@@ -15,7 +15,7 @@ from app.preflight.evidence import HEARTBEATS, Evidence, TriggerFlag
 from app.preflight.run import STEPS, TRIGGERS, run_preflight
 from app.preflight.verdict import Verdict, assess, verdict_of
 from app.procedures.stream import StreamSwitch
-from app.procedures.write import WAITING, SettingChange, WriteContext, WriteFault, set_each
+from app.procedures.write import SettingChange, WriteContext, WriteFault, set_each
 from app.records.record import read_document, sign
 from app.records.verification import RecordState, StationNames, verify
 from app.safety.journal import Outcome
@@ -97,15 +97,6 @@ def test_a_heartbeat_that_had_to_be_asked_again_is_lost() -> None:
     assert (evidence.heartbeats_sent, evidence.heartbeats_lost) == (HEARTBEATS, 4)
 
 
-def test_a_check_reports_its_steps_and_keeps_the_last_status() -> None:
-    evidence, reports, rig = Evidence(port="sim"), list[Report](), settled_rig()
-    rig.run(run_preflight(evidence, is_enabling=True, journal=FakeJournal()), reports.append)
-    assert sorted({report.done for report in reports if report.total == STEPS}) == list(range(STEPS))
-    assert WAITING in {report.doing for report in reports}, "a person waits for late answers"
-    assert evidence.last is not None
-    assert evidence.status == evidence.last.status
-
-
 def test_the_last_reading_decides_what_is_known() -> None:
     time = BY_NAME["freefall_time"]
     for first, last in ((True, False), (False, True)):
@@ -118,6 +109,8 @@ def test_the_last_reading_decides_what_is_known() -> None:
 
         rig.run(run_preflight(evidence), answers)
         assert (time.key in evidence.values, time.key in evidence.faults) == (last, not last)
+        assert evidence.last is not None
+        assert evidence.status == evidence.last.status
 
 
 def test_a_stream_that_begins_meanwhile_is_no_second_module() -> None:
