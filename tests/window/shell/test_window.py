@@ -17,6 +17,7 @@ from app.diagnosis.link_state import Phase
 from app.engine.target import Target
 from app.engine.worker import Batch
 from app.safety.journal import Act
+from app.trigger_records.history import read_triggers
 from protocol.events import EndReason
 from tests.support.processes import ran_code
 from tests.support.records.stored import register
@@ -172,12 +173,31 @@ def test_the_end_of_the_conversation_withdraws_confirmations(qtbot: QtBot, qapp:
         qtbot.waitUntil(lambda: assembly.ports.module.is_going)
         question = Confirm("night", ask="Zero", go="Zero now")
         question.setParent(assembly.window)
-        question.ask.click()
+        question.is_asking = True  # it is in no page, so a click would only bring it into sight
         assembly.window._services.armed.act = Act.DEPLOY
         worker.end(EndReason.SLEPT)
         qtbot.waitUntil(lambda: assembly.window._services.armed.act is None)
         assert not question.is_asking
         assert "The computer slept." in given(assembly.ports.current.interruptions.last).translated()
+
+
+def test_choosing_another_module_withdraws_confirmations_and_cancels_what_runs(
+    qtbot: QtBot, qapp: QApplication, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    with fake_window(qapp, tmp_path) as (ports, assembly):
+        _port, worker = ports.plug_in("/dev/one")
+        qtbot.waitUntil(lambda: assembly.ports.module.is_going)
+        question = Confirm("night", ask="Zero", go="Zero now")
+        question.setParent(assembly.window)
+        question.is_asking = True  # it is in no page, so a click would only bring it into sight
+        assembly.window._services.armed.act = Act.DEPLOY
+        cancelled: list[object] = []
+        assembly.ports.module.job("night").run(read_triggers(), lambda _job: None)
+        running, _is_urgent = worker.jobs[-1]
+        monkeypatch.setattr(running, "cancel", lambda: cancelled.append(running))
+        assembly.ports.choose(assembly.ports.add())
+        assert (question.is_asking, assembly.window._services.armed.act) == (False, None)
+        assert cancelled == [running]
 
 
 @pytest.mark.promise("h")
