@@ -66,6 +66,13 @@ def test_a_flight_controller_is_told_by_what_it_says(noise: bytes) -> None:
     assert what_came(counters, noise[::-1]) is Silence.GARBAGE
 
 
+@pytest.mark.parametrize("place", [44, 45])  # the number of the second message, and its system
+def test_two_first_bytes_of_mavlink_are_no_flight_controller_by_chance(place: int) -> None:
+    noise = bytearray.fromhex(_ATTITUDES)
+    noise[place] ^= 4
+    assert what_came(came(rejected=len(noise)), bytes(noise)) is Silence.GARBAGE
+
+
 def test_a_search_sends_nothing_but_questions_and_leaves_the_port_where_it_was() -> None:
     rig = Rig({"mute": True}, baud_rate=57600)
     found = rig.run(find_rate(9600), outlives=True)
