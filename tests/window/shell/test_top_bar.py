@@ -274,7 +274,8 @@ def test_a_chosen_sound_is_played_by_the_first_player_that_works(
     broken = player(tmp_path, "paplay", code=1)
     works = player(tmp_path, "aplay", code=0)
     sounds.play(Sound.TRIGGERED)
-    qtbot.waitUntil(works.exists)
+    # The shell makes the file before it writes into it.
+    qtbot.waitUntil(lambda: works.exists() and works.read_text(encoding="utf-8").endswith("\n"))
     assert broken.exists()
     option, path = works.read_text(encoding="utf-8").split()
     assert (option, Path(path).name) == ("-q", "triggered.wav")
