@@ -309,7 +309,8 @@ class Link:
             at = max(flight.record_at + trips.asks_after_s, flight.probed_at + trips.repeat_s)
             if flight.is_past:
                 ends_at = min(ends_at, flight.record_at + timing.RECORDS_QUIET_S)
-                at = flight.probed_at + trips.asks_after_s
+                # On a slow line `asks_after_s` is nothing, and the line would be flooded.
+                at = flight.probed_at + max(trips.asks_after_s, trips.repeat_s)
         elif flight.is_once:
             # Something else came in this time, or it would be silent.
             ends_at = min(ends_at, flight.first_at + timing.ANSWER_S)
