@@ -14,7 +14,6 @@ from PySide6.QtWidgets import (
     QListWidget,
     QListWidgetItem,
     QPushButton,
-    QScrollArea,
     QToolButton,
     QWidget,
 )
@@ -28,8 +27,8 @@ from protocol.catalogue import BAUD_RATES, DEFAULT_BAUD_RATE
 from ui.core.preferences import LastPort
 from ui.session.ports import Ports
 from ui.style.icons import Icon, icon, set_icon_size
-from ui.style.theme import IconSize, Space, scaled
-from ui.widgets.controls import control, in_column, in_row, named, retain_size, text_label
+from ui.style.theme import IconSize, Space, is_text_large, scaled
+from ui.widgets.controls import control, in_column, in_row, named, retain_size, scroll_area, text_label
 from ui.widgets.number_line import WheelGuard
 from ui.widgets.step_button import FocusBack
 from ui.widgets.visibility_timer import VisibilityTimer
@@ -78,8 +77,9 @@ def _row_of(port: PortInfo, connected: str) -> PortRow:
     return PortRow(port.device, port.identity, title, product, detail, is_connected=port.device == connected)
 
 
-class ConnectPanel(QScrollArea):
-    """A card in the middle, which refreshes itself while it is open and never blocks on a port."""
+class ConnectPanel(QWidget):
+    """A card in the middle, which refreshes itself while it is open and never blocks on a port. In large text its
+    buttons stand below what scrolls, so that they stay in sight."""
 
     connect_wanted = Signal(object)  # A `Target`
     disconnect_wanted = Signal()
@@ -89,9 +89,6 @@ class ConnectPanel(QScrollArea):
         super().__init__()
         self.setObjectName("connect_panel")
         self.setAccessibleName(tr("Choose a port"))
-        self.setFrameShape(QFrame.Shape.NoFrame)
-        self.setWidgetResizable(True)
-        self.setFocusPolicy(Qt.FocusPolicy.NoFocus)
         self._ports, self._watcher = ports, ports.watcher
         self._last: LastPort | None = None
         # Key and rate of the open port that the list and the rate were set to.
@@ -135,6 +132,7 @@ class ConnectPanel(QScrollArea):
         self.options.toggled.connect(options.setVisible)
         card = named(QFrame(), "connect_card", "card")
         card.setMaximumWidth(scaled(520))
+        buttons = in_row(1, self.disconnect_button, self.connect_button)
         in_column(
             in_row((named(QLabel(tr("Choose a port")), "connect_title", "title"), 1), close),
             self.list,
@@ -142,7 +140,7 @@ class ConnectPanel(QScrollArea):
             (self.options, Qt.AlignmentFlag.AlignLeft),
             options,
             self.state_label,
-            in_row(1, self.disconnect_button, self.connect_button),
+            *(() if is_text_large() else (buttons,)),
             (self.logs, Qt.AlignmentFlag.AlignLeft),
             of=card,
             spacing=Space.M,
@@ -151,9 +149,14 @@ class ConnectPanel(QScrollArea):
         # From a fixed place downwards: nothing above moves when a row or a line is added.
         ground = named(QWidget(), "connect_ground")
         in_column(in_row(1, (card, 100), 1), 1, of=ground, margins=(Space.M, Space.XL, Space.M, Space.M))
-        self.setWidget(ground)
-        for transparent in (self.viewport(), ground):
+        scroll = scroll_area(ground, "connect_scroll", tr("Choose a port"), is_vertical=True)
+        for transparent in (scroll.viewport(), ground):
             transparent.setAutoFillBackground(False)
+        if is_text_large():
+            buttons.setContentsMargins(Space.M, Space.XS, Space.M, Space.XS)
+            in_column((scroll, 1), buttons, of=self, spacing=0, margins=0)
+        else:
+            in_column(scroll, of=self, margins=0)
         self.list.itemSelectionChanged.connect(self._choose)
         self.list.itemActivated.connect(lambda _item: self.connect_chosen())
         self.other.textEdited.connect(self._type)
