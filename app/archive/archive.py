@@ -19,7 +19,7 @@ from msgspec import Struct, field
 from app import version
 from app.archive.places import FilePlace, PostgresPlace, digests, is_server, lengths_in, rows_in
 from app.records.verification import StationNames, is_of_row
-from app.store.fact_store import INSERT, Facts, Store, StoreError, connect, trouble_of
+from app.store.fact_store import INSERT, Facts, Store, StoreError, connect, store_error_of
 from app.store.rows import (
     AHEAD,
     MAX_CONTENT_BYTES,
@@ -85,7 +85,7 @@ def all_facts(store: Store) -> Iterator[Facts]:
             connection.execute("CREATE TEMP VIEW facts AS SELECT * FROM main.facts UNION ALL SELECT * FROM own.facts")
             yield Facts(connection, store.station, lambda: datetime.now(UTC))
     except sqlite3.Error as error:
-        raise trouble_of(error, path) from error
+        raise store_error_of(error, path) from error
 
 
 def status_of(store: Store) -> ArchiveStatus:

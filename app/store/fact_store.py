@@ -105,7 +105,7 @@ class StoreErrorKind(Enum):
     OPENING = marked("{file} is still being opened.")
 
 
-_FAULTS = {
+_KINDS = {
     sqlite3.SQLITE_FULL: StoreErrorKind.FULL,
     sqlite3.SQLITE_READONLY: StoreErrorKind.READ_ONLY,
     sqlite3.SQLITE_CANTOPEN: StoreErrorKind.READ_ONLY,
@@ -122,27 +122,27 @@ class StoreError(UserError):
 
     code = ErrorCode.STORE
 
-    def __init__(self, fault: StoreErrorKind, path: Path, detail: str = "") -> None:
-        super().__init__(fault.value, file=path)
-        self.fault = fault
-        self._detail = f"{path}: {fault.name}: {detail}"
+    def __init__(self, kind: StoreErrorKind, path: Path, detail: str = "") -> None:
+        super().__init__(kind.value, file=path)
+        self.kind = kind
+        self._detail = f"{path}: {kind.name}: {detail}"
 
     def __str__(self) -> str:
         return self._detail
 
 
-def trouble_of(error: sqlite3.Error | OSError, path: Path) -> StoreError:
+def store_error_of(error: sqlite3.Error | OSError, path: Path) -> StoreError:
     if isinstance(error, OSError):
         return StoreError(
             StoreErrorKind.FULL if error.errno == errno.ENOSPC else StoreErrorKind.READ_ONLY, path, str(error)
         )
     # The lowest byte says what failed, and the others where. Python's own errors have no code.
-    fault = _FAULTS.get(getattr(error, "sqlite_errorcode", 0) & 0xFF, StoreErrorKind.FAILED)
-    if fault in (StoreErrorKind.READ_ONLY, StoreErrorKind.FAILED):
+    kind = _KINDS.get(getattr(error, "sqlite_errorcode", 0) & 0xFF, StoreErrorKind.FAILED)
+    if kind in (StoreErrorKind.READ_ONLY, StoreErrorKind.FAILED):
         # Of a full disk SQLite only says that a file beside it cannot be opened.
         with suppress(OSError):
-            fault = StoreErrorKind.FULL if shutil.disk_usage(path.parent).free < MIN_FREE_BYTES else fault
-    return StoreError(fault, path, str(error))
+            kind = StoreErrorKind.FULL if shutil.disk_usage(path.parent).free < MIN_FREE_BYTES else kind
+    return StoreError(kind, path, str(error))
 
 
 # The file
@@ -450,7 +450,7 @@ class Store:
             with closing(connect_to_read(self.path)) as connection:
                 return work(Facts(connection, self.station, self._now))
         except sqlite3.Error as error:
-            raise trouble_of(error, self.path) from error
+            raise store_error_of(error, self.path) from error
 
     def state(self, key: str) -> Any:
         """Return the value; None where it is not set. Raises `StoreError`."""
@@ -487,7 +487,7 @@ class Store:
             facts, notice = self._open()
         except BaseException as error:  # noqa: BLE001  also a fault of the program: nobody may wait for ever
             _log.warning("There is no store: %s", error)
-            trouble = trouble_of(error, self.path) if isinstance(error, sqlite3.Error | OSError) else error
+            trouble = store_error_of(error, self.path) if isinstance(error, sqlite3.Error | OSError) else error
             self.opened.set_exception(trouble)
             for _work, future in iter(self._work.get, None):
                 if future.set_running_or_notify_cancel():
@@ -507,7 +507,7 @@ class Store:
                 facts.connection.execute("BEGIN IMMEDIATE")
                 result = work(facts)
         except sqlite3.Error as error:
-            future.set_exception(trouble_of(error, self.path))
+            future.set_exception(store_error_of(error, self.path))
         except BaseException as error:  # noqa: BLE001  passed on by the future as what it is
             if not isinstance(error, UserError):
                 _log.error("A fault of the program, and none of the store", exc_info=error)

@@ -130,7 +130,7 @@ def test_reading_waits_no_longer_than_its_limit_for_a_disk_that_never_answers(
     finally:
         release.set()
         store.close()
-    assert refused.value.fault is StoreErrorKind.OPENING
+    assert refused.value.kind is StoreErrorKind.OPENING
 
 
 @pytest.mark.skipif(sys.platform == "win32", reason="Windows has no such rights")
@@ -227,7 +227,7 @@ def test_a_file_of_a_newer_version_is_left_alone(folder: Path) -> None:
     before = path.read_bytes()
     with opened(folder) as store, pytest.raises(StoreError) as caught:
         store.add(INTENT).result(PATIENCE_S)
-    assert caught.value.fault is StoreErrorKind.NEWER
+    assert caught.value.kind is StoreErrorKind.NEWER
     assert str(path) in caught.value.sentence
     assert path.read_bytes() == before
 

@@ -167,14 +167,19 @@ def test_an_unattended_run_saves_a_picture(tmp_path: Path) -> None:
     assert (tmp_path / "e" / "live.png").read_bytes().startswith(b"\x89PNG")
 
 
+def asked_and_armed(assembly: Assembly) -> Confirm:
+    question = Confirm("night", ask="Zero", go="Zero now")
+    question.setParent(assembly.window)
+    question.is_asking = True  # it is in no page, so a click would only bring it into sight
+    assembly.window._services.armed.act = Act.DEPLOY
+    return question
+
+
 def test_the_end_of_the_conversation_withdraws_confirmations(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
     with fake_window(qapp, tmp_path) as (ports, assembly):
         _port, worker = ports.plug_in("/dev/one")
         qtbot.waitUntil(lambda: assembly.ports.module.is_going)
-        question = Confirm("night", ask="Zero", go="Zero now")
-        question.setParent(assembly.window)
-        question.is_asking = True  # it is in no page, so a click would only bring it into sight
-        assembly.window._services.armed.act = Act.DEPLOY
+        question = asked_and_armed(assembly)
         worker.end(EndReason.SLEPT)
         qtbot.waitUntil(lambda: assembly.window._services.armed.act is None)
         assert not question.is_asking
@@ -187,10 +192,7 @@ def test_choosing_another_module_withdraws_confirmations_and_cancels_what_runs(
     with fake_window(qapp, tmp_path) as (ports, assembly):
         _port, worker = ports.plug_in("/dev/one")
         qtbot.waitUntil(lambda: assembly.ports.module.is_going)
-        question = Confirm("night", ask="Zero", go="Zero now")
-        question.setParent(assembly.window)
-        question.is_asking = True  # it is in no page, so a click would only bring it into sight
-        assembly.window._services.armed.act = Act.DEPLOY
+        question = asked_and_armed(assembly)
         cancelled: list[object] = []
         assembly.ports.module.job("night").run(read_triggers(), lambda _job: None)
         running, _is_urgent = worker.jobs[-1]
