@@ -16,7 +16,7 @@ from app.procedures.find import Silence
 from app.safety.last_known import keep_away
 from app.text.i18n import tr
 from app.text.messages import capitalised, duration
-from protocol.events import Answered, Counters, Ended
+from protocol.events import Answered, Counters, Ended, EndReason
 
 
 class Phase(Enum):
@@ -154,6 +154,8 @@ def _link_text(state: LinkState, now: float) -> LinkText:
             return LinkText(tr("{time} late", time=duration(lag_s)), late, tr(TOO_SLOW))
         case Phase.OFFLINE if ended is not None:
             word = tr("Offline for {time}", time=duration(now - ended.at))
+            if ended.reason is EndReason.RATE_CHANGED:  # by us, and no rate was found since
+                return LinkText(word, tr("The module does not answer."), switch_on, NextStep.FIND_RATE)
             return LinkText(word, reason_message(ended.reason, ended.contradiction).translated(), switch_on)
         case Phase.OFFLINE:
             return LinkText(capitalised(tr("offline")), tr("The module does not answer."), switch_on)

@@ -22,7 +22,7 @@ from app.engine.worker import Batch
 from app.preflight.verdict import Standing
 from app.safety.journal import Act
 from tests.module.line import Line, now
-from tests.module.module import ACTIVATION, ACTIVE, ATTITUDE_OFF, BY_PWM, FREEFALL_OFF, STATUS, Module
+from tests.module.module import ACTIVATION, ACTIVE, ATTITUDE_OFF, BAUD, BY_PWM, FREEFALL_OFF, STATUS, Module
 from tests.module.wire import Question
 from tests.support.line.module_line import ModuleLine
 from tests.support.window.fakes_ui import connect, page_entries, wait_for_disk, window
@@ -430,6 +430,36 @@ def test_the_top_bar_says_what_became_of_the_triggers(is_fall_on: bool, said: st
         desk.until(lambda: page.strip.button("write_anyway"))
         desk.click(page.strip.button("write_anyway"))
     desk.until(lambda: said in desk.assembly.window.top_bar.triggers.accessibleName())
+
+
+def test_a_module_that_is_lost_with_its_baud_rate(desk: Desk) -> None:
+    """It acknowledges, and answers at no rate: until all were tried, nobody is told to switch it off."""
+    desk.go_to("settings")
+    page, port = desk.find(SettingsPage), desk.assembly.ports.current
+    page.baud.editor.setCurrentIndex(page.baud.editor.findData(9600))
+    page.baud.refresh()
+    desk.click(page.baud.confirm.ask)
+    line, module = desk.line, desk.module
+
+    def lose(question: Question) -> None:
+        if question.code == BAUD:
+            line.plan(0.011, lambda: setattr(module, "rate", 300))
+
+    module.at_frame = lose
+    desk.click(page.baud.confirm.go)
+    desk.until(lambda: not desk.assembly.ports.module.is_going)
+    phases, notices, tried = set(), set(), set()
+    while port.is_changing_rate:
+        phases.add(port.state.phase)
+        tried.add(port.connection.baud_rate)
+        notices |= {one.text for one in desk.assembly.window.notice_bar.notices}
+        desk.turn()
+    assert (phases, len(tried)) == ({Phase.FINDING}, 6)
+    assert not notices, "they are about a link that is lost"
+    desk.until(lambda: desk.notices("No answer at any rate"))
+    desk.until(lambda: port.state.phase is Phase.OFFLINE)
+    assert desk.assembly.window.notice_bar.button("find_rate") is not None
+    assert len(desk.module.log.acts()) == 1
 
 
 @pytest.mark.skipif(sys.platform == "win32", reason="Windows has no pseudo-terminals")

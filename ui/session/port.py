@@ -168,11 +168,14 @@ class Port(QObject):
             connection = connection._replace(trouble=self._trouble)
         elif not self.is_requested and connection.state is PortState.CLOSED:
             connection = connection._replace(trouble=None)  # that port is no longer wanted
+        # A change of the rate that the module does not answer searches for it, too: until all rates were tried, nothing
+        # is wrong with its power or its cable.
+        is_searching = self.is_changing_rate and not self.module.is_going
         return link_state(
             connection,
             self.module.view,
             self._silence,
-            is_finding=self._finding is not None,
+            is_finding=self._finding is not None or is_searching,
             absence=absence,
             adapter="" if self.target is None else self.target.identity,
             switched_off_at=self.switched_off_at,
