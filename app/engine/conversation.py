@@ -6,7 +6,7 @@ a conversation that is over.
 """
 
 from collections import deque
-from collections.abc import Iterable, Mapping
+from collections.abc import Mapping
 from enum import Enum
 from types import MappingProxyType
 from typing import NamedTuple
@@ -28,9 +28,7 @@ FRESH_FOR_S: Mapping[str, float] = MappingProxyType(
 # How long a streamed status is current, and proves that the serial output is on: the slowest streams send one a second.
 STREAM_PROVES_S = 1.5
 STREAM_WINDOW_S = 3.0  # in which the rate of the stream is measured
-MOTION_FOR_S = 2.5
-# Only the extremes of each slot are kept, as up to 1,440 reports a second may come.
-MOTION_SLOT_S = 0.1
+REPORTS_FOR_S = 2.5  # how long reports are kept, by which it is judged whether the module moves
 # The value that an act changes, by its command.
 _CHANGED_BY_ACTS = {ACTIVATION: "active", BY_NAME["deploy"]: "triggered", BY_NAME["zero_sensor"]: "tilt_deg"}
 
@@ -109,17 +107,6 @@ class Known(NamedTuple):
     is_stale: bool = False
 
 
-class MotionExtremes(NamedTuple):
-    """The extremes of the reports from `since` to `until` (monotonic seconds)."""
-
-    since: float
-    until: float
-    tilt_low_deg: float
-    tilt_high_deg: float
-    acceleration_low_g: float
-    acceleration_high_g: float
-
-
 class StatusSample(NamedTuple):
     """One status report. `at`: when its bytes were read from the port, in seconds of the session's clock."""
 
@@ -139,7 +126,7 @@ class ConversationView(NamedTuple):
     values: Mapping[str, Known] = MappingProxyType({})
     is_streaming: bool = False  # status reports came unasked, the last one within 1.5 s
     stream_hz: float = 0.0
-    motion: MotionExtremes | None = None  # of the last seconds
+    reports: tuple[StatusSample, ...] = ()  # of the last 2.5 s, oldest first
     lag_s: float | None = None  # how long answers take; None until one is measured
     is_shared: bool = False  # the port takes nothing but questions and LOCK
 
@@ -203,8 +190,8 @@ class Conversation:
         # When streamed reports came, in the last seconds.
         self._streamed_at: deque[float] = deque(maxlen=8192)
         self._samples: list[StatusSample] = []
-        # What moved in the last seconds, slot by slot.
-        self._motion: deque[MotionExtremes] = deque()
+        # Those of the last seconds; up to 1,440 a second may come.
+        self._reports: deque[StatusSample] = deque(maxlen=8192)
 
     def apply(self, event: Event) -> None:
         match event:
@@ -236,8 +223,8 @@ class Conversation:
         while came_at and now - came_at[0] > STREAM_WINDOW_S:
             came_at.popleft()
         span_s = came_at[-1] - came_at[0] if came_at else 0.0
-        while self._motion and now - self._motion[0].until > MOTION_FOR_S:
-            self._motion.popleft()
+        while self._reports and now - self._reports[0].at > REPORTS_FOR_S:
+            self._reports.popleft()
         return ConversationView(
             number=self.number,
             began_at=self.began_at,
@@ -245,24 +232,19 @@ class Conversation:
             values=MappingProxyType(values),
             is_streaming=self.ended is None and len(came_at) > 1 and now - came_at[-1] < STREAM_PROVES_S,
             stream_hz=(len(came_at) - 1) / span_s if span_s > 0 else 0.0,
-            motion=_joined(self._motion) if self._motion else None,
+            reports=tuple(self._reports),
             lag_s=lag_s,
         )
 
     def _on_status(self, sample: StatusSample, *, is_streamed: bool) -> None:
-        at, tilt, acceleration = sample.at, sample.tilt_deg, sample.acceleration_g
         if is_streamed:
-            self._streamed_at.append(at)
+            self._streamed_at.append(sample.at)
             if len(self._streamed_at) > 1:  # a single one may be a late answer
-                self._values[SERIAL_OUTPUT.key] = Known(True, How.STREAMED, at)
+                self._values[SERIAL_OUTPUT.key] = Known(True, How.STREAMED, sample.at)
         for key in STATUS_KEYS:
-            self._values[key] = Known(getattr(sample, key), How.STREAMED if is_streamed else How.READ, at)
+            self._values[key] = Known(getattr(sample, key), How.STREAMED if is_streamed else How.READ, sample.at)
         self._samples.append(sample)
-        report = MotionExtremes(at, at, tilt, tilt, acceleration, acceleration)
-        if self._motion and at - self._motion[-1].since < MOTION_SLOT_S:
-            self._motion[-1] = _joined((self._motion[-1], report))
-        else:
-            self._motion.append(report)
+        self._reports.append(sample)
 
     def _on_acknowledged(self, acknowledgement: Acknowledgement, at: float) -> None:
         request = acknowledgement.request
@@ -291,8 +273,3 @@ def _key_changed_by(request: Request) -> str | None:
     """What a set or an act changes."""
     command = request.command
     return command.key if command.is_setting else _CHANGED_BY_ACTS.get(command)
-
-
-def _joined(parts: Iterable[MotionExtremes]) -> MotionExtremes:
-    since, until, tilt_low, tilt_high, weak, strong = zip(*parts, strict=True)
-    return MotionExtremes(since[0], until[-1], min(tilt_low), max(tilt_high), min(weak), max(strong))

@@ -11,7 +11,7 @@ from types import MappingProxyType
 from typing import NamedTuple
 
 from app.engine.conversation import FRESH_FOR_S as _FRESH_FOR_S
-from app.engine.conversation import ConversationView, How, MotionExtremes
+from app.engine.conversation import ConversationView, How, StatusSample
 from app.engine.procedure import SHARED, TOO_SLOW
 from app.safety.journal import TITLES, Act
 from app.text.messages import UserMessage, message
@@ -119,7 +119,7 @@ class InterlockInputs:
     triggered: bool | None = None
     tilt_deg: float | None = None
     attitude_threshold_deg: float | None = None
-    motion: MotionExtremes | None = None  # of the last two seconds
+    reports: tuple[StatusSample, ...] = ()  # of the last seconds
     armed: Act | None = None  # what is armed in any window
     permit: Permit | None = None
     overtaken_at: float | None = None  # when LOCK was last sent; an earlier permit is void
@@ -152,7 +152,7 @@ def inputs_at(conversation: ConversationView, now: float) -> InterlockInputs:
         triggered=reported("triggered"),
         tilt_deg=tilt.value if tilt is not None and is_fresh else None,
         attitude_threshold_deg=conversation.fresh("attitude_threshold_deg", now),
-        motion=conversation.motion,
+        reports=conversation.reports,
     )
 
 
@@ -175,7 +175,7 @@ def refusals(
 
 
 def _why_open(condition: Interlock, act: Act, inputs: InterlockInputs) -> UserMessage | None:
-    tilt, threshold, motion = inputs.tilt_deg, inputs.attitude_threshold_deg, inputs.motion
+    tilt, threshold = inputs.tilt_deg, inputs.attitude_threshold_deg
     match condition:
         case Interlock.ONLINE:
             return message(marked("The module does not answer.")) if inputs.conversation is None else None
@@ -216,18 +216,7 @@ def _why_open(condition: Interlock, act: Act, inputs: InterlockInputs) -> UserMe
             text = marked("Tilt {tilt:.0f}°: lay it level (≤ {limit:.0f}°).")
             return None if tilt <= LEVEL_WITHIN_DEG else message(text, tilt=tilt, limit=LEVEL_WITHIN_DEG)
         case Interlock.IS_STILL:
-            if motion is None or motion.until - motion.since < STILL_FOR_S:
-                return message(marked("Not watched for 2 s yet."))
-            is_one_g = motion.acceleration_low_g >= STILL_FROM_G and motion.acceleration_high_g <= STILL_TO_G
-            if motion.tilt_high_deg - motion.tilt_low_deg <= STILL_WITHIN_DEG and is_one_g:
-                return None
-            return message(
-                marked("It moves: {low:.0f}–{high:.0f}°, {weak:.1f}–{strong:.1f} g in 2 s."),
-                low=motion.tilt_low_deg,
-                high=motion.tilt_high_deg,
-                weak=motion.acceleration_low_g,
-                strong=motion.acceleration_high_g,
-            )
+            return _why_not_still(inputs.reports)
         case Interlock.RATE_FOLLOWS:
             return None if inputs.sets_rate else message(RATE_SET_ELSEWHERE)
         case Interlock.NOTHING_ELSE_ARMED:
@@ -251,6 +240,18 @@ def _why_open(condition: Interlock, act: Act, inputs: InterlockInputs) -> UserMe
             )
         case Interlock.RISK_ACCEPTED:
             raise ValueError("only who knows the values can judge the risk")
+
+
+def _why_not_still(reports: tuple[StatusSample, ...]) -> UserMessage | None:
+    if not reports or reports[-1].at - reports[0].at < STILL_FOR_S:
+        return message(marked("Not watched for 2 s yet."))
+    tilts_deg = [report.tilt_deg for report in reports]
+    accelerations_g = [report.acceleration_g for report in reports]
+    low, high, weak, strong = min(tilts_deg), max(tilts_deg), min(accelerations_g), max(accelerations_g)
+    if high - low <= STILL_WITHIN_DEG and weak >= STILL_FROM_G and strong <= STILL_TO_G:
+        return None
+    text = marked("It moves: {low:.0f}–{high:.0f}°, {weak:.1f}–{strong:.1f} g in 2 s.")
+    return message(text, low=low, high=high, weak=weak, strong=strong)
 
 
 def _why_not_permitted(

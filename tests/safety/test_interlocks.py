@@ -9,7 +9,7 @@ from typing import Any
 
 import pytest
 
-from app.engine.conversation import ConversationView, How, Known, MotionExtremes
+from app.engine.conversation import ConversationView, How, Known, StatusSample
 from app.safety.journal import Act
 from app.safety.permit import ASKS_NOTHING, Interlock, InterlockInputs, Origin, Permit, inputs_at, refusals
 from app.text.messages import message
@@ -29,7 +29,14 @@ NEEDED = {
     Act.CHANGE_BAUD: f"{_ALWAYS} IS_LOCKED RATE_FOLLOWS {_EXPLICIT}",
     Act.WRITE: "ONLINE NOT_SHARED LINE_IS_QUICK MAY_WRITE NOTHING_ELSE_ARMED",
 }
-STILL = MotionExtremes(NOW - 2.1, NOW - 0.2, 6.0, 8.0, 0.9, 1.1)
+
+
+def report(at: float, tilt_deg: int, acceleration_g: float) -> StatusSample:
+    return StatusSample(at, tilt_deg, acceleration_g, triggered=False, active=False)
+
+
+LAST = report(NOW - 0.2, 7, 1.1)
+STILL = (report(NOW - 2.1, 6, 0.9), report(NOW - 1.0, 8, 1.0), LAST)
 
 
 def permit(act: Act, **changes: Any) -> Permit:
@@ -58,13 +65,13 @@ def opened(act: Act) -> dict[str, list[tuple[dict[str, Any], str]]]:
             ({"attitude_threshold_deg": None}, "BELOW_TILT"),
         ],
         "motion": [
-            ({"motion": motion}, "IS_STILL")
-            for motion in (
-                None,
-                STILL._replace(tilt_high_deg=9.0),
-                STILL._replace(acceleration_low_g=0.8),
-                STILL._replace(acceleration_high_g=1.2),
-                STILL._replace(since=NOW - 1.5),
+            ({"reports": reports}, "IS_STILL")
+            for reports in (
+                (),
+                STILL[1:],
+                (*STILL, LAST._replace(tilt_deg=9)),
+                (*STILL, LAST._replace(acceleration_g=0.8)),
+                (*STILL, LAST._replace(acceleration_g=1.2)),
             )
         ],
         "armed": [({"armed": other}, "NOTHING_ELSE_ARMED")],
@@ -89,7 +96,7 @@ def test_every_open_condition_is_named_whatever_else_is_open(act: Act) -> None:
     """Each alone, and beside one other."""
     allowed: dict[str, Any] = {
         "now": NOW, "conversation": TALK, "status_age_s": 0.2, "is_status_fresh": True, "active": act is Act.DEPLOY,
-        "triggered": False, "tilt_deg": 7.0, "attitude_threshold_deg": 60.0, "motion": STILL, "armed": act,
+        "triggered": False, "tilt_deg": 7.0, "attitude_threshold_deg": 60.0, "reports": STILL, "armed": act,
         "permit": permit(act),
     }  # fmt: skip
     assert refusals(act, InterlockInputs(**allowed)) == ()

@@ -105,12 +105,11 @@ def test_a_status_that_answers_nothing_of_now_is_no_value(talk: Conversation, ro
     assert len(talk.take_samples()) == 1
 
 
-def test_motion_is_that_of_the_last_seconds(talk: Conversation) -> None:
+def test_reports_are_those_of_the_last_seconds(talk: Conversation) -> None:
     talk.apply(heard(status(20), Role.STREAMED, NOW + 1.0))
-    motion = talk.view(NOW + 1.0).motion
-    assert motion is not None
-    assert (motion.tilt_low_deg, motion.tilt_high_deg) == (7, 20)
-    assert talk.view(NOW + 10.0).motion is None
+    assert [report.tilt_deg for report in talk.view(NOW + 1.0).reports] == [7, 20]
+    assert talk.view(NOW + 3.0).reports == talk.view(NOW + 3.0).reports[-1:] != ()
+    assert talk.view(NOW + 10.0).reports == ()
 
 
 # For how long
