@@ -4,7 +4,9 @@ Listing can take ten seconds where Bluetooth ports are queried one by one. So it
 pyserial reads files on Linux and asks Windows and macOS through ctypes, both of which let the other threads run.
 """
 
+import os
 import threading
+from collections.abc import Iterable
 from concurrent.futures import Future
 from typing import NamedTuple
 
@@ -35,6 +37,12 @@ class PortInfo(NamedTuple):
         if self.serial_number:
             return f"{product}:{self.serial_number}"
         return f"{product}@{self.location}" if self.location else ""
+
+
+def port_named(device: str, ports: Iterable[PortInfo]) -> PortInfo | None:
+    """The port that has this name, or to which this symbolic link leads."""
+    names = (device, os.path.realpath(device))
+    return next((port for port in ports if port.device in names), None)
 
 
 # As the udev rule has them: STM32 and AT32 as Betaflight, iNav and ArduPilot name them; 3D Robotics and PX4, CubePilot,

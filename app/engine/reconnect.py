@@ -8,15 +8,15 @@
 - Nothing is sent again: another conversation begins, as at the first opening.
 
 The owner calls `feed` for each change of the connection, lists the ports when `is_due` (if `needs_ports`), passes them
-to `poll`, and opens the address that it returns.
+to `poll`, and opens what it returns.
 """
 
 import os
 from collections.abc import Callable, Iterable
 from enum import Enum
-from typing import NamedTuple
 
-from app.engine.ports import PortInfo
+from app.engine.ports import PortInfo, port_named
+from app.engine.target import Target
 from app.engine.transport import PortErrorKind
 from app.engine.worker import Connection, PortState
 from protocol.translatable import marked
@@ -34,38 +34,17 @@ class Absence(Enum):
     UNCLEAR = marked("It cannot be told which adapter is the same: choose the port.")
 
 
-class Address(NamedTuple):
-    """The place where the module is connected. `identity` and `location` are as in `PortInfo`, or empty."""
-
-    device: str
-    identity: str = ""
-    location: str = ""
-
-    @property
-    def is_url(self) -> bool:
-        return "://" in self.device
-
-
-def address_of(device: str, ports: Iterable[PortInfo]) -> Address:
-    """The address of `device` (a name, a link or a URL), with its identity if it is among `ports`."""
-    if "://" in device:
-        return Address(device)
-    names = (device, os.path.realpath(device))
-    for port in ports:
-        if port.device in names:
-            return Address(device, port.identity, port.location)
-    return Address(device)
-
-
 class Reconnection:
     """See the module's docstring. For one thread."""
 
     def __init__(self, *, is_link: Callable[[str], bool] = os.path.islink) -> None:
         self._is_link = is_link
         # Where the user wants to be connected.
-        self.address: Address | None = None
+        self.target: Target | None = None
         # Why the lost port is not open again yet; None while none is lost.
         self.absence: Absence | None = None
+        # The adapter's socket, as in `PortInfo`; empty until it is known.
+        self._location = ""
         # The address cannot belong to another adapter.
         self._lasts = False
         # Another port had the same identity.
@@ -74,33 +53,31 @@ class Reconnection:
         self._is_to_identify = False
         self._next_at = 0.0
 
-    def request(self, address: Address | None) -> None:
+    def request(self, target: Target | None) -> None:
         """The user connects, or disconnects (None). To be called before the port is opened, while a symbolic link
         exists."""
-        self.address, self.absence = address, None
-        self._lasts = address is not None and (
-            address.is_url or (not address.identity and self._is_link(address.device))
-        )
+        self.target, self.absence, self._location = target, None, ""
+        self._lasts = target is not None and (target.is_url or (not target.identity and self._is_link(target.device)))
         self._has_twin = self._is_to_identify = False
 
     @property
     def is_waiting(self) -> bool:
         """Whether the lost port is opened again by itself."""
-        can_be_told = self._lasts or (self.address is not None and bool(self.address.identity))
+        can_be_told = self._lasts or (self.target is not None and bool(self.target.identity))
         return self.absence is not None and can_be_told
 
     @property
     def needs_ports(self) -> bool:
         """Whether `poll` needs the list of ports."""
-        return self.address is not None and not self.address.is_url
+        return self.target is not None and not self.target.is_url
 
     def feed(self, connection: Connection, now: float) -> None:
         """Take in the state of the connection; the same state again changes nothing."""
-        if self.address is None:
+        if self.target is None:
             return
         if connection.state is PortState.OPEN:
             self.absence = None
-            self._is_to_identify = not self.address.is_url
+            self._is_to_identify = self.needs_ports
         elif connection.state is PortState.CLOSED:
             self._is_to_identify = False
             trouble = connection.trouble
@@ -114,25 +91,28 @@ class Reconnection:
         """Whether to list the ports now and pass them to `poll`."""
         return self._is_to_identify or (self.is_waiting and now >= self._next_at)
 
-    def poll(self, ports: Iterable[PortInfo], now: float) -> Address | None:
-        """Return the address to open now, or None; `absence` says why."""
-        address, listed = self.address, tuple(ports)
-        if address is None:
+    def poll(self, ports: Iterable[PortInfo], now: float) -> str | None:
+        """Return the device to open now, or None; `absence` says why."""
+        target, listed = self.target, tuple(ports)
+        if target is None:
             return None
         if self._is_to_identify:
             self._is_to_identify = False
-            found = address_of(address.device, listed)
-            address = self.address = found if found.identity else address
-        same = [port for port in listed if address.identity and port.identity == address.identity]
+            found = port_named(target.device, listed)
+            if found is not None and found.identity:
+                target = self.target = target._replace(identity=found.identity)
+                self._location = found.location
+        same = [port for port in listed if target.identity and port.identity == target.identity]
         self._has_twin = self._has_twin or len(same) > 1
         if not self.is_waiting:
             return None
         self._next_at = now + LIST_EVERY_S
-        if not address.identity:
-            return address
-        here = [port for port in same if not self._has_twin or port.location == address.location]
+        if not target.identity:
+            return target.device
+        here = [port for port in same if not self._has_twin or port.location == self._location]
         if len(here) != 1:
             self.absence = Absence.UNCLEAR if same else Absence.AWAY
             return None
-        self.address = Address(here[0].device, address.identity, here[0].location)
-        return self.address
+        self._location = here[0].location
+        self.target = target._replace(device=here[0].device)
+        return here[0].device

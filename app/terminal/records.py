@@ -15,7 +15,6 @@ from typing import NamedTuple, TypeVar
 
 from app.engine import ports as serial_ports
 from app.engine.conversation import ConversationView
-from app.engine.reconnect import address_of
 from app.engine.target import is_simulated
 from app.modules.names import remembered, store_as_found, what_speaks_against
 from app.safety.journal import Journal
@@ -121,9 +120,10 @@ def existing_store() -> Store | None:
 def adapter_of(port: str) -> str:
     """The USB identity of the adapter; "" if it has none or the ports cannot be listed."""
     try:
-        return address_of(port, serial_ports.list_ports()).identity
+        found = serial_ports.port_named(port, serial_ports.list_ports())
     except UserError:
-        return ""
+        found = None
+    return "" if found is None else found.identity
 
 
 # What an earlier run left ACTIVE

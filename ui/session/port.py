@@ -14,7 +14,7 @@ from app.diagnosis.link_state import LinkState, link_state
 from app.engine.conversation import ConversationView, reason_message
 from app.engine.ports import PortInfo
 from app.engine.procedure import Job, LinkView
-from app.engine.reconnect import Address, Reconnection
+from app.engine.reconnect import Reconnection
 from app.engine.target import Target
 from app.engine.transport import PortError
 from app.engine.worker import PUBLISH_EVERY_S, Batch, Connection, PortState, Worker
@@ -154,7 +154,7 @@ class Port(QObject):
     @property
     def is_requested(self) -> bool:
         """A connection is wanted, whether or not the port is open."""
-        return self._return.address is not None
+        return self._return.target is not None
 
     @property
     def is_active(self) -> bool:
@@ -216,7 +216,7 @@ class Port(QObject):
             self.last_name = ""
             self.switched_off_at = None
         self.key = target.key
-        self._return.request(Address(target.device, target.identity))
+        self._return.request(target)
         self._former_number = max(self._former_number, self.module.number)
         self._show(ConversationView())
         self._open(target)
@@ -366,9 +366,9 @@ class Port(QObject):
         if not is_news:
             return
         _log.info("Port: %s", batch.connection)
-        connection, address = batch.connection, self._return.address
+        connection, requested = batch.connection, self._return.target
         self._trouble = connection.trouble or self._trouble
-        if address is not None and connection.port == address.device:  # else of a port that was closed meanwhile
+        if requested is not None and connection.port == requested.device:  # else of a port that was closed meanwhile
             self._is_listing = False
             self._return.feed(connection, self.now_s)
             if self._return.absence is not None or self.is_open:
@@ -411,10 +411,9 @@ class Port(QObject):
             self._reopen(self._watcher.ports)
 
     def _reopen(self, ports: tuple[PortInfo, ...]) -> None:
-        target = self.target
-        address = self._return.poll(ports, self.now_s)
-        if address is None or target is None:
+        target, device = self.target, self._return.poll(ports, self.now_s)
+        if device is None or target is None:
             self.update_view()
             return
         rate = self.connection.baud_rate or target.baud_rate  # the module answered at this one
-        self._open(target._replace(device=address.device, baud_rate=rate, finds_rate=False))
+        self._open(target._replace(device=device, baud_rate=rate, finds_rate=False))

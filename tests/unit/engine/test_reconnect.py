@@ -5,8 +5,9 @@ import threading
 import pytest
 from serial.tools.list_ports_common import ListPortInfo
 
-from app.engine.ports import PortInfo, list_ports
-from app.engine.reconnect import Absence, Address, Reconnection, address_of
+from app.engine.ports import PortInfo, list_ports, port_named
+from app.engine.reconnect import Absence, Reconnection
+from app.engine.target import Target
 from app.engine.transport import PortError, PortErrorKind
 from app.engine.worker import Connection, PortState
 from app.text.messages import UserError
@@ -29,7 +30,8 @@ def connected(*ports: PortInfo, device: str = "", is_link: bool = False) -> Reco
     """To the first of the ports, all of which are listed while it is open."""
     made = Reconnection(is_link=lambda _device: is_link)
     name = device or ports[0].device
-    made.request(address_of(name, ports))
+    chosen = port_named(name, ports)
+    made.request(Target(name, 115200, "" if chosen is None else chosen.identity))
     made.feed(opened(name), 99.0)
     if made.is_due(99.0):
         made.poll(ports, 99.0)
@@ -47,8 +49,7 @@ def test_the_same_adapter_is_opened_again_under_any_name() -> None:
     made = lost(MINE)
     assert (made.absence, made.is_waiting, made.is_due(100.0)) == (Absence.AWAY, True, True)
     assert made.poll([OTHER], 100.0) is None
-    found = made.poll([OTHER, MINE._replace(device="/dev/ttyUSB4")], 101.0)
-    assert found == Address("/dev/ttyUSB4", MINE.identity, MINE.location)
+    assert made.poll([OTHER, MINE._replace(device="/dev/ttyUSB4")], 101.0) == "/dev/ttyUSB4"
     made.feed(opened("/dev/ttyUSB4"), 101.5)
     assert made.absence is None
 
@@ -72,12 +73,9 @@ def test_one_that_had_a_twin_is_known_by_its_socket_also_when_it_is_alone() -> N
     made = lost(MINE, twin)
     assert made.poll([twin], 100.0) is None
     assert made.absence is Absence.UNCLEAR
-    assert made.poll([twin, MINE._replace(device="/dev/ttyUSB5")], 101.0) == MINE_AGAIN
+    assert made.poll([twin, MINE._replace(device="/dev/ttyUSB5")], 101.0) == "/dev/ttyUSB5"
     made = lost(MINE)
     assert made.poll([MINE._replace(location="1-3:1.0"), twin], 100.0) is None, "neither is where it was"
-
-
-MINE_AGAIN = Address("/dev/ttyUSB5", MINE.identity, MINE.location)
 
 
 @pytest.mark.promise("f")
@@ -90,7 +88,7 @@ def test_a_bare_name_is_never_opened_again() -> None:
 
 def test_an_adapter_that_was_typed_is_learnt_while_it_is_open() -> None:
     made = Reconnection(is_link=lambda _device: False)
-    made.request(Address(MINE.device))
+    made.request(Target(MINE.device, 115200))
     made.feed(opened(), 99.0)
     assert made.is_due(99.0)
     made.poll([MINE], 99.0)
