@@ -6,7 +6,6 @@ tests.
     effect       resumed with
     Ask          Answered | Unanswered
     Pause        the time (seconds of the session's clock)
-    Await        whether the future is done; the line serves others meanwhile
     UseRate      the time; the port runs at the new rate and its buffers are empty
     Inspect      EngineView: what is known, at once
     Report       the time, at once
@@ -88,14 +87,10 @@ class Ask(NamedTuple):
 
 
 class Pause(NamedTuple):
+    """`frees_line`: the background may use the line meanwhile."""
+
     seconds: float
-
-
-class Await(NamedTuple):
-    """Wait for `future`, at most `limit_s`; the line is free meanwhile (slow work is a disk's)."""
-
-    future: "Future[Any]"
-    limit_s: float
+    frees_line: bool = False
 
 
 class UseRate(NamedTuple):
@@ -132,7 +127,7 @@ class EngineView(NamedTuple):
     now: float
     baud_rate: int
     conversation: ConversationView
-    counted: Counters  # since the job began
+    counters: Counters  # since the port was opened
     noise: bytes  # the last rejected bytes
     proven_rate: int | None  # at which a conversation last began
     is_rate_in_doubt: bool  # the module may be at any rate: it was told to change it, or the rate is searched
@@ -142,7 +137,7 @@ class EngineView(NamedTuple):
     lasting: LastingValues  # whether something is answered twice
 
 
-Effect = Ask | Pause | Await | UseRate | Inspect | Report
+Effect = Ask | Pause | UseRate | Inspect | Report
 Result = TypeVar("Result")
 Answer = TypeVar("Answer", Acknowledgement, Reading, Status)
 Procedure = Generator[Effect, Any, Result]
@@ -180,13 +175,13 @@ class Job(Generic[Result]):
         self.activated_at: float | None = None
         self.submitted_at = 0.0
         self.effect: Effect | None = None
+        self.pauses_until = inf
         self.error: BaseException | None = None
         self._expects = expects
         self._procedure = procedure
         self._on_progress = on_progress
         self._result: Result | None = None
         self._is_cancelled = self._is_cancel_delivered = False
-        self._resume_at = inf
         self._done = threading.Event()
 
     def cancel(self) -> None:
@@ -217,13 +212,8 @@ class Job(Generic[Result]):
         return self.effect if isinstance(self.effect, Ask) else None
 
     @property
-    def is_awaiting(self) -> bool:
-        """Whether it waits for something other than the line (a disk, a person)."""
-        return isinstance(self.effect, Await)
-
-    def due_at(self, now: float) -> float:
-        """When to look at it again if nothing arrives."""
-        return now + AWAIT_POLL_S if self.is_awaiting else self._resume_at
+    def frees_line(self) -> bool:
+        return isinstance(self.effect, Pause) and self.effect.frees_line
 
     # How it goes on
 
@@ -233,11 +223,8 @@ class Job(Generic[Result]):
         self.resume(None, now)
 
     def tick(self, now: float) -> None:
-        """Resume it if its `Pause` or `Await` has ended."""
-        effect = self.effect
-        if isinstance(effect, Await) and (effect.future.done() or now >= self._resume_at):
-            self.resume(effect.future.done(), now)
-        elif isinstance(effect, Pause) and now >= self._resume_at:
+        """Resume it if its `Pause` has ended."""
+        if now >= self.pauses_until:
             self.resume(now, now)
 
     def resume(self, value: object, now: float) -> None:
@@ -284,30 +271,33 @@ class Job(Generic[Result]):
         try:
             effect = move()
             while not isinstance(effect, Ask | Pause | UseRate):
-                answer: object = now
-                if isinstance(effect, Await):
-                    if not effect.future.done():
-                        break
-                    answer = True
-                elif isinstance(effect, Inspect):
-                    answer = self._look(now)
-                elif self._on_progress is not None:
+                if isinstance(effect, Inspect):
+                    effect = self._procedure.send(self._look(now))
+                    continue
+                if self._on_progress is not None:
                     self._on_progress(effect)
-                effect = self._procedure.send(answer)
+                effect = self._procedure.send(now)
         except StopIteration as stop:
             self._end(stop.value, None)
             return
         except Exception as error:  # noqa: BLE001  a bug in a procedure ends this job, not the session
             self._end(None, error)
             return
-        self.effect, self._resume_at = effect, inf
-        if isinstance(effect, Pause):
-            self._resume_at = now + effect.seconds
-        elif isinstance(effect, Await):
-            self._resume_at = now + effect.limit_s
+        self.effect = effect
+        self.pauses_until = now + effect.seconds if isinstance(effect, Pause) else inf
 
     def _end(self, result: Any, error: BaseException | None) -> None:
-        self.has_ended, self._result, self.error, self.effect = True, result, error, None
+        self.has_ended, self._result, self.error = True, result, error
+        self.effect, self.pauses_until = None, inf
+
+
+def wait_for(future: "Future[Any]", limit_s: float) -> Procedure[bool]:
+    """Wait for something other than the line (a disk, a person), at most `limit_s`. Whether it is done."""
+    view: EngineView = yield Inspect()
+    now, ends_at = view.now, view.now + limit_s
+    while not future.done() and now < ends_at:
+        now = yield Pause(AWAIT_POLL_S, frees_line=True)
+    return future.done()
 
 
 # One question and its answer

@@ -12,15 +12,15 @@ fresh, and is made again in each conversation). The background has the line only
 
 import logging
 from collections.abc import Callable
-from functools import partial
 from typing import Any
 
 from app.engine.conversation import Conversation, ConversationView, Interrupted, NoModule, StatusSample
 from app.engine.procedure import Ask, Cancelled, EngineView, Job, LinkView, Procedure, UseRate
+from app.engine.target import is_shared, sets_rate
 from app.engine.transport import Line
 from app.system.clock import Clock
 from protocol.catalogue import ACTIVATION, BAUD_RATE, LOCK, Hazard
-from protocol.events import Answered, Began, Counters, Ended, EndReason, Event, Rejected, Sent, Unanswered
+from protocol.events import Answered, Began, Ended, EndReason, Event, Rejected, Sent, Unanswered
 from protocol.link import Link, LinkMisused
 from protocol.timing import LONGEST_SILENCE_S, SHORTEST_SILENCE_S
 
@@ -51,22 +51,20 @@ class Session:
         background: Callable[[], Procedure[None]] | None = None,
         first: Callable[[], Job[Any] | None] = lambda: None,
         conversations: int = 0,
-        is_shared: bool = False,
     ) -> None:
         """`background` makes the procedure that keeps the values fresh, again in each conversation. `first` makes what
-        goes before everything else in a conversation (an owed LOCK). `conversations`: how many there were before.
-        `is_shared`: the port takes nothing but questions and LOCK."""
+        goes before everything else in a conversation (an owed LOCK). `conversations`: how many there were before."""
         self.line = line
         self.clock = clock
         self.conversations = conversations
-        self._is_shared = is_shared
+        self._is_shared = is_shared(line.port)
         # The one that goes on, or else the last one of this port.
         self.conversation: Conversation | None = None
         # A module may have been left active by what was interrupted. The owner resets it.
         self.owes_lock = False
         self._looked_at = clock()
         # Who shares it watches for shorter silences, and answers one reader after the other.
-        self._link = Link(self._looked_at, LONGEST_SILENCE_S if is_shared else SHORTEST_SILENCE_S)
+        self._link = Link(self._looked_at, LONGEST_SILENCE_S if self._is_shared else SHORTEST_SILENCE_S)
         self._make_background = background
         self._make_first = first
         # The first one runs, the others wait for it.
@@ -106,7 +104,7 @@ class Session:
         self._overtaken_at = now
         self._free_line(now)  # LOCK waits for no answer
         self._jobs.insert(0, job)
-        self._start(job, now)
+        job.start(now, self._view)
 
     def treat_as_another(self) -> None:
         self._end_conversation(EndReason.ANOTHER, self.clock())
@@ -192,7 +190,7 @@ class Session:
         return [*self._jobs, self._background] if self._background is not None else list(self._jobs)
 
     def _next_due(self, now: float) -> float:
-        dues = [self._link.next_deadline(now), *(job.due_at(now) for job in self._all())]
+        dues = [self._link.next_deadline(now), *(job.pauses_until for job in self._all())]
         if self._jobs and not self._jobs[0].is_started:
             dues.append(self._jobs[0].submitted_at + NO_MODULE_S)
         ask = None if self._asking is None else self._asking.pending_ask
@@ -217,19 +215,16 @@ class Session:
                 self._digest(self._link.lock_again(now, ask.repeat.sent), now)
             is_more = self._serve_next(now)
 
-    def _start(self, job: Job[Any], now: float) -> None:
-        job.start(now, partial(self._view, counted_before=self._link.counters.copy()))
-
     def _start_next(self, now: float) -> None:
         """Start the next job, if it may be started: in a conversation, and only in the one it was decided in."""
         self._drop_ended()
         while self._jobs and not self._jobs[0].is_started:
             job = self._jobs[0]
             if job.outlives:
-                self._start(job, now)
+                job.start(now, self._view)
             elif self._is_going and job.conversation in (None, self.conversations):
                 job.conversation = self.conversations
-                self._start(job, now)
+                job.start(now, self._view)
             elif job.conversation is not None:
                 # Why the conversation is over in which it was decided.
                 ended = None if self.conversation is None else self.conversation.ended
@@ -248,7 +243,7 @@ class Session:
     def _serve_next(self, now: float) -> bool:
         """Do what the next job wants of the line. Whether it went on."""
         job = self._jobs[0] if self._jobs else None
-        if job is None or not job.is_started or job.is_awaiting:
+        if job is None or not job.is_started or job.frees_line:
             job = self._background  # also while the foreground waits for a disk or a person
         if job is None or self._asking is not None:
             return False
@@ -302,17 +297,17 @@ class Session:
             self._asking = None
         self._digest(self._link.abandon(now), now)
 
-    def _view(self, now: float, counted_before: Counters) -> EngineView:
+    def _view(self, now: float) -> EngineView:
         return EngineView(
             now,
             self.line.baud_rate,
             self.conversation_view(now),
-            counted=self._link.counters - counted_before,
+            counters=self._link.counters.copy(),
             noise=self._noise,
             proven_rate=self._proven_rate,
             is_rate_in_doubt=self._is_rate_in_doubt,
             overtaken_at=self._overtaken_at,
-            sets_rate=self.line.sets_rate,
+            sets_rate=sets_rate(self.line.port),
             flags=self._link.flags,
             lasting=self._link.lasting,
         )
@@ -337,7 +332,7 @@ class Session:
                         self.run(first, is_urgent=True)
                     if self._make_background is not None:
                         self._background = Job(self._make_background(), conversation=self.conversations)
-                        self._start(self._background, now)
+                        self._background.start(now, self._view)
                 case Ended():
                     self._on_ended(event, now)
                 case Sent():

@@ -19,7 +19,7 @@ from typing import NamedTuple, Protocol
 
 import serial
 
-from app.engine.target import is_shared, is_socket, sets_rate
+from app.engine.target import is_shared, is_socket
 
 _DRIVER_ERRORS: tuple[type[Exception], ...] = (OSError, ValueError, TypeError, AttributeError)
 if sys.platform != "win32":
@@ -77,7 +77,7 @@ class Line(Protocol):
     def baud_rate(self) -> int: ...
 
     @property
-    def sets_rate(self) -> bool: ...
+    def port(self) -> str: ...
 
     def read(self, longest_s: float, gather_s: float) -> bytes: ...
 
@@ -146,10 +146,6 @@ class SerialLine:
     @property
     def baud_rate(self) -> int:
         return int(self._serial.baudrate)
-
-    @property
-    def sets_rate(self) -> bool:
-        return sets_rate(self.port)
 
     def read(self, longest_s: float, gather_s: float) -> bytes:
         """Return the bytes that arrive within `longest_s`, b"" if none do. A socket, and any port on Windows, is

@@ -15,7 +15,6 @@ from typing import Any, NamedTuple
 from app.engine.conversation import ConversationView, Interrupted, StatusSample
 from app.engine.procedure import Job, LinkView, Procedure, Result
 from app.engine.session import Session
-from app.engine.target import is_shared
 from app.engine.transport import PortError, SerialLine, open_line
 from app.system.clock import Clock, steady_time
 from app.system.uncaught import report_uncaught_error
@@ -153,7 +152,6 @@ class Worker:
                 background=background,
                 first=self._pop_owed_lock,
                 conversations=self._conversations,
-                is_shared=is_shared(port),
             )
             self._set_connection(connection._replace(state=PortState.OPEN))
 

@@ -22,7 +22,6 @@ from app.engine.conversation import Interrupted, StatusSample
 from app.engine.procedure import (
     TOO_SLOW,
     Ask,
-    Await,
     EngineView,
     Inspect,
     Pause,
@@ -30,6 +29,7 @@ from app.engine.procedure import (
     Report,
     ask_report,
     ask_value,
+    wait_for,
 )
 from app.guided.results import GuidedKind, GuidedResult, GuidedVerdict, MeasuredValue, passed_if
 from app.procedures.light import Band, CalibrationFault, LightDirection, measure_light, propose
@@ -64,7 +64,7 @@ class PersonSteps:
 
     def wait(self) -> Procedure[None]:
         self._asked = Future()
-        is_done = yield Await(self._asked, PERSON_LIMIT_S)
+        is_done = yield from wait_for(self._asked, PERSON_LIMIT_S)
         if not is_done:
             raise _out_of_time()
 

@@ -44,10 +44,11 @@ class Silence(Enum):
 
 def await_module() -> Procedure[Silence | None]:
     """Wait until a conversation begins; None then, else what came instead."""
+    before: EngineView = yield Inspect()
     if (yield from _begins(WAIT_S)) is not None:
         return None
     view: EngineView = yield Inspect()
-    return what_came(view.counted, view.noise)
+    return what_came(view.counters - before.counters, view.noise)
 
 
 def what_came(counters: Counters, noise: bytes = b"") -> Silence:

@@ -24,7 +24,6 @@ from typing import Any, NamedTuple
 from app.engine.conversation import Interrupted
 from app.engine.procedure import (
     Ask,
-    Await,
     Cancelled,
     EngineView,
     Inspect,
@@ -33,6 +32,7 @@ from app.engine.procedure import (
     Report,
     answer_in,
     ask_report,
+    wait_for,
 )
 from app.procedures.act import Armed, begin_act, checked_inputs, inputs_of
 from app.procedures.find import find_rate
@@ -293,7 +293,7 @@ class _Writing:
             view: EngineView = yield Inspect()
             stored = self.context.keep_as_found(view.conversation.settings(view.now), view.conversation.boot_count)
             if stored is not None:
-                yield Await(stored, DURABLE_LIMIT_S)
+                yield from wait_for(stored, DURABLE_LIMIT_S)
 
     def _read_again(self) -> Procedure[None]:
         # The last reading decides.
@@ -333,7 +333,7 @@ class _Writing:
         detail = {command.key: written.target} | ({NOTE: context.note} if context.note else {})
         entry = context.journal.begin(Act.WRITE, request.encode(), detail)
         self.entries.append((written, entry))
-        yield Await(entry, DURABLE_LIMIT_S)  # unlike an act, a set is sent also where the disk takes longer
+        yield from wait_for(entry, DURABLE_LIMIT_S)  # unlike an act, a set is sent also where the disk takes longer
         for _try in range(2):
             yield from self._check()
             if report.refusals:

@@ -11,7 +11,7 @@ from enum import Enum
 from types import MappingProxyType
 from typing import Protocol
 
-from app.engine.procedure import Await, Procedure
+from app.engine.procedure import Procedure, wait_for
 from app.text.messages import UserError
 from protocol.catalogue import ACTIVATION, BY_NAME, LOCK, Request
 from protocol.events import Event, Sent
@@ -110,7 +110,7 @@ class NoJournal:
 def durable(entry: Entry) -> Procedure[None]:
     """Wait until the intent is on the disk. One that is not there in time is taken back; where it is just being
     written, its outcome "not sent" follows it. Raises `UserError`."""
-    is_written = yield Await(entry, DURABLE_LIMIT_S)
+    is_written = yield from wait_for(entry, DURABLE_LIMIT_S)
     if not is_written or entry.cancelled():
         entry.cancel()
         raise UserError(marked("The disk is too slow."))

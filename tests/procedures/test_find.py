@@ -82,9 +82,9 @@ def test_a_search_sends_nothing_but_questions_and_leaves_the_port_where_it_was()
     assert {request.hazard for request in rig.line.requests} == {Hazard.NONE}
 
 
-def test_behind_a_plain_socket_only_its_own_rate_is_tried(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_behind_a_plain_socket_only_its_own_rate_is_tried() -> None:
     rig = Rig({"uptime": 60, "baud": 9600})
-    monkeypatch.setattr(type(rig.line), "sets_rate", False)
+    rig.line.port = "socket://127.0.0.1:4001"
     assert rig.run(find_rate(), outlives=True).tried == (115200,)
     assert rig.line.baud_rate == 115200
 

@@ -202,7 +202,7 @@ def test_the_module_is_asked_after_a_wait_for_the_disk(what: str) -> None:
         journal=journal, keep_as_found=(lambda _settings, _boot_count: kept) if what == "snapshot" else None
     )
     job = rig.job(write_all(changes(freefall_time=1.2), context))
-    rig.step_until(lambda: job.is_awaiting)
+    rig.step_until(lambda: job.frees_line)
     rig.step_for(0.3)
     rig.bench.module.activate(is_active=True)
     kept.set_result(1)

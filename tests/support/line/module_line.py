@@ -46,7 +46,6 @@ class Wear:
 class ModuleLine:
     """A `Line`. All `modules` are at its other end; one at another rate hears and says garbage."""
 
-    sets_rate = True
     plug_number = 0
 
     def __init__(

@@ -38,8 +38,6 @@ class SimulatedLine:
     """A `Line` on a simulated module, which outlives it; it fails for good once that was unplugged. `sent` holds all
     bytes written; `on_leaving` is called before each frame of the host."""
 
-    sets_rate = True
-
     def __init__(
         self,
         clock: FakeClock,

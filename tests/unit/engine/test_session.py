@@ -5,7 +5,7 @@ from typing import Any
 
 import pytest
 
-from app.engine.procedure import Ask, Await, Cancelled, Pause, Procedure
+from app.engine.procedure import Ask, Cancelled, Pause, Procedure, wait_for
 from app.procedures.lock import lock
 from app.procedures.read import read_everything
 from protocol.catalogue import ACTIVATION, BY_NAME, HEARTBEAT, HEARTBEAT_REPLY, LOCK, STATUS, Request
@@ -152,7 +152,7 @@ def test_nothing_dangerous_that_was_decided_before_lock_leaves_after_it(when: st
 
 def test_the_background_has_the_line_while_the_foreground_waits_for_a_disk() -> None:
     def waiting() -> Procedure[None]:
-        yield Await(Future(), 0.5)
+        yield from wait_for(Future(), 0.5)
 
     rig = Rig(background=poll).begin()
     rig.step_for(0.2)
