@@ -9,6 +9,7 @@ import re
 from array import array
 from binascii import crc_hqx
 from collections.abc import Iterator, Mapping, Sequence
+from io import BytesIO
 from itertools import chain
 from struct import Struct
 from typing import Final, NamedTuple
@@ -246,6 +247,7 @@ _SCALES: Final = {"c": 0.01, "C": 0.01, "e": 0.01, "E": 0.01, "L": 1e-7}
 _CLOCKS: Final = {"TimeUS": 1e-6, "TimeMS": 1e-3}
 # The number of the sensor; older logs have a table for each.
 _SENSOR: Final = "I"
+_ROWS_AT_ONCE: Final = 5000
 _DF_TILTS: Final = tuple(ChannelSource(table, ("Roll", "Pitch"), tilt_of_roll_and_pitch) for table in ("ATT", "AHR2"))
 _DF_FORCES: Final = tuple(
     ChannelSource(table, ("AccX", "AccY", "AccZ"), force_of_axes)
@@ -346,36 +348,65 @@ class DataflashFile:
 
     def _read_text(self, data: bytes) -> None:
         """A line that is no whole record is damage."""
-        # Of the tables that are asked for: the names of the columns, and each line.
-        tables: dict[str, tuple[list[str], list[str]]] = {}
+        # Those that are asked for.
+        tables: dict[str, _TextTable] = {}
         names = {"FMT"}
         place = 0
-        *lines, cut_off = data.decode("latin-1").split("\n")
-        for line in lines:
-            place += len(line) + 1
-            name, _, rest = line.partition(",")
+        for line in BytesIO(data):
+            place += len(line)
+            name, _, rest = line.decode("latin-1").partition(",")
             is_whole = name in names or len(names) == 1  # before the first format there is a heading
-            if name in tables:
-                labels, rows = tables[name]
-                is_whole = rest.count(",") == len(labels) - 1
-                if is_whole:
-                    rows.append(rest)
+            if not line.endswith(b"\n"):  # cut off
+                is_whole = False
+            elif name in tables:
+                is_whole = tables[name].add(rest)
             elif name == "FMT":
                 cells = [cell.strip() for cell in rest.split(",")]
                 if len(cells) >= 5:
                     names.add(cells[2])
                     if cells[2] in _DF_TABLES:
-                        tables.setdefault(cells[2], (cells[4:], []))
+                        tables.setdefault(cells[2], _TextTable(cells[4:]))
             if is_whole:
                 self.read_until = place
             else:
-                self.skipped_bytes += len(line) + 1
-        self.skipped_bytes += len(cut_off)
-        for name, (labels, rows) in tables.items():
-            cells = ",".join(rows).split(",")
-            wanted = [(number, label) for number, label in enumerate(labels) if rows and label in _DF_COLUMNS]
-            table = {label: _numbers(cells[number :: len(labels)]) for number, label in wanted}
-            self.tables[name] = _by_sensor(table)
+                self.skipped_bytes += len(line)
+        for name, table in tables.items():
+            self.tables[name] = _by_sensor(table.columns())
+
+
+class _TextTable:
+    """A table of a log that was saved as text.
+
+    It is read a few rows at a time: all rows of a long flight at once would hold the interpreter, and with it the
+    thread of the port, until the conversation with the module is over.
+    """
+
+    def __init__(self, labels: Sequence[str]) -> None:
+        self._labels = labels
+        self._rows: list[str] = []
+        self._parts: list[Table] = []
+
+    def add(self, row: str) -> bool:
+        """Whether it is whole."""
+        if row.count(",") != len(self._labels) - 1:
+            return False
+        self._rows.append(row)
+        if len(self._rows) == _ROWS_AT_ONCE:
+            self._read_rows()
+        return True
+
+    def columns(self) -> Table:
+        """The columns that are asked for, with all rows; none where there are no rows."""
+        if self._rows:
+            self._read_rows()
+        labels = self._parts[0] if self._parts else ()
+        return {label: np.concatenate([part[label] for part in self._parts]) for label in labels}
+
+    def _read_rows(self) -> None:
+        cells, width = ",".join(self._rows).split(","), len(self._labels)
+        wanted = [(number, label) for number, label in enumerate(self._labels) if label in _DF_COLUMNS]
+        self._parts.append({label: _numbers(cells[number::width]) for number, label in wanted})
+        self._rows = []
 
 
 def _numbers(cells: Sequence[str]) -> Floats:

@@ -160,16 +160,12 @@ def read_table(data: bytes, name: str, chosen: CsvColumns | None = None) -> RawL
     """
     if len(data) > _MAX_BYTES:
         raise unreadable(marked("too large"))
-    encoding = encoding_of(data[: 1 << 16])
-    lines = TextIOWrapper(BytesIO(data), encoding, errors="replace").read().replace("\0", "").split("\n")
-    if max(map(len, lines)) > _MAX_LINE_LENGTH:
-        raise unreadable(marked("unknown kind of file"))
-    head = _head_of(lines)
+    head = _head_of(_lines_of(data))
     raw = RawLog(name=name)
     try:
         columns = _recognised(head, chosen or {})
         rows = _Rows(head, columns)
-        scaled = _in_units(head, columns, rows.read(lines, raw))
+        scaled = _in_units(head, columns, rows.read(islice(_lines_of(data), head.first_row, None), raw))
         time_s = scaled["time"]
         known_s = time_s[np.isfinite(time_s)]
         if (np.diff(known_s) < -1.0).any():
@@ -211,7 +207,20 @@ def encoding_of(start: bytes) -> str:
     return "utf-8-sig"
 
 
-def _head_of(lines: Sequence[str]) -> Head:
+def _lines_of(data: bytes) -> Iterator[str]:
+    """Yields each line with its end, which a line that was cut off has not. Raises `UserError`.
+
+    All of a large file at once would hold the interpreter, and with it the thread of the port, until the conversation
+    with the module is over.
+    """
+    with TextIOWrapper(BytesIO(data), encoding_of(data[: 1 << 16]), errors="replace") as text:
+        while line := text.readline(_MAX_LINE_LENGTH + 1):
+            if len(line) > _MAX_LINE_LENGTH:
+                raise unreadable(marked("unknown kind of file"))
+            yield line.replace("\0", "")
+
+
+def _head_of(lines: Iterator[str]) -> Head:
     """Raises `UserError`."""
     parter = line = ""
     first_row = 0
@@ -228,7 +237,7 @@ def _head_of(lines: Sequence[str]) -> Head:
     if not 2 <= len(names) <= _MAX_COLUMNS or any(map(_is_value, names)):
         raise unreadable(marked("no column names in the first line"))
     units = [""] * len(names)
-    words = [cell.strip(" []()").lower() for line in lines[first_row : first_row + 1] for cell in _cells(line, parter)]
+    words = [cell.strip(" []()").lower() for line in islice(lines, 1) for cell in _cells(line, parter)]
     if any(word in _UNITS for word in words) and not any(_is_value(word) or word in _FLAGS for word in words):
         units = [_UNITS.get(word, "") for word in (*words, *units)][: len(names)]
         first_row += 1
@@ -428,16 +437,9 @@ class _Rows:
         self._bad_count = 0
         self._first_bad = (0, "")
 
-    def read(self, lines: Sequence[str], raw: RawLog) -> dict[str, Floats]:
-        """Raises `UserError`."""
-        *whole, cut_off = lines[self._head.first_row :] or [""]
-        if len(_cells(cut_off, self._head.parter)) >= len(self._head.names):
-            whole.append(cut_off)
-        elif cut_off.strip():
-            raw.note(marked("cut off"))
-        if any(line.startswith("#") for line in whole):
-            whole = ["" if line.startswith("#") else line for line in whole]
-        reader = csv.reader(whole, delimiter=self._head.parter, skipinitialspace=True)
+    def read(self, lines: Iterable[str], raw: RawLog) -> dict[str, Floats]:
+        """`lines`: those behind the head. Raises `UserError`."""
+        reader = csv.reader(self._whole(lines, raw), delimiter=self._head.parter, skipinitialspace=True)
         numbered = ((self._head.first_row + reader.line_num, row) for row in reader if row)
         try:
             while part := list(islice(numbered, _ROWS_AT_ONCE)):
@@ -453,6 +455,15 @@ class _Rows:
             if self._bad_count > _MAX_BAD_SHARE * self._count:
                 raise UserError(raw.problems[-1])
         return {quantity: np.concatenate(parts) for quantity, parts in self._parts.items()}
+
+    def _whole(self, lines: Iterable[str], raw: RawLog) -> Iterator[str]:
+        """The lines without their ends; an empty one for a remark."""
+        for line in lines:
+            is_cut_off = not line.endswith("\n") and len(_cells(line, self._head.parter)) < len(self._head.names)
+            if not is_cut_off:
+                yield "" if line.startswith("#") else line.removesuffix("\n")
+            elif line.strip():
+                raw.note(marked("cut off"))
 
     def _take(self, numbered: Sequence[tuple[int, list[str]]]) -> None:
         """Each row with the number of its line."""

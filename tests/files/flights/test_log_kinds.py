@@ -292,7 +292,13 @@ BOMBS: dict[str, tuple[Callable[[], bytes], int]] = {
     "times years apart": (lambda: ulog(LEVEL, REST, np.arange(200) * 3e7), 8),
     "rubbish like samples": (lambda: ulog(LEVEL, REST) + b"D" * (4 * MEGABYTE), 48),
     "rubbish like records": (lambda: dataflash(LEVEL, REST) + b"\xa3\x95" * (2 * MEGABYTE), 24),
-    "a line without end": (lambda: b"t_s,tilt_deg\n" + b"1,2," * (2 * MEGABYTE), 60),
+    "a line without end": (lambda: b"t_s,tilt_deg\n" + b"1,2," * (2 * MEGABYTE), 20),
+    # Read as a whole, they would also hold the interpreter, and with it the thread of the port.
+    "a long table": (
+        lambda: b"t_s,tilt_deg,note\n" + b"".join(b"%d.5,2,%b\n" % (row, b"n" * 200) for row in range(20_000)),
+        12,
+    ),
+    "a long text": (lambda: made.dataflash_text(np.arange(15_000) / 50, np.ones(15_000), np.ones(15_000)), 10),
 }
 
 
