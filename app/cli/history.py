@@ -12,15 +12,15 @@ from msgspec import Meta
 
 from app.procedures.history import History
 from app.procedures.read import read_settings
-from app.store.fact_store import Facts
+from app.store.fact_store import Facts, StoreError
 from app.system.files import write_whole
 from app.terminal import console
 from app.terminal.connection import connected
-from app.terminal.records import nothing_done, other_module, records_of, refuse_another
+from app.terminal.records import nothing_done, other_module, records_of, refuse_another, say_not_kept
 from app.terminal.results import Byte, Count, Hex, Result
 from app.text.csv_cells import csv_text
 from app.text.i18n import tr
-from app.text.messages import UserError, in_brackets, join_names, join_sentences, labelled, saved_text
+from app.text.messages import in_brackets, join_names, join_sentences, labelled, saved_text
 from app.trigger_records.history import (
     FIELDS,
     PossiblyOther,
@@ -107,8 +107,8 @@ def run(args: argparse.Namespace) -> int:
 
             try:
                 visit = kept.store.write_in_time(keep)
-            except UserError:
-                console.notify(tr("Not kept."))  # why is said at the end
+            except StoreError as trouble:
+                say_not_kept(trouble)
                 return console.PARTIAL
             if isinstance(visit, PossiblyOther):
                 console.notify(join_sentences((other_module(visit.why), nothing_done())))

@@ -26,7 +26,7 @@ from app.safety.left_active import note_go
 from app.settings.profiles import NO_PROFILE, ManualLine, Profile, read_profile
 from app.terminal import console
 from app.terminal.connection import LOST, connected
-from app.terminal.records import Records, opened_store, refuse_another
+from app.terminal.records import Records, opened_store, refuse_another, say_not_kept
 from app.terminal.results import Result, Value
 from app.text.i18n import tr
 from app.text.messages import UserMessage, clean, in_brackets, join_names
@@ -154,8 +154,7 @@ def _check(args: argparse.Namespace, profile: Profile, records: Records) -> int:
     is_written = args.report is None or console.wrote(args.report, write_files)
     console.emit(args, contract_of(filed.assessment), page_of(filed))
     if filed.trouble is not None:
-        console.notify_once(filed.trouble.sentence)
-        console.notify(tr("Not kept."))
+        say_not_kept(filed.trouble)
     if filed.assessment.verdict is Verdict.NO_GO or is_refused:
         return console.ANSWER_NO
     return console.SUCCESS if is_written else console.PARTIAL

@@ -32,7 +32,7 @@ from app.procedures.write import WriteContext
 from app.store.fact_store import StoreError
 from app.terminal import console
 from app.terminal.connection import LOST, connected
-from app.terminal.records import CommandStore, opened_store
+from app.terminal.records import CommandStore, opened_store, say_not_kept
 from app.terminal.results import Result
 from app.terminal.setting_words import typed
 from app.text.i18n import tr
@@ -119,8 +119,7 @@ def run(args: argparse.Namespace) -> int:
             cells.append((row.name, tr(row.result), row.code, why.translated()))
         console.emit(args, answer, ["", *console.columns(cells)])
     if isinstance(trouble, StoreError):
-        console.notify_once(trouble.sentence)
-        console.notify(tr("Not kept."))
+        say_not_kept(trouble)
         return console.PARTIAL
     if trouble is not None:
         raise trouble

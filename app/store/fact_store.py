@@ -47,6 +47,7 @@ from app.store.rows import (
 )
 from app.store.station import own_station
 from app.system.files import data_folder
+from app.text.i18n import tr
 from app.text.messages import ErrorCode, UserError, UserMessage, clean, joined, message
 from protocol.translatable import marked
 
@@ -83,6 +84,8 @@ TABLES = (
 )
 # For what is still to be written at `close`.
 CLOSE_LIMIT_S = 5.0
+# For what a command or a check waits for; longer than `BUSY_S`, so that it is told if another program holds the file.
+WRITE_LIMIT_S = 6.0
 # How long reading waits for the opening: a disk that never answers must not keep a check from its verdict.
 OPENING_LIMIT_S = 5.0
 # How often it is looked whether the copy of the day was made, in a program that is open for days.
@@ -103,6 +106,8 @@ class StoreErrorKind(Enum):
     DAMAGED = marked("{file} is damaged.")
     FAILED = marked("{file} cannot be used.")
     OPENING = marked("{file} is still being opened.")
+    # Of a write that had begun: whether it is kept is not known.
+    HANGS = marked("{file} does not answer.")
 
 
 _KINDS = {
@@ -129,6 +134,12 @@ class StoreError(UserError):
 
     def __str__(self) -> str:
         return self._detail
+
+
+def not_kept(trouble: UserError) -> str:
+    """Say whether what was to be written is kept, in the language in use."""
+    is_known = not isinstance(trouble, StoreError) or trouble.kind is not StoreErrorKind.HANGS
+    return tr("Not kept.") if is_known else tr("It may still be kept.")
 
 
 def store_error_of(error: sqlite3.Error | OSError, path: Path) -> StoreError:
@@ -430,13 +441,14 @@ class Store:
         return future
 
     def write_in_time(self, work: Callable[[Facts], Result]) -> Result:
-        """Write, and wait for it within a limit, after which it is taken back. Raises `StoreError`."""
+        """Write, and wait for it within a limit, after which it is taken back, unless it is just being written. Raises
+        `StoreError`."""
         writing = self.write(work)
         try:
-            return writing.result(CLOSE_LIMIT_S)
+            return writing.result(WRITE_LIMIT_S)
         except (CancelledError, TimeoutError) as error:  # it was closed meanwhile, or the disk does not answer
-            writing.cancel()
-            raise StoreError(StoreErrorKind.FAILED, self.path, repr(error)) from error
+            kind = StoreErrorKind.FAILED if writing.cancel() else StoreErrorKind.HANGS
+            raise StoreError(kind, self.path, repr(error)) from error
 
     def read(self, work: Callable[[Facts], Result]) -> Result:
         """Read in this thread. It waits for the opening, so not in the window's thread before that. Raises

@@ -20,7 +20,7 @@ from app.modules.names import remembered, store_as_found, what_speaks_against
 from app.safety.journal import Journal
 from app.safety.left_active import KnownAs, LeftActive, all_left, note_named
 from app.store.acts import StoreJournal, Where, new_run, note_report, note_said_safe
-from app.store.fact_store import CLOSE_LIMIT_S, FILE_NAME, Facts, Store
+from app.store.fact_store import CLOSE_LIMIT_S, FILE_NAME, Facts, Store, not_kept
 from app.store.rows import Row
 from app.system.files import data_folder
 from app.terminal.console import Refused, note, notify, notify_once
@@ -98,6 +98,12 @@ def say_notice(store: Store, limit_s: float = CLOSE_LIMIT_S) -> None:
         return
     if notice is not None:
         notify_once(notice.translated())
+
+
+def say_not_kept(trouble: UserError) -> None:
+    # Why is said once, as it may be that there is no store, which is said of itself.
+    notify_once(trouble.sentence)
+    notify(not_kept(trouble))
 
 
 @contextmanager

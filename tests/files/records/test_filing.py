@@ -15,12 +15,12 @@ from app.modules.names import remember
 from app.preflight.checks import CheckResult, Person
 from app.preflight.verdict import Verdict
 from app.procedures.history import History
-from app.records.filing import Filed, aircraft_of, file_check, weeks_since_charge
+from app.records.filing import Filed, aircraft_of, file_check, keep_check, weeks_since_charge
 from app.records.record import read_document
 from app.records.verification import RecordState, StationNames, verify
 from app.settings.profiles import NO_PROFILE
 from app.settings.values import DEFAULTS
-from app.store.fact_store import Store, StoreError, StoreErrorKind
+from app.store.fact_store import Facts, Store, StoreError, StoreErrorKind, not_kept
 from app.store.rows import Judgement, ModuleVisited, PreflightCheck
 from app.store.station import KEY_FILE
 from app.text.messages import UserError
@@ -91,13 +91,34 @@ def test_two_programs_that_file_at_once_lose_nothing(tmp_path: Path) -> None:
 
 def test_what_is_called_not_kept_is_not_kept_later(store: Store, monkeypatch: pytest.MonkeyPatch) -> None:
     """The disk answers again after the limit."""
-    monkeypatch.setattr("app.store.fact_store.CLOSE_LIMIT_S", 0.1)
+    monkeypatch.setattr("app.store.fact_store.WRITE_LIMIT_S", 0.1)
     goes_on = threading.Event()
     store.write(lambda _facts: goes_on.wait(PATIENCE_S))
     filed = file_one(store, "M-07")
     goes_on.set()
     assert filed.trouble is not None
+    assert not_kept(filed.trouble) == "Not kept."
     assert checks_of(store, "M-07") == ()
+
+
+def test_what_is_just_being_written_may_still_be_kept_and_is_not_called_not_kept(
+    store: Store, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The disk hangs in the middle of it."""
+    monkeypatch.setattr("app.store.fact_store.WRITE_LIMIT_S", 0.5)
+    goes_on = threading.Event()
+    keep = keep_check
+
+    def keep_slowly(facts: Facts, filed: Filed) -> None:
+        keep(facts, filed)
+        goes_on.wait(PATIENCE_S)
+
+    monkeypatch.setattr("app.records.filing.keep_check", keep_slowly)
+    filed = file_one(store, "M-07")
+    assert filed.trouble is not None
+    assert not_kept(filed.trouble) == "It may still be kept."
+    goes_on.set()
+    assert len(checks_of(store, "M-07")) == 1
 
 
 def test_a_record_that_could_not_be_kept_is_still_signed(store: Store, monkeypatch: pytest.MonkeyPatch) -> None:

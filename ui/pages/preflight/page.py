@@ -23,7 +23,7 @@ from app.records.report import suggested_name, write_report
 from app.records.verification import RecordState, Verification, verify_file
 from app.safety.journal import Act
 from app.settings.profiles import ActivatedBy, Profile, save_profile
-from app.store.fact_store import StoreError
+from app.store.fact_store import StoreError, not_kept
 from app.system.files import CANNOT_READ, CANNOT_WRITE
 from app.text.i18n import tr
 from app.text.messages import MAX_TEXT_LENGTH, UserError, clean, error_text, join_sentences, labelled, not_written
@@ -464,7 +464,7 @@ class PreflightPage(Page):
         if self.state.verdict is not None and check is not None and check.filed is not None:
             trouble = check.filed.trouble
             if trouble is not None:
-                self.result.notify(Meaning.ATTENTION, join_sentences((trouble.sentence, tr("Not kept."))))
+                self.result.notify(Meaning.ATTENTION, join_sentences((trouble.sentence, not_kept(trouble))))
         if standing is not Standing.VOID:
             self.list.verticalScrollBar().setValue(0)  # what failed is at the top
         if standing is Standing.NO_GO and assessment is not None:
