@@ -19,7 +19,17 @@ from msgspec import Struct, field
 from app import version
 from app.archive.places import FilePlace, PostgresPlace, digests, is_server, lengths_in, rows_in
 from app.records.verification import StationNames, is_of_row
-from app.store.fact_store import INSERT, Facts, Store, StoreError, connect, store_error_of
+from app.store.fact_store import (
+    INSERT,
+    Facts,
+    Store,
+    StoreError,
+    StoreErrorKind,
+    connect,
+    is_whole,
+    set_aside,
+    store_error_of,
+)
 from app.store.rows import (
     AHEAD,
     MAX_CONTENT_BYTES,
@@ -63,20 +73,12 @@ class ArchiveStatus(NamedTuple):
 @contextmanager
 def all_facts(store: Store) -> Iterator[Facts]:
     """Give the facts of all stations as if they were in one file: the file of the others is `main`, the store is `own`.
-    It may block, as all here that takes a store: not for a port's or the window's thread. Raises `StoreError`."""
+    It may block, as all here that takes a store: not for a port's or the window's thread. Raises `StoreError`, also
+    where the file of the others turns out to be damaged: the next time it is begun anew."""
     store.opened.result()
     path = store.folder / OTHERS_FILE
     try:
-        try:
-            connection = connect(path, is_checked=False)
-        except sqlite3.OperationalError:
-            raise
-        except sqlite3.DatabaseError as error:
-            _log.warning("%s is begun again: %s", path, error)
-            for end in ("", "-wal", "-shm"):
-                path.with_name(path.name + end).unlink(missing_ok=True)
-            connection = connect(path, is_checked=False)
-        with closing(connection):
+        with closing(connect(path, is_checked=False)) as connection:
             connection.execute("PRAGMA synchronous = NORMAL")  # what a lost power takes comes again
             connection.execute(f"PRAGMA wal_autocheckpoint = {CHECKPOINT_PAGES}")
             connection.execute(_REFUSED)
@@ -85,7 +87,19 @@ def all_facts(store: Store) -> Iterator[Facts]:
             connection.execute("CREATE TEMP VIEW facts AS SELECT * FROM main.facts UNION ALL SELECT * FROM own.facts")
             yield Facts(connection, store.station, lambda: datetime.now(UTC))
     except sqlite3.Error as error:
-        raise store_error_of(error, path) from error
+        raise _error_of(error, path, store) from error
+
+
+def _error_of(error: sqlite3.Error, path: Path, store: Store) -> StoreError:
+    if isinstance(error, sqlite3.OperationalError):  # a lock, a full disk or a missing permission: it is not bad
+        return store_error_of(error, path)
+    try:
+        if is_whole(path):  # so it is the store
+            return store_error_of(error, store.path)
+        _log.warning("%s is begun anew: %s", path, error)
+        return StoreError(StoreErrorKind.OTHERS, set_aside(path), str(error))
+    except (sqlite3.Error, OSError) as trouble:
+        return store_error_of(trouble, path)
 
 
 def status_of(store: Store) -> ArchiveStatus:

@@ -106,6 +106,7 @@ class StoreErrorKind(Enum):
     DAMAGED = marked("{file} is damaged.")
     FAILED = marked("{file} cannot be used.")
     OPENING = marked("{file} is still being opened.")
+    OTHERS = marked("The records of other stations are damaged, and kept as {file}: they come with the next exchange.")
     # Of a write that had begun: whether it is kept is not known.
     HANGS = marked("{file} does not answer.")
 
@@ -173,11 +174,7 @@ def open_file(path: Path) -> tuple[sqlite3.Connection, UserMessage | None]:
         raise  # a lock, a full disk or a missing permission: the file itself is not bad
     except sqlite3.DatabaseError as error:
         _log.warning("%s: %s", path, error)
-    aside = path.with_name(f"{path.stem}.aside-{datetime.now(UTC):%Y%m%d-%H%M%S-%f}{path.suffix}")
-    # With its log and its index: what is put in its place must not meet an old log.
-    for end in ("", "-wal", "-shm"):
-        with suppress(FileNotFoundError):
-            Path(f"{path}{end}").replace(f"{aside}{end}")
+    aside = set_aside(path)
     told = [message(marked("The records cannot be used and are kept as {file}."), file=aside)] if was_there else []
     whole = []
     for copy in copies_of(path):
@@ -196,6 +193,27 @@ def open_file(path: Path) -> tuple[sqlite3.Connection, UserMessage | None]:
     for key, value in _left_active(aside).items():
         connection.execute("INSERT OR REPLACE INTO state VALUES (?, ?)", (key, json.dumps(value)))
     return connection, joined(told, " ")
+
+
+def set_aside(path: Path) -> Path:
+    """Give the file another name, with its log and its index: what comes in its place must not meet an old log."""
+    aside = path.with_name(f"{path.stem}.aside-{datetime.now(UTC):%Y%m%d-%H%M%S-%f}{path.suffix}")
+    for end in ("", "-wal", "-shm"):
+        with suppress(FileNotFoundError):
+            Path(f"{path}{end}").replace(f"{aside}{end}")
+    return aside
+
+
+def is_whole(path: Path) -> bool:
+    """Whether the file is ours and not damaged. Raises as `open_file` where it cannot be read."""
+    try:
+        with closing(connect_to_read(path)) as connection:
+            _check(connection, path)
+    except sqlite3.OperationalError:
+        raise
+    except sqlite3.DatabaseError:
+        return False
+    return True
 
 
 def connect(path: Path, *, is_checked: bool = True) -> sqlite3.Connection:

@@ -14,7 +14,7 @@ from msgspec.structs import replace
 from app.archive.archive import OTHERS_FILE, Synced, all_facts, exchanged, status_of, sync
 from app.archive.places import FilePlace
 from app.archive.report import report
-from app.store.fact_store import Store, copies_of, copy_if_due
+from app.store.fact_store import Store, StoreError, copies_of, copy_if_due
 from app.store.rows import (
     COLUMNS,
     ModuleNamed,
@@ -137,14 +137,36 @@ def test_an_act_never_waits_for_a_page_of_an_exchange(desk: Desk) -> None:
         facts.connection.execute("ROLLBACK")
 
 
-def test_the_file_of_the_others_may_be_lost(desk: Desk) -> None:
-    desk.say(0, "M-07")
+@pytest.mark.parametrize("begins_at", [16, 4096], ids=["whole", "its middle"])
+def test_the_file_of_the_others_may_be_damaged(begins_at: int, desk: Desk) -> None:
+    """It is set aside, which is said once, and all that was in it comes again."""
+    desk.say(0, *(f"M-{number}" for number in range(60)))
     desk.exchange(0)
     desk.exchange(1)
-    before = desk.ids(1)
-    (desk.stores[1].folder / OTHERS_FILE).write_bytes(b"SQLite format 3\x00" + b"\xff" * 3000)
-    assert desk.exchange(1).received == 2
+    before, folder = desk.ids(1), desk.stores[1].folder
+    path = folder / OTHERS_FILE
+    data = path.read_bytes()
+    damaged = data[:begins_at] + b"\xff" * (len(data) - begins_at)
+    path.write_bytes(damaged)
+    with pytest.raises(StoreError) as caught:
+        desk.ids(1)
+    (aside,) = folder.glob("archive.aside-*.sqlite")
+    assert str(aside) in caught.value.sentence
+    assert aside.read_bytes() == damaged
+    assert desk.exchange(1).received == 61
     assert desk.ids(1) == before
+
+
+def test_where_the_store_itself_is_damaged_the_file_of_the_others_stays(desk: Desk) -> None:
+    store = desk.stores[0]
+    desk.say(0, *(f"M-{number}" for number in range(60)))
+    store.close()
+    data = store.path.read_bytes()
+    store.path.write_bytes(data[:4096] + b"\xff" * (len(data) - 4096))
+    with pytest.raises(StoreError) as caught:
+        desk.ids(0)
+    assert str(store.path) in caught.value.sentence
+    assert (store.folder / OTHERS_FILE).exists()
 
 
 # What is left out
