@@ -1172,6 +1172,10 @@
         <translation>可能是 {module}：开机次数和参数相符。</translation>
     </message>
     <message>
+        <source>It may still be kept.</source>
+        <translation>可能仍已保存。</translation>
+    </message>
+    <message>
         <source>It moves: {low:.0f}–{high:.0f}°, {weak:.1f}–{strong:.1f} g in 2 s.</source>
         <translation>模块未静止：2 秒内 {low:.0f}–{high:.0f}°，{weak:.1f}–{strong:.1f} g。</translation>
     </message>
@@ -2936,6 +2940,10 @@
         <translation>记录无法使用，已另存为 {file}。</translation>
     </message>
     <message>
+        <source>The records of other stations are damaged, and kept as {file}: they come with the next exchange.</source>
+        <translation>其他站点的记录已损坏，已另存为 {file}；下次交换时会重新获取。</translation>
+    </message>
+    <message>
         <source>The result is that of {module}.</source>
         <translation>此结果属于模块 {module}。</translation>
     </message>
@@ -4588,6 +4596,10 @@
     <message>
         <source>{file} cannot be written: {why}.</source>
         <translation>无法写入 {file}：{why}。</translation>
+    </message>
+    <message>
+        <source>{file} does not answer.</source>
+        <translation>{file} 没有响应。</translation>
     </message>
     <message>
         <source>{file} exists and is another kind of file.</source>

@@ -63,6 +63,7 @@ def test_zeroing_that_leaves_a_tilt_is_no_success(capsys: pytest.CaptureFixture[
     [
         ("activate --yes", 1, ["Nothing was sent. The audit log cannot be written."], []),
         ("lock", 0, ["The module reports LOCKED."], ["activation"]),
+        ("set freefall_time_s=1.2", 0, ["1.2: verified", "The audit log is incomplete."], ["freefall_time"]),
         (
             "set freefall_time_s=1.2 baud_rate=9600",
             1,
