@@ -217,15 +217,15 @@ class Hands(Hand):
 
     # On purpose
 
-    def do_whole(self, one: QWidget, held_s: float = HOLD_S + 0.4) -> None:
-        """Press it as a careful person does, from elsewhere and after a while; `held_s`: of what is held."""
+    def do_whole(self, one: QWidget) -> None:
+        """Press it as a careful person does, from elsewhere and after a while."""
         self.move(QPoint(1, 60))
         self.wait(0.6)
         if isValid(one) and one.isVisible():  # a notice may have taken its button away meanwhile
             self.move(self.at(one))
             self.look()
             self.press()
-            self.wait(held_s if one.objectName() == HOLD else 0.0)
+            self.wait(HOLD_S + 0.4 if one.objectName() == HOLD else 0.0)
             self.release()
             self.look()
 
@@ -428,14 +428,14 @@ def write_to_an_active_module(hands: Hands) -> None:
     hands.press_write()
 
 
-def deploy(hands: Hands, *, held_s: float = HOLD_S + 0.4) -> None:
+def deploy(hands: Hands) -> None:
     hands.put_in_order(is_active=True)
     ritual = hands.commands.ritual
     hands.window.go_to("commands")
     hands.until(ritual.choose.isEnabled)
     hands.do_whole(ritual.choose)
     hands.do_whole(ritual.arm)
-    hands.do_whole(ritual.hold, held_s)
+    hands.do_whole(ritual.hold)
 
 
 # What is done, and what leaves for it.

@@ -8,12 +8,9 @@ from pathlib import Path
 
 import pytest
 
-from app.engine.conversation import Interrupted
-from app.procedures.history import read_history
 from app.safety.journal import Act, Outcome
 from app.simulator.bench import SimulatedBench
 from app.simulator.module import invent_records
-from app.terminal.connection import connected
 from protocol.catalogue import BY_NAME
 from tests.support.cli_line import Program, bench_of, exchange, faults, sets
 from tests.support.line.frames import at_frame
@@ -102,14 +99,6 @@ def test_the_set_in_flight_is_unknown_and_what_was_verified_was_verified_then(
     assert not any(result["verified"] for result in told["results"].values())
 
 
-def test_a_module_that_answers_otherwise_ends_it(port: str, dps_s: Program) -> None:
-    """Another one in its place without a gap; nothing but a setting tells it."""
-    memory = bench_of(port).module.memory
-    at(bench_of(port), "boot_count", lambda _bench: setattr(memory, "boot_count", 90), number=2)
-    printed = dps_s(["read", "--port", port, "--json"], 3)
-    assert json.loads(printed.out)["errors"]["link"] == "Boot count: 37, then 90. Two modules on this line?"
-
-
 @pytest.mark.parametrize("end", ["silent", "restarted"])
 @pytest.mark.promise("l")
 def test_an_activation_that_was_interrupted_is_followed_by_lock(
@@ -150,15 +139,6 @@ def test_ctrl_c_after_an_activation_has_left_locks(words: str, port: str, dps_s:
     assert sets(wire)[-2:] == ["activation", "activation"]
     assert not bench.module.state.is_active
     assert "LOCK was sent after the interruption. The module reports LOCKED." in printed.err
-
-
-def test_ctrl_c_where_nobody_answers_any_more_says_that_nothing_is_locked(port: str, dps_s: Program) -> None:
-    def break_off() -> None:
-        bench_of(port).unplug()
-        signal.raise_signal(signal.SIGINT)
-
-    at_frame(bench_of(port), 1, break_off, code=BY_NAME["activation"].code)
-    assert "ACTIVE, not locked." in dps_s(["activate", "--port", port, "--yes"], 130).err
 
 
 def test_after_an_end_lock_is_said_of_the_module_that_answers_now(port: str, dps_s: Program) -> None:
@@ -226,16 +206,3 @@ def test_watching_ends_where_nobody_answers(words: str, port: str, dps_s: Progra
     typed = [str(tmp_path / "a.mcap") if word == "FILE" else word for word in words.split()]
     assert "The module does not answer." in dps_s([*typed, "--port", port], 3).err
     assert len(list(tmp_path.glob("a*.mcap"))) == words.count("FILE")
-
-
-@pytest.mark.promise("a")
-def test_what_is_asked_after_a_break_goes_to_nobody(port: str, wire: list[bytes]) -> None:
-    """The next conversation begins between two jobs of one command."""
-    with connected(port, 115200) as opened:
-        bench_of(port).restart()
-        while opened.conversation.number == opened.number:
-            opened.wait()
-        wire.clear()
-        with pytest.raises(Interrupted):
-            opened.run(read_history())
-    assert BY_NAME["trigger_records"].query().encode() not in wire

@@ -24,13 +24,11 @@ from app.procedures.history import History
 from app.simulator.bench import SimulatedBench
 from app.simulator.setup import Setup
 from app.store.rows import PreflightCheck
-from app.terminal import console
 from app.terminal.console import RATES
 from protocol.catalogue import BAUD_RATES
 from protocol.messages import TriggerRecord, decode_record, decode_request
 from tests.support.cli_line import Program, faults
 from tests.support.records.stored import open_store
-from tests.support.thorough import some
 from tests.support.virtual_cli import VirtualCli
 from tests.unit.simulator.test_simulator_servers import posix_only
 
@@ -57,10 +55,6 @@ _VARYING: Final = (
 )
 """Times, the key of the station, and what Pythons lay out each in their way."""
 HAN: Final = r"[一-鿿]"
-# A half-width mark beside a Chinese character, or a space behind a full-width one; two spaces part columns.
-HALF_WIDTH: Final = re.compile(
-    rf"{HAN}[,;:!?]|{HAN} ?\(|\({HAN}|{HAN}\)|[,;!?]{HAN}|[。，；：！？、] (?=[^\s→])|{HAN}\.(?:\s|$)"
-)
 
 
 class Example(NamedTuple):
@@ -140,17 +134,15 @@ def test_what_is_said_and_sent(
         assert says == said
 
 
-@posix_only
-@pytest.mark.usefixtures("speaks_english", "user_files", "no_waiting")
-@pytest.mark.parametrize("section", some(sections(), one_in=4))
-def test_in_chinese_the_punctuation_is_full_width(
-    section: Examples, wire: list[bytes], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+@pytest.mark.usefixtures("user_files", "no_waiting")
+def test_results_and_errors_are_translated_and_names_are_not(
+    port: str, dps_s: Program, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setenv("LC_ALL", "zh_CN.UTF-8")
-    monkeypatch.chdir(tmp_path)
-    says = as_text(run_section(section, wire))
-    assert re.search(HAN, says)
-    assert [line for line in says.splitlines() if not line.startswith("$ ") and HALF_WIDTH.search(line)] == []
+    printed = dps_s(["set", "freefall_time_s=1.2", "--port", f"{port}?mute_codes=22"], 1)
+    assert re.search(HAN, printed.out)
+    assert printed.out.startswith("freefall_time_s ")
+    assert re.search(HAN, dps_s(["recordings", "list"]).err)
 
 
 @pytest.mark.usefixtures("speaks_english", "user_files")
@@ -185,14 +177,6 @@ def test_history_page_marks_the_implausible_and_what_came_once() -> None:
     assert page[3:] == ["(?) Seen in one reading only. Read again.", "Empty slots: 8."]
     assert records.page_of(History((), 0, is_confirmed=True)) == ["It has never fired, or its memory was cleared."]
     assert records.page_of(History()) == ["No answer: the records are unknown."]
-
-
-def test_json_of_a_broken_name_is_json() -> None:
-    raw = io.BytesIO()
-    out = io.TextIOWrapper(raw, encoding="utf-8", errors="backslashreplace")
-    out.write(console.as_json({"port": "/tmp/\udcff"}))
-    out.flush()
-    assert json.loads(raw.getvalue()) == {"port": "/tmp/\udcff"}
 
 
 # Schemas

@@ -9,7 +9,6 @@ import sys
 import threading
 from collections.abc import Iterable
 from contextlib import closing
-from datetime import UTC, datetime
 from pathlib import Path
 from types import SimpleNamespace
 
@@ -28,13 +27,11 @@ from app.system.files import write_whole
 from app.terminal import connection, console
 from app.terminal import records as command_journal
 from app.terminal.records import CommandStore
-from app.text.messages import visible, visible_json
 from protocol.messages import Noise
 from protocol.stream import StreamParser
 from tests.support.cli_line import Program, faults
 from tests.support.processes import PROGRAM, ROOT, ran
 from tests.support.records.stored import open_store
-from ui.files.file_dialogs import default_name
 
 pytest_plugins = ["tests.support.cli_fixtures"]
 pytestmark = pytest.mark.usefixtures("speaks_english", "user_files")
@@ -237,33 +234,12 @@ def test_colours_only_on_a_terminal_that_takes_them(port: str, dps_s: Program, m
     assert "\x1b" not in dps_s(words, 1).out
 
 
-def test_errors_that_nobody_takes_change_no_exit_code(
-    port: str, dps_s: Program, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    with open(os.devnull, encoding="utf-8") as read_only:  # noqa: PTH123
-        monkeypatch.setattr(sys, "stderr", read_only)
-        dps_s(["read", "--port", f"{port}?mute=yes"], 3)
-
-
 def test_twice_verbose_shows_every_frame_once(port: str, wire: list[bytes], dps_s: Program) -> None:
     lines = dps_s(["-vv", "read", "--port", port, "--json"]).err.splitlines()
     sent = [line for line in lines if " > 42 61 " in line]
     assert [bytes.fromhex(line.split(" > ")[1][:17]) for line in sent] == wire
     assert sum(" < 41 75 " in line for line in lines) == len(wire)
     assert any("status: tilt 0°" in line for line in lines)
-
-
-def test_control_characters_are_shown_and_not_obeyed(capsys: pytest.CaptureFixture[str]) -> None:
-    console.write_lines([ESCAPE, (ESCAPE, 31)])
-    console.notify(ESCAPE)
-    printed = capsys.readouterr()
-    assert (printed.out + printed.err).replace("\n", "").isprintable()
-    shown = visible(f"a{ESCAPE}\ud800\r\tb\n", keep="\n")
-    assert shown == ("a[U+001B]]0;owned[U+0007][U+009B]31m[U+202E][U+2066][U+D800]  b\n")
-    assert visible("M-07 伞仓 3.8 V …") == "M-07 伞仓 3.8 V …"
-    text = visible_json(json.dumps({ESCAPE: ESCAPE}, ensure_ascii=False))
-    assert text.isprintable()
-    assert json.loads(text) == {ESCAPE: ESCAPE}
 
 
 @pytest.mark.parametrize(
@@ -363,14 +339,6 @@ def test_nothing_is_written_through_the_link_of_another_user(tmp_path: Path, mon
     monkeypatch.setattr(os, "geteuid", lambda: link.lstat().st_uid + 1)
     write_whole(link, b"theirs")
     assert victim.read_text(encoding="utf-8") == "mine, too"
-
-
-def test_a_name_of_82_chinese_characters_fits(tmp_path: Path) -> None:
-    path = tmp_path / f"{'伞' * 82}.csv"
-    write_whole(path, b"whole")
-    assert [one.name for one in tmp_path.iterdir()] == [path.name]
-    suggested = default_name("𠀀" * 300, ".mcap", datetime(2026, 1, 2, tzinfo=UTC))
-    write_whole(tmp_path / suggested, b"whole")
 
 
 def test_any_count_of_consecutive_headers_is_one_rejection() -> None:

@@ -195,26 +195,6 @@ def crash(tmp_path: Path) -> Path:
     return path
 
 
-def test_json_is_the_contract(calm: Path, crash: Path, dps_s: Program) -> None:
-    printed = dps_s(["fired", str(calm), str(crash), "--json"], 4)
-    first, second = map(json.loads, printed.out.splitlines())
-    assert printed.err.startswith(
-        "Judged with: attitude_threshold_deg=60 freefall_acceleration_g=0.5 freefall_time_s=1.6 "
-    )
-    assert first == {
-        "log": str(calm), "fires": [], "tilt_max_deg": 12.0, "longest_fall_s": 0.0, "not_judged_s": 0.0, "problems": [],
-        "answer": "does_not_fire",
-    }  # fmt: skip
-    fires = [
-        {"t_s": 4.0, "source": "attitude", "tilt_deg": 61},
-        {"t_s": 7.6, "source": "freefall", "tilt_deg": 61},
-    ]
-    assert second == {
-        "log": str(crash), "fires": fires, "tilt_max_deg": 61.4, "longest_fall_s": 1.98, "not_judged_s": 0.0,
-        "problems": [], "answer": "fires",
-    }  # fmt: skip
-
-
 def test_other_thresholds_and_what_the_vendors_do(calm: Path, crash: Path, dps_s: Program) -> None:
     words = ("attitude_threshold_deg=62", "freefall_time_s=1.99", str(crash), str(calm))
     printed = dps_s(["fired", "--thresholds", *words])
@@ -238,14 +218,3 @@ def test_what_cannot_be_read_is_said_and_the_others_are_judged(crash: Path, tmp_
     assert f"\n{bad}: no column names in the first line.\n" in printed.err
     crash.unlink()
     dps_s(["fired", str(tmp_path)], 2)
-
-
-def test_a_log_that_holds_too_little_is_not_judged(tmp_path: Path, dps_s: Program) -> None:
-    """Without acceleration nobody knows of a fall; where it fires all the same, it fires."""
-    path = tmp_path / "tilt.csv"
-    path.write_text("time_s,tilt_deg\n" + "".join(f"{row / 10},20\n" for row in range(100)), encoding="utf-8")
-    line = json.loads(dps_s(["fired", str(path), "--json"], 2).out)
-    assert (line["answer"], line["fires"]) == ("not_judged", None)
-    assert line["not_judged_s"] == pytest.approx(9.9)
-    dps_s(["fired", str(path), "--thresholds", "freefall_trigger=false"])
-    dps_s(["fired", str(path), "--thresholds", "attitude_threshold_deg=15"], 4)

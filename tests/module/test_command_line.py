@@ -10,7 +10,7 @@ from app.integration import opened
 from tests.hardware import test_read_only, test_writing
 from tests.hardware.conftest import Ran as HardwareRan
 from tests.hardware.conftest import Run
-from tests.module.module import ACTIVATION, ACTIVE, ATTITUDE, ATTITUDE_OFF, FREEFALL_OFF, TIME, TRIGGERED
+from tests.module.module import ACTIVATION, ACTIVE, ATTITUDE, ATTITUDE_OFF, FREEFALL_OFF, TRIGGERED
 from tests.module.options import Options
 from tests.support.virtual_cli import PORT, VirtualCli
 
@@ -40,23 +40,6 @@ def test_a_module_that_lies_is_not_ready(options: dict[str, Any], more: tuple[st
     cli.module.settings |= {ATTITUDE_OFF: 1, FREEFALL_OFF: 1}
     ran = cli.run(*CHECK, *more)
     assert (ran.said["verdict"], ran.returncode) == ("NO-GO", 1), ran.stderr
-
-
-@pytest.mark.parametrize("seed", range(6))
-def test_on_a_line_that_loses_bytes_only_what_the_module_holds_is_verified(seed: int) -> None:
-    cli = VirtualCli(Options(lose=0.02, jitter_s=0.01), seed=seed)
-    ran = cli.run("set", "freefall_time_s=0.90", "attitude_threshold_deg=70", "--json")
-    for name, code, byte in (("freefall_time_s", TIME, 90), ("attitude_threshold_deg", ATTITUDE, 70)):
-        if ran.said.get("results", {}).get(name, {}).get("verified"):
-            assert cli.module.settings[code] == byte
-        assert len(cli.module.log.sets(code)) <= 1, "a set is sent once"
-
-
-def test_lock_is_not_called_confirmed_by_a_module_that_only_acknowledges_it() -> None:
-    cli = VirtualCli(Options(ignored_sets={ACTIVATION: -1}))
-    cli.module.settings[ACTIVATION] = 1
-    assert cli.run("lock").returncode == 1
-    assert cli.module.settings[ACTIVATION] == 1
 
 
 @pytest.mark.parametrize("apart_s", [0.0, 0.01, 0.048])

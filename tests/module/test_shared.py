@@ -234,13 +234,3 @@ def test_more_readers_than_there_is_room_for(shared: Shared) -> None:
             ask(client, BOOTS_QUERY)
         for client in clients[sharing.MOST_READERS :]:
             assert client.recv(1) == b""
-
-
-def test_an_address_that_others_reach_is_warned_of() -> None:
-    with Line(Module(now=now())) as line, running(
-        *PROGRAM, "serve", "--port", line.port, "--tcp", "0.0.0.0:0", LC_ALL="C.UTF-8"
-    ) as server:  # fmt: skip
-        assert server.out.readline().startswith("shared://0.0.0.0:")
-        assert server.errors.readline().startswith("TCP has no authentication: whoever reaches shared://0.0.0.0:")
-        server.process.send_signal(signal.SIGTERM)
-        assert server.end()[0] == 0

@@ -12,7 +12,7 @@ from typing import NamedTuple
 
 import pytest
 from PySide6.QtCore import Qt
-from PySide6.QtWidgets import QApplication, QLineEdit
+from PySide6.QtWidgets import QApplication
 from pytestqt.qtbot import QtBot
 
 from app.diagnosis.link_state import Phase
@@ -38,7 +38,7 @@ from ui.services.page import Page
 from ui.widgets.notice_bar import Notice
 from ui.widgets.readout import Freshness
 
-PORT, OTHER_PORT = "/dev/ttyUSB8", "/dev/ttyUSB9"
+PORT = "/dev/ttyUSB8"
 PAGES: dict[str, type[Page]] = {
     "live": LivePage,
     "settings": SettingsPage,
@@ -357,17 +357,6 @@ def test_a_verdict_goes_with_the_report_of_the_activation(desk: Desk) -> None:
     desk.until_true("flags")
 
 
-def test_a_module_that_was_switched_off_says_nothing_of_another_port(desk: Desk) -> None:
-    port = desk.assembly.ports.current
-    port.note_shutdown()
-    dead = Module(now=desk.clock())
-    dead.be_silent(desk.clock(), 1000)
-    desk.devices[OTHER_PORT] = (dead,)
-    desk.assembly.ports.connect_to(Target(OTHER_PORT, 115200))
-    desk.until(lambda: port.state.phase not in (Phase.OPENING, Phase.ASKING))
-    assert port.state.phase is Phase.SILENT
-
-
 def test_on_the_way_through_everything_that_happens_to_a_module(desk: Desk) -> None:
     """Each on another page, and then the top bar agrees with all of them."""
     desk.check()
@@ -391,45 +380,6 @@ def test_on_the_way_through_everything_that_happens_to_a_module(desk: Desk) -> N
 
 
 # What leaves
-
-
-def test_what_is_typed_is_what_the_module_gets(desk: Desk) -> None:
-    typed = {
-        "light_threshold": ("3.3", 0x15, 33),
-        "attitude_threshold": ("80", 0x20, 80),
-        "freefall_acceleration": ("0.3", 0x21, 3),
-        "freefall_time": ("2.55", 0x22, 255),
-    }
-    desk.go_to("settings")
-    desk.until(lambda: desk.find(QLineEdit, "freefall_time_wanted").text() != "")
-    for name, (text, _, _) in typed.items():
-        box = desk.find(QLineEdit, f"{name}_wanted")
-        box.setFocus()
-        box.selectAll()
-        desk.qtbot.keyClicks(box, text)
-        desk.qtbot.keyClick(box, Qt.Key.Key_Tab)
-    desk.click("settings_write")
-    desk.until(lambda: all(desk.module.settings[code] == byte for _, code, byte in typed.values()))
-    log = desk.module.log
-    for _, code, byte in typed.values():
-        assert [entry.value for entry in log.sets(code)] == [byte]
-        desk.until(lambda code=code: log.got(code)[-1].at_s > log.sets(code)[0].at_s)  # type: ignore[misc]
-        assert not log.got(code)[-1].is_set, "read back"
-    assert log.acts() == []
-
-
-@pytest.mark.parametrize(("is_fall_on", "said"), [(True, "both on"), (False, "fall off")])
-def test_the_top_bar_says_what_became_of_the_triggers(is_fall_on: bool, said: str, desk: Desk) -> None:
-    """Known only a while after they were set, whatever page is shown."""
-    page = desk.find(SettingsPage)
-    desk.go_to("settings")
-    page.work.fill({"attitude_trigger": True})
-    page.work.fill({"freefall_trigger": is_fall_on})
-    desk.click("settings_write")
-    if not is_fall_on:
-        desk.until(lambda: page.strip.button("write_anyway"))
-        desk.click(page.strip.button("write_anyway"))
-    desk.until(lambda: said in desk.assembly.window.top_bar.triggers.accessibleName())
 
 
 def test_a_module_that_is_lost_with_its_baud_rate(desk: Desk) -> None:

@@ -1,8 +1,6 @@
 """What the scripts of packaging/ install, ask and run, with pip, venv and apt-get replaced by a recorder; and what they
 put into packages, as far as that can be told without making one."""
 
-import configparser
-import json
 import os
 import re
 import shutil
@@ -13,7 +11,6 @@ from importlib import import_module
 from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
-from xml.etree import ElementTree
 
 import pytest
 from packaging.requirements import Requirement
@@ -48,8 +45,6 @@ class Checkout:
         self.commands: list[list[str]] = []
         self.failing, self.user = "", 0
         self.lacking = set[str]()
-        self.uv: str | None = None
-        self.answer: str | None = None  # what somebody at a terminal types; None where there is no terminal
         self.lock, self.venv = root / "lock.txt", root / ".venv"
         self.python = self.venv / "bin" / "python"
         root.mkdir()
@@ -67,8 +62,7 @@ class Checkout:
         patch.setattr(shutil, "which", self._which)
         patch.setattr(os, "geteuid", lambda: self.user, raising=False)  # Windows has none
         patch.setattr(libraries, "ctypes", SimpleNamespace(CDLL=self._load))
-        patch.setattr(sys, "stdin", SimpleNamespace(isatty=lambda: self.answer is not None))
-        patch.setattr("builtins.input", lambda _question: self.answer)
+        patch.setattr(sys, "stdin", None)  # nobody at a terminal is asked
         patch.delenv("CI", raising=False)
 
     def _load(self, name: str) -> None:
@@ -76,9 +70,7 @@ class Checkout:
             raise OSError(name)
 
     def _which(self, name: str, path: str | None = None) -> str | None:
-        if name == "uv":
-            return self.uv
-        return None if name in self.lacking else f"/usr/bin/{name}"
+        return None if name in self.lacking | {"uv"} else f"/usr/bin/{name}"
 
     def _run(self, command: list[str], **_: object) -> "subprocess.CompletedProcess[str]":
         self.commands.append([str(word) for word in command])
@@ -123,16 +115,6 @@ def test_what_is_needed_comes_when_it_is_needed_and_once(checkout: Checkout) -> 
     assert checkout.make_ready("tests") == []
 
 
-def test_uv_installs_where_it_is_there_and_pip_where_uv_cannot(checkout: Checkout) -> None:
-    checkout.uv = "/home/u/.local/bin/uv"
-    checkout.make_ready()
-    assert {command[0] for command in checkout.commands[-3:]} == {checkout.uv}
-    checkout.lock.write_text("# program\nnumpy==2.0\n", encoding="utf-8")
-    checkout.failing = checkout.uv
-    checkout.make_ready()
-    assert checkout.commands[-1][:3] == [str(checkout.python), "-m", "pip"]
-
-
 @pytest.mark.parametrize("harm", ["interrupted", "no Python", "another place", "made by somebody else"])
 def test_a_venv_that_does_not_fit_is_made_again(checkout: Checkout, harm: str, monkeypatch: pytest.MonkeyPatch) -> None:
     if harm == "interrupted":
@@ -168,21 +150,6 @@ def test_what_only_some_things_need_stops_nothing(checkout: Checkout, capsys: py
     checkout.lacking, checkout.user = {"initdb", "libxcb-cursor.so.0"}, 1000
     assert checkout.make_ready() == WHOLE
     assert "Type: sudo apt-get install libxcb-cursor0 postgresql" in capsys.readouterr().out
-
-
-def test_another_system_gets_the_list_of_libraries(checkout: Checkout) -> None:
-    checkout.lacking = {"apt-get", "libEGL.so.1", "libGL.so.1"}
-    assert re.match(r"The system lacks libGL\.so\.1, libEGL\.so\.1\. Install the packages", checkout.refusal())
-
-
-@pytest.mark.parametrize(("answer", "is_done"), [("", True), ("y", True), ("n", False)])
-def test_at_a_terminal_root_is_asked(checkout: Checkout, answer: str, is_done: bool) -> None:
-    checkout.lacking, checkout.answer = {"libEGL.so.1"}, answer
-    if is_done:
-        checkout.make_ready()
-    else:
-        assert "Type: sudo apt-get install libegl1" in checkout.refusal()
-    assert checkout.installed() == ({"libegl1"} if is_done else set())
 
 
 # The commands
@@ -278,12 +245,6 @@ def test_the_lock_is_exact_and_fits_the_project(system: str, version: str) -> No
 # What goes into packages
 
 
-@pytest.mark.parametrize("path", sorted((ROOT / ".github" / "workflows").iterdir()), ids=lambda path: path.name)
-def test_what_was_never_run_says_so_first(path: Path) -> None:
-    first = path.read_text(encoding="utf-8").splitlines()[0]
-    assert "Not run here: written for GitHub, never executed" in first
-
-
 def test_the_installer_registers_what_the_window_opens_and_takes_nothing_of_the_users() -> None:
     from ui.main import PAGES
 
@@ -294,45 +255,6 @@ def test_the_installer_registers_what_the_window_opens_and_takes_nothing_of_the_
     text = (PACKAGING / "windows" / "installer.nsi").read_text(encoding="utf-8")
     taken = re.findall(r"RMDir /r \"([^\"]+)\"", text[text.index('Section "Uninstall"') :])
     assert taken == ["$INSTDIR\\_internal", "$INSTDIR\\licences"]
-
-
-def test_the_metadata_names_what_is_installed() -> None:
-    from ui.main import run
-
-    root = ElementTree.parse(METAINFO).getroot()
-    assert (f"{root.findtext('id')}.metainfo.xml", root.findtext("launchable")) == (METAINFO.name, f"{NAME}.desktop")
-    assert root.find("screenshots/screenshot/image") is not None
-    entry = configparser.ConfigParser(interpolation=None)
-    entry.read(LINUX / f"{NAME}.desktop", encoding="utf-8")
-    assert (entry["Desktop Entry"]["Exec"], entry["Desktop Entry"]["Icon"]) == ("dps-s %f", NAME)
-    types = {one.attrib["type"] for one in ElementTree.parse(LINUX / f"{NAME}.xml").getroot()}
-    assert set(entry["Desktop Entry"]["MimeType"].rstrip(";").split(";")) == types
-    assert {one.text for one in root.iter("mediatype")} == types
-    assert f'setDesktopFileName("{NAME}")' in Path(run.__code__.co_filename).read_text(encoding="utf-8")
-
-
-def test_the_desktop_knows_the_types_of_files() -> None:
-    """By the magic of shared-mime-info, held against files that the program writes."""
-    from app.records.record import FORMAT
-    from app.settings.profiles import Profile, profile_text
-
-    files = {
-        "profile": profile_text(Profile(name="H6", settings={})).encode(),
-        "record": json.dumps({"format": FORMAT, "version": 2}, indent=1).encode(),
-        "mcap": b"\x89MCAP0\r\n",
-        "ulog": b"ULog\x01\x12\x35",
-    }
-    space = "{http://www.freedesktop.org/standards/shared-mime-info}"
-
-    def holds(rule: ElementTree.Element, content: bytes) -> bool:
-        first, _, last = rule.attrib["offset"].partition(":")
-        value = rule.attrib["value"].encode().decode("unicode_escape").encode("latin-1")
-        return content.find(value, int(first), int(last or first) + len(value)) >= 0
-
-    for kind in ElementTree.parse(LINUX / f"{NAME}.xml").getroot():
-        rules = [*kind.iter(f"{space}match")]  # each stands in the one before: all have to hold
-        known = {name for name, content in files.items() if all(holds(rule, content) for rule in rules)}
-        assert known == {kind.attrib["type"].rpartition(".")[2]}
 
 
 def test_the_manual_names_every_command() -> None:
@@ -353,13 +275,3 @@ def test_a_release_is_refused_while_a_placeholder_is_left(
     filled.write_text(release.PYPROJECT.read_text(encoding="utf-8").replace("localhost", "example.org"), "utf-8")
     monkeypatch.setattr(release, "PYPROJECT", filled)
     assert release.refusals() == []
-
-
-def test_who_maintains_it_is_stated_once() -> None:
-    told = release.words()
-    stated = [told["MAINTAINER"].partition("<")[2].rstrip(">"), told["HOMEPAGE"]]
-    pages = [*ROOT.glob("*.md"), *(ROOT / "docs").rglob("*.md"), *(ROOT / ".github").rglob("*.*")]
-    files = [path for path in (*pages, *LINUX.iterdir()) if path.is_file()]
-    assert [path for path in files if any(one in path.read_text(encoding="utf-8") for one in stated)] == []
-    for page in ("SECURITY.md", "CONTRIBUTING.md"):
-        assert "(pyproject.toml)" in (ROOT / page).read_text(encoding="utf-8")

@@ -53,24 +53,6 @@ def test_the_program_makes_the_table_that_the_page_says() -> None:
         assert statement in said
 
 
-@pytest.mark.parametrize(
-    "values",
-    [
-        f"'x', 'act', null, '{'a' * 64}', '2026', '{{}}'",
-        f"'{'f' * 40}', 'act', null, 'short', '2026', '{{}}'",
-        f"'{'f' * 40}', 'act', null, '{'a' * 64}', '2026', repeat('x', 1000001)",
-    ],
-)
-def test_the_server_itself_refuses_rows_that_are_too_large_or_have_no_id(
-    values: str, stores: list[Store], server: ArchiveServer
-) -> None:
-    import psycopg
-
-    sync(stores[0], server.url())
-    with pytest.raises(psycopg.errors.CheckViolation):
-        server.run(f"INSERT INTO dps_s_facts VALUES ({values})")
-
-
 def test_a_database_of_another_encoding_is_refused_in_one_sentence(stores: list[Store], server: ArchiveServer) -> None:
     server.run("CREATE DATABASE latin ENCODING 'LATIN1' TEMPLATE template0")
     with pytest.raises(UserError, match="UTF8"):

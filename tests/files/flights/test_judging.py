@@ -1,6 +1,5 @@
 """The rule sample by sample, curves and map that agree with it, when control was lost, and what is proposed."""
 
-import math
 from itertools import product
 from typing import NamedTuple
 
@@ -136,18 +135,6 @@ def test_the_map_counts_the_outcome_of_each_flight() -> None:
 
 
 # Loss of control
-
-
-def test_how_late_it_fires() -> None:
-    flight = summarise(crash())
-    assert flight.loss_s == pytest.approx(3.48)  # the last row of weight, at a tilt below 30°
-    assert flight.impact_s == 6.0
-    fires = flight.outcome(TriggerLimits())
-    assert (fires.at_s, fires.sources, fires.is_before_impact) == (5.0, Source.ATTITUDE, True)
-    never = flight.outcome(TriggerLimits(attitude_threshold_deg=89, freefall_time_s=2.55))
-    assert (never.at_s, never.is_before_impact) == (math.inf, False)
-    late = summarise(crash(120.0)).outcome(TriggerLimits(attitude_threshold_deg=100, freefall_is_enabled=False))
-    assert (late.at_s, late.is_before_impact) == (pytest.approx(6.02), False)
 
 
 def shaken(*rows: int, force_g: float = 5.0) -> np.ndarray:

@@ -10,7 +10,6 @@ from app.flights.flight_log import Channel, FlightLog, RawLog, assembled, tilt_o
 from app.flights.judge import TriggerLimits
 from app.flights.judging import Answer, summarise
 from app.flights.read_log import find_logs, read_flight_log
-from app.flights.table import parse_choice
 from app.recordings.excerpt import HEAD
 from app.recordings.library import entry_of
 from app.recordings.recording import export
@@ -75,17 +74,6 @@ def test_a_slow_log_is_judged_at_its_own_samples(tmp_path: Path) -> None:
     rows += made.dataflash_force(FAST[::4], FORCE[::4])
     log = read(tmp_path / "a.bin", made.dataflash_bytes(rows))
     assert fires(log) == [(4.1, Source.ATTITUDE), (7.6, Source.FREEFALL)]
-
-
-def test_a_table_without_acceleration_is_judged_for_its_attitude_alone(tmp_path: Path) -> None:
-    path = tmp_path / "a.csv"
-    np.savetxt(path, np.column_stack([FAST, TILT]), "%.6f", ",", header="t_s,tilt_deg", comments="")
-    log = read_flight_log(path)
-    assert fires(log) == EXPECTED[:1]
-    assert log.not_judged_s == log.duration_s
-    assert problems(log) == ["No acceleration: free-fall trigger not judged."]
-    with pytest.raises(UserError, match="“roll” is unknown"):
-        read_flight_log(path, parse_choice(["time_s=t_s", "tilt_deg=roll"]))
 
 
 @pytest.mark.parametrize("kind", ["named", "restarted", "another module"])
@@ -210,14 +198,6 @@ def test_a_clock_that_jumps_leaves_out_the_smaller_part() -> None:
         assert problems(log)[0] == f"The clock jumps back; samples left out: {left_out:,}."
         assert log.duration_s == pytest.approx(199.98)
         assert log.left_out_share == pytest.approx(left_out / 10_000)
-
-
-def test_two_samples_of_one_time_are_no_jump() -> None:
-    tilt = LEVEL.copy()
-    tilt[1001::2] = 70.0
-    log = log_of(tilt=Channel(np.repeat(TIMES[::2], 2), tilt))
-    assert problems(log) == []
-    assert first_fire(log) == pytest.approx(20.0)
 
 
 @pytest.mark.promise("g")

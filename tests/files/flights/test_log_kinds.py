@@ -125,14 +125,12 @@ def test_an_archive_of_several_logs_is_like_a_folder(tmp_path: Path) -> None:
         ("a.bbl", b"H Product:Blackbox flight data recorder by Nicholas Sherlock\n", "blackbox_decode"),
         ("a.bfl", b"\x00\x01\x02\xff" * 50, "blackbox_decode"),
         ("DJIFlightRecord.DAT", bytes(16) + b"BUILD 2016" + bytes(90), "DJI"),
-        ("FLY001.DAT", b"\x55\x00\x01\xff" * 50, "DJI"),
         ("a.ulg", b"\n<!DOCTYPE html><html><body>Not found</body></html>", "web page"),
         ("a.ulg", b"version https://git-lfs.github.com/spec/v1\noid sha256:4d7a\nsize 12345\n", "Git LFS"),
         ("a.xyz", bytes(range(256)) * 4, "nknown kind of file"),
         ("empty.csv", b"", "This file is empty."),
         ("a.zip", packed({"[Content_Types].xml": b"<x/>", "xl/workbook.xml": b"<x/>"}), "spreadsheet"),
         ("a.zip", gzip.compress(b"x" * 5000, mtime=0)[:30], "damaged, or encrypted"),
-        ("a.zip", b"\x1f\x8b\x08\x00rubbish and more", "damaged, or encrypted"),
         ("a.zip", b"PK\x03\x04rubbish", "damaged, or encrypted"),
         ("a.zip", packed({}), "no file in the archive"),
         ("a.zip", packed({"x": b""}).replace(b"\0x", b"\0\0"), "no file in the archive|damaged"),  # without a name
@@ -222,13 +220,9 @@ def test_a_file_that_is_cut_anywhere_is_judged_up_to_there(tmp_path: Path, kind:
             assert lasts_s < 2.05, stop
 
 
-@pytest.mark.parametrize("is_with_sync", [True, False])
-def test_damage_costs_one_record_of_a_ulog(tmp_path: Path, is_with_sync: bool) -> None:
+def test_damage_costs_one_record_of_a_ulog(tmp_path: Path) -> None:
     """A file without sync records lost all that followed."""
-    rows = made.ulog_attitude(TIMES, TIPPED) + made.ulog_force(TIMES, REST)
-    if is_with_sync:
-        rows += [(float(at_s), made.ulog_record("S", b"\x2f\x73\x13\x20\x25\x0c\xbb\x12")) for at_s in range(8)]
-    data = bytearray(made.ulog_bytes(rows))
+    data = bytearray(ulog(TIPPED, REST))
     place = len(data) // 5
     data[place : place + 40] = bytes(40)
     log = read(tmp_path / "a.ulg", bytes(data))

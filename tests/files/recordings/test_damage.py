@@ -52,12 +52,6 @@ def changed_but_read(whole: Whole, folder: Path, raw: bytes) -> Recording:
     return recording
 
 
-def test_an_undamaged_session_is_whole(whole: Whole, tmp_path: Path) -> None:
-    recording = changed_but_read(whole, tmp_path, whole.path.read_bytes())
-    assert (recording.damage, recording.entry.was_cut_off) == (None, False)
-    assert len(recording.tilt) == len(whole.times) == 600
-
-
 @settings(max_examples=150)
 @given(share=st.floats(0, 1))
 def test_cut_off_anywhere(whole: Whole, tmp_path: Path, share: float) -> None:

@@ -37,7 +37,6 @@ from protocol.events import Began, Ended, EndReason, Rejected
 from protocol.messages import Noise, Reason
 from tests.support.records.recordings_made import (
     LOST,
-    NAME,
     NOON,
     PORT,
     asked,
@@ -75,24 +74,6 @@ def test_every_sample_and_every_byte_comes_back(tmp_path: Path) -> None:
     assert [recording.opening.start_s + one.at_s for one in traffic] == pytest.approx(
         [1000.0, *(sample.at for sample in samples)], abs=1e-6
     )
-
-
-def test_the_entry_of_a_session(tmp_path: Path) -> None:
-    folder = recorded(tmp_path, 3.0)
-    recording = opened(folder)
-    entry = recording.entry
-    assert (entry.started_at, entry.port, entry.baud_rate, entry.module) == (NOON, PORT, 115200, NAME)
-    assert (entry.sample_count, entry.trouble) == (4320, None)
-    assert entry.duration_s == pytest.approx(3.0, abs=0.01)
-    assert entry.size_bytes == folder.stat().st_size
-    assert (entry.is_running, entry.was_cut_off, entry.is_simulated) == (False, False, False)
-    assert recording.start_s == 1000.0
-    assert recording.start_s + recording.wall_offset_s == NOON.timestamp()
-    assert recording.markers == (
-        Marker(1000.0, MarkerKind.CONNECTED, PORT),
-        Marker(1000.0, MarkerKind.NAMED, NAME),
-    )
-    assert recording.damage is None
 
 
 # One opening of a port is one file
@@ -249,18 +230,6 @@ def test_after_a_day_the_next_recording_begins_with_the_name_of_its_conversation
         bench.feed(batch(later_s, report(later_s), view=talk(later_s, number=number)))
         found = [(entry.is_running, entry.sample_count, entry.module) for entry in bench.library.entries()]
         assert found == [(True, 1, module), (False, 2, "Bench 9")]
-
-
-def test_what_comes_after_the_end_is_not_recorded(tmp_path: Path) -> None:
-    with recorder_in(tmp_path) as bench:
-        bench.begin()
-        assert bench.recorder.is_recording
-        bench.feed(batch(1001.0))
-        assert bench.recorder.started_at is None, "nothing went over the line yet"
-        bench.finish()
-        assert not bench.recorder.is_recording
-        bench.feed(batch(1002.0, report(1002.0)))
-        assert bench.library.entries() == ()
 
 
 @pytest.mark.skipif(sys.platform == "win32", reason="permissions are not bits on Windows")

@@ -125,26 +125,6 @@ def test_an_unexpected_error_ends_the_recording_but_not_the_thread(
         assert bench.recorder.started_at is not None
 
 
-def test_a_failure_of_the_previous_session_does_not_end_this_one(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    with recorder_in(tmp_path) as bench:
-        bench.record(batch(1000.0, report(1000.0)))
-        sync = SessionWriter.sync
-        failures = [OSError(errno.EIO, "Input/output error")]
-
-        def fail_once(self: SessionWriter) -> None:
-            if failures:
-                raise failures.pop()
-            sync(self)
-
-        monkeypatch.setattr(SessionWriter, "sync", fail_once)
-        bench.begin(PORT, 9600)
-        bench.feed(batch(1001.0, report(1001.0)))
-        assert (failures, bench.recorder.trouble) == ([], None)
-        assert bench.library.entries()[0].baud_rate == 9600
-
-
 class Jam:
     """The disk hangs in a flush until it is released."""
 

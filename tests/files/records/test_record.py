@@ -12,10 +12,8 @@ from typing import Any
 import msgspec
 import pytest
 
-from app import version
 from app.modules.labels import Paper
 from app.preflight.checks import CheckResult
-from app.preflight.verdict import Verdict
 from app.records.record import NOTES, Record, SignedRecord, sign
 from app.records.report import check_target, report_html, suggested_name, write_report
 from app.settings.profiles import ManualLine
@@ -55,22 +53,6 @@ def signed_record(kind: str = "go", **changes: Any) -> SignedRecord:
 
 def printed(kind: str = "go", **changes: Any) -> str:
     return report_html(signed_record(kind, **changes))
-
-
-def test_a_record_contains_everything_about_the_check() -> None:
-    record = signed_record().record
-    assert record.verdict is Verdict.READY
-    assert record.at == AT
-    assert record.zone == "CST"
-    assert (record.who, record.module, record.aircraft) == ("Li Wei", "M-07", "B-1234")
-    assert version() in record.program
-    assert record.read["settings"]["attitude_trigger"] is True
-    assert record.cell_voltage_v == 3.9
-    assert (0.0, "out", "42 61 01 A5 5A 00") in record.frames
-    assert any(way == "in" and raw.startswith("41 75 32") for _, way, raw in record.frames)
-    assert record.notes == list(NOTES)
-    with pytest.raises(ValueError, match="zone"):
-        _checked("go").record({"at": datetime(2026, 1, 1)})  # noqa: DTZ001
 
 
 @pytest.mark.parametrize("kind", ["go", "worst", "silent"])

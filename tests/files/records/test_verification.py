@@ -17,7 +17,6 @@ from app.store.station import KEY_FILE, own_station, shown_key
 from app.text.i18n import set_language
 from app.text.messages import UserError
 from tests.files.records.test_record import signed_record
-from tests.support.processes import ran_code
 from tests.support.records.stored import print_report, station
 from ui.files import report_printer
 
@@ -225,9 +224,3 @@ def test_the_key_is_kept_and_only_this_user_can_read_it(tmp_path: Path) -> None:
     assert own_station(path.parent).key == one.key
     assert sys.platform == "win32" or path.stat().st_mode & 0o777 == 0o600
     assert shown_key("00" * 32) == "6668-7AAD-F862-BD77-6C8F", "as people noted it of earlier versions"
-
-
-def test_reading_records_does_not_load_the_cryptography_library() -> None:
-    """Loading it takes longer than a reply of the module."""
-    code = "import sys, app.records.filing, app.records.verification; print('cryptography' in sys.modules)"
-    assert ran_code(code).stdout == "False\n"

