@@ -1217,7 +1217,7 @@
     </message>
     <message>
         <source>Judged: {judgement}.</source>
-        <translation>已复核：{judgement}。</translation>
+        <translation>复核结果：{judgement}。</translation>
     </message>
     <message>
         <source>Judgement taken back.</source>

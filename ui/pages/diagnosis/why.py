@@ -189,8 +189,8 @@ class WhyPanel(QWidget):
         texts = {
             "port": tr("{port}, {rate} baud", port=evidence.port, rate=evidence.baud_rate) if evidence.port else "—",
             "bytes": f"{counters.bytes_received:,}",
-            "frames": join_names(parts),
-            "replies": join_names((trip, labelled(tr("Without reply"), lost))),
+            "frames": " · ".join(parts),
+            "replies": f"{trip} · {labelled(tr('Without reply'), lost)}",
             "noise": evidence.noise[-16:].hex(" ").upper() or "—",
         }
         for key, text in texts.items():

@@ -30,7 +30,7 @@ from app.store.rows import Serviced, ServiceKind
 from app.store.station import shown_key
 from app.system.clock import MINUTE, local_time
 from app.text.i18n import tr
-from app.text.messages import UserError, clean, join_sentences, joined
+from app.text.messages import UserError, clean, join_sentences, joined, labelled
 from protocol.translatable import marked
 from ui.core.background_task import BackgroundTask, Running
 from ui.files.file_dialogs import ask_path
@@ -61,7 +61,7 @@ _MODULE_COLUMNS: Final = (
         _verdict,
         ink=lambda row: Meaning.DANGER if row.last_check is not None and not row.last_check.holds else None,
     ),
-    TableColumn[ModuleToday](marked("Trigger records"), lambda row: str(row.trigger_records)),
+    TableColumn[ModuleToday](marked("Trigger records"), lambda row: str(row.trigger_records), is_spare=True),
     TableColumn[ModuleToday](
         marked("Due"),
         lambda row: row.due_words,
@@ -96,8 +96,10 @@ class ArchivePanel(QWidget):
         self._loading: BackgroundTask[list[ModuleToday]] = BackgroundTask("dps-s archive list", self)
         self._loading_history: BackgroundTask[list[HistoryEvent]] = BackgroundTask("dps-s archive history", self)
         self._keeping: BackgroundTask[object] = BackgroundTask("dps-s archive service", self)
-        self.server = named(QLineEdit(), "archive_server", says=tr("Server"), tip=tr("Without the password"))
-        self.server.setPlaceholderText("postgresql://USER@HOST/DATABASE?sslrootcert=system")
+        example = "postgresql://USER@HOST/DATABASE"
+        tip = labelled(tr("Without the password"), f"{example}?sslrootcert=system")
+        self.server = named(QLineEdit(), "archive_server", says=tr("Server"), tip=tip)
+        self.server.setPlaceholderText(example)
         self.sync = control(QPushButton(tr("Sync now")), "archive_sync", picture=Icon.AGAIN, slot=self._sync)
         self.server.returnPressed.connect(self.sync.click)
         self.carry = control(

@@ -348,6 +348,7 @@ COLUMNS: Final = (
         _time_text,
         lambda row: 0.0 if row.began_at is None else row.began_at.timestamp(),
         widest=lambda: "0000-00-00 00:00",
+        is_spare=True,
     ),
     TableColumn[LogRow](
         marked("Duration"),
