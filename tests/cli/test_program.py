@@ -32,6 +32,7 @@ from protocol.stream import StreamParser
 from tests.support.cli_line import Program, faults
 from tests.support.processes import PROGRAM, ROOT, ran
 from tests.support.records.stored import open_store
+from ui.main import WindowOptions
 
 pytest_plugins = ["tests.support.cli_fixtures"]
 pytestmark = pytest.mark.usefixtures("speaks_english", "user_files")
@@ -77,6 +78,22 @@ def test_without_a_command_the_window_opens(
     monkeypatch.setattr("app.cli.gui.run", open_window)
     assert program.main(words.split()) == 0
     assert {name: opened[0][name] for name in expected} == expected
+
+
+def test_a_file_opens_the_window_on_it_where_it_is_there(dps_s: Program, monkeypatch: pytest.MonkeyPatch) -> None:
+    opened: list[Path | None] = []
+
+    def run(options: WindowOptions) -> int:
+        opened.append(options.file)
+        return 0
+
+    monkeypatch.setattr("ui.main.run", run)
+    for words in (["pyproject.toml"], ["gui", "pyproject.toml"], ["pyproject.toml", "--demo"]):
+        dps_s(words)
+        assert opened.pop() == Path("pyproject.toml")
+    assert "nowhere.toml cannot be read: No such file or directory." in dps_s(["nowhere.toml"], 2).err
+    assert "There is no command bogus." in dps_s(["bogus"], 2).err
+    assert opened == []
 
 
 # Ports

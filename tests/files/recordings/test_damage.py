@@ -11,11 +11,12 @@ from hypothesis import strategies as st
 from mcap.data_stream import RecordBuilder
 from mcap.records import Chunk
 
-from app.recordings.library import entry_of
+from app.recordings.library import entry_of, recordings_folder
 from app.recordings.markers import MarkerKind
 from app.recordings.recording import Recording
 from app.recordings.session_file import HEAD_BYTES
 from app.text.messages import UserError
+from tests.support.cli_line import run_here
 from tests.support.processes import running
 from tests.support.records.recordings_made import Whole, opened, recorder_in, stream, whole_of
 
@@ -107,6 +108,18 @@ def chunks_in(data: bytes | bytearray) -> list[tuple[int, int]]:
         places += [(place, end)] if data[place] == 6 else []
         place = end
     return places
+
+
+def test_the_command_line_reports_it(whole: Whole, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """What is whole is written all the same."""
+    data = bytearray(whole.path.read_bytes())
+    data[chunks_in(data)[7][0] + 99] ^= 0x10
+    path, table = recordings_folder() / "damaged.mcap", tmp_path / "x.csv"
+    path.parent.mkdir(parents=True)
+    path.write_bytes(data)
+    assert "Damaged or altered" in run_here(capsys, ["decode", str(path)], 4).err
+    assert "Damaged or altered" in run_here(capsys, ["recordings", "export", "latest", str(table)], 4).err
+    assert "damaged data left out" in table.read_text("utf-8-sig")
 
 
 def test_what_was_cut_out_is_missed(whole: Whole, tmp_path: Path) -> None:

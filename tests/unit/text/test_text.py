@@ -10,7 +10,7 @@ import pytest
 from app.text import i18n
 from app.text.csv_cells import cell, defused
 from app.text.i18n import CHINESE, ENGLISH, set_language, system_language, tr
-from app.text.messages import UserMessage, clean, joined, message, message_from_json, with_units
+from app.text.messages import UserMessage, clean, duration, joined, message, message_from_json, with_units
 
 Messages = dict[str, tuple[str, str]]
 
@@ -145,3 +145,11 @@ def test_a_message_is_the_same_after_it_was_kept() -> None:
 def test_a_text_is_cleaned_to_one_short_visible_line() -> None:
     assert clean("\u202eabc\n") == "[U+202E]abc "
     assert len(clean("x" * 1000)) == 400
+
+
+@pytest.mark.parametrize(
+    ("seconds", "text"),
+    [(0.42, "0.4 s"), (1.96, "2 s"), (12, "12 s"), (240, "4 min"), (7200, "2 h")],
+)
+def test_an_age_is_in_words(seconds: float, text: str) -> None:
+    assert duration(seconds) == text

@@ -17,8 +17,6 @@ from app.engine.conversation import ConversationView
 from app.engine.procedure import Job, Pause, Procedure, Report
 from app.engine.worker import Batch, Connection
 from app.store.fact_store import Store, StoreError, StoreErrorKind
-from app.text.i18n import CHINESE, ENGLISH, set_language, tr
-from app.text.messages import duration
 from protocol.events import Ended, EndReason
 from tests.support.line.sim_line import engine_view
 from tests.support.patience import PATIENCE_S
@@ -200,24 +198,6 @@ def test_no_class_of_qt_is_made_beside_the_event_loop() -> None:
     loaded = {name.partition(".")[0] for name in ran_code(code).stdout.split()}
     assert "numpy" in loaded
     assert not loaded & {"ui", "pyqtgraph", "PySide6", "shiboken6"}
-
-
-@pytest.mark.parametrize(
-    ("seconds", "english", "chinese"),
-    [
-        (0.42, "0.4 s", "0.4 秒"),
-        (1.94, "1.9 s", "1.9 秒"),
-        (1.96, "2 s", "2 秒"),
-        (12, "12 s", "12 秒"),
-        (240, "4 min", "4 分钟"),
-        (7200, "2 h", "2 小时"),
-    ],
-)
-def test_an_age_is_in_words(seconds: float, english: str, chinese: str) -> None:
-    for name, text, ago in ((ENGLISH, english, f"{english} ago"), (CHINESE, chinese, f"{chinese}前")):
-        set_language(name)
-        assert duration(seconds) == text
-        assert tr("{time} ago", time=duration(seconds)) == ago
 
 
 class Line:

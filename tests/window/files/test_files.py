@@ -28,7 +28,6 @@ from PySide6.QtWidgets import (
 )
 from pytestqt.qtbot import QtBot
 
-import app.__main__ as program
 from tests.support.flights.made_flights import made_flight, write_csv
 from tests.support.processes import ran_code
 from tests.support.window import walk
@@ -101,31 +100,6 @@ def test_a_pipe_is_refused_and_not_waited_for(qtbot: QtBot, tmp_path: Path) -> N
     preferences = Preferences(tmp_path / "settings.ini")
     FileOpener(window, lambda: [page], shown.append, preferences=preferences).open(path)
     assert (opened, shown) == ([], ["logs"])  # which says why
-
-
-def test_dps_s_file_opens_the_window_on_it(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    seen: list[WindowOptions] = []
-
-    def run(options: WindowOptions) -> int:
-        seen.append(options)
-        return 0
-
-    monkeypatch.chdir(tmp_path)
-    monkeypatch.setattr("ui.main.run", run)
-    for words, name in ((["a.toml"], "a.toml"), (["gui", "b.hex"], "b.hex"), (["a.toml", "--demo"], "a.toml")):
-        Path(name).touch()
-        assert program.main(words) == 0
-        assert seen.pop().file == Path(name)
-
-
-def test_a_missing_file_opens_no_window(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
-) -> None:
-    monkeypatch.chdir(tmp_path)
-    assert program.main(["nowhere.toml"]) == 2
-    assert "nowhere.toml cannot be read: No such file or directory." in capsys.readouterr().err
-    assert program.main(["bogus"]) == 2
-    assert "There is no command bogus." in capsys.readouterr().err
 
 
 def test_no_class_of_qt_is_made_where_files_are_written_in_the_background() -> None:

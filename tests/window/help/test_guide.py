@@ -19,8 +19,6 @@ from ui.main import PAGES
 
 ROOT = Path(__file__).resolve().parents[3]
 TS = ROOT / "app" / "locale" / "zh_CN.ts"
-README_IMAGES = ROOT / "docs" / "images"
-MAX_BYTES, MAX_TOTAL_BYTES = 120_000, 3_000_000
 
 
 def text_of(language: str) -> str:
@@ -61,19 +59,6 @@ def test_each_chapter_names_the_same_buttons_in_both_languages() -> None:
     assert len(english) == len(chinese)
     for one, other in zip(english, chinese, strict=True):
         assert bold(other) == {words[word] for word in bold(one) if word in words}, one.partition("\n")[0]
-
-
-def test_every_picture_is_there_and_used() -> None:
-    used = {GUIDE / name for language in LANGUAGES for name in pictures(text_of(language))}
-    pages = [*ROOT.glob("README*.md"), *(ROOT / "docs").glob("*.md")]
-    used |= {
-        (page.parent / name).resolve()
-        for page in pages
-        for name in pictures(page.read_text(encoding="utf-8"))
-        if "://" not in name
-    }
-    there = {*(GUIDE / "images").glob("*"), *README_IMAGES.glob("*")}
-    assert used == there
 
 
 @pytest.mark.parametrize("language", LANGUAGES)

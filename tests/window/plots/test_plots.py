@@ -5,14 +5,13 @@ from itertools import combinations
 import numpy as np
 import pytest
 from PySide6.QtCore import QEvent, QPoint, QPointF, QRectF, Qt
-from PySide6.QtGui import QFontMetricsF, QPainter, QPicture, QWheelEvent
+from PySide6.QtGui import QFontMetricsF, QWheelEvent
 from PySide6.QtWidgets import QApplication, QLineEdit, QPushButton, QScrollArea, QToolButton, QVBoxLayout, QWidget
 from pytestqt.qtbot import QtBot
 
 from app.samples.samples import Series, StepFunction
 from app.system.clock import clock_text
 from tests.support.window.steps import find, given, style_all
-from ui.plots.charts import LabelAxis
 from ui.plots.lane_view import Shown
 from ui.plots.lanes import Lane, Limit, Mark, Scale, Span, TimeRange
 from ui.plots.time_plot import PlotView, TimePlot
@@ -221,24 +220,6 @@ def test_a_limit_stays_in_the_past_as_it_was_and_a_stale_one_is_greyed_and_says_
     assert "75° fires" not in bench.words
 
 
-def test_the_last_limits_of_a_recording_are_labelled(bench: Bench) -> None:
-    """They are lost as the port is closed, a moment before the end: many pixels of a short recording."""
-    bench.range.choose_length(2.0)
-    bench.fire.put(NOW_S - 0.02, None)
-    bench.plot.draw(NOW_S)
-    assert bench.words["60° fires"].left() > bench.lane.box.right()
-
-
-def test_an_axis_grows_and_does_not_shrink_while_it_follows(bench: Bench) -> None:
-    bench.tilt.append([NOW_S + 1, NOW_S + 2], [120, 10])
-    bench.plot.draw(NOW_S + 2)
-    bench.tilt.append([NOW_S + 70, NOW_S + 90], [10, 10])
-    bench.plot.draw(NOW_S + 90)  # the peak is out of sight
-    assert bench.lane.scale.high == 180
-    bench.range.choose_length(10)
-    assert bench.lane.scale.high == 90
-
-
 @pytest.mark.promise("g")
 def test_the_most_important_mark_keeps_its_icon_where_its_time_is(bench: Bench) -> None:
     """Whichever comes first: two marks 0.2 s apart, of which only one icon has room."""
@@ -296,19 +277,6 @@ def test_ticks_are_counted_from_the_end_or_at_round_times_of_the_clock(bench: Be
     # A log whose clock was set on the way lasts for decades: 40,000 labels held the window for seconds.
     assert 2 <= len(ticks_of(bench, 1.7e9)) <= 7
     assert [clock_text(1_700_000_000 + part, 1)[-4:] for part in (0.96, 0.94)] == ["21.0", "20.9"]
-
-
-def test_no_label_of_an_axis_touches_the_time_at_the_cursor(bench: Bench) -> None:
-    def labels(axis: LabelAxis) -> list[QRectF]:
-        picture = QPicture()
-        painter = QPainter(picture)
-        rooms = [room for room, _, _ in axis.generateDrawSpecs(painter)[2]]
-        painter.end()
-        return rooms
-
-    before = len(labels(bench.view.times))
-    bench.range.point(0.5)
-    assert len(labels(bench.view.times)) < before
 
 
 # Mouse and keyboard

@@ -22,19 +22,15 @@ from PySide6.QtCore import QCoreApplication, QEvent, QObject
 from PySide6.QtWidgets import QApplication
 from pytestqt.qtbot import QtBot
 
-from app.engine.procedure import Job, Procedure
 from app.engine.session import Session
 from app.engine.target import Target
-from app.procedures.find import find_rate
-from app.procedures.history import read_history
-from app.procedures.read import read_everything
 from app.safety.journal import Act
 from app.system.uncaught import catch_uncaught_errors
 from tests.support.patience import MACHINE_S, PATIENCE_S, in_time
 from tests.support.processes import ran_code
 from tests.support.window.fake_ports import VALUES, FakePorts, FakeWorker, fake_window
-from tests.support.window.fakes_ui import ADAPTER, ListedPorts, connect, simulated, window
-from tests.support.window.steps import find, notice_text
+from tests.support.window.fakes_ui import ADAPTER, connect, simulated, window
+from tests.support.window.steps import find, notice_text, press
 from ui.core.preferences import Preferences
 from ui.main import PAGES, Assembly
 from ui.pages.live.page import LivePage
@@ -130,36 +126,6 @@ def test_a_driver_that_never_returns(
 
 
 @pytest.mark.parametrize(
-    ("options", "procedure"),
-    [
-        ({"stream_at_boot": True, "rate": 1440}, read_everything),
-        ({"delay_ms": 900}, read_everything),
-        ({"mute": True}, find_rate),
-        ({"history": 9, "delay_ms": 100}, read_history),
-        ({"garbage": 0.5, "rate": 200, "stream_at_boot": True}, find_rate),
-    ],
-    ids=["a stream at line rate", "a slow module", "finding the rate", "reading the records", "garbage"],
-)
-def test_any_procedure_in_progress(
-    qtbot: QtBot, qapp: QApplication, tmp_path: Path, options: dict[str, object],
-    procedure: Callable[[], Procedure[object]],
-) -> None:  # fmt: skip
-    ports = ListedPorts()
-    with simulated("busy-closing", **options), window(qapp, tmp_path, listed=ports) as assembly:
-        assembly.ports.connect_to(Target("sim://busy-closing", 115200))
-        qtbot.waitUntil(lambda: assembly.ports.current.is_open)
-        ports.hold()
-        assembly.watcher.refresh()
-        assembly.ports.current.stream.is_wanted = True
-        job = Job(procedure(), outlives=procedure is find_rate)
-        assembly.ports.current.submit(job, lambda _job: None)
-        qtbot.waitUntil(lambda: job.is_started or job.is_done)
-        close_in_time(assembly)
-        assert job.wait(PATIENCE_S)
-        assert assembly.ports.stop(PATIENCE_S)
-
-
-@pytest.mark.parametrize(
     ("owner", "name"), [(Storage, "close"), (Preferences, "save")], ids=["the store", "what is remembered"]
 )
 def test_a_disk_that_never_returns(
@@ -236,7 +202,8 @@ def test_an_error_in_the_worker_closes_the_port_and_is_shown(
         assembly.armed.act = Act.ZERO
         monkeypatch.setattr(Session, "step", fail)
         qtbot.waitUntil(lambda: "KeyError: 'bug'" in notice_of(assembly))
-        assert assembly.window.notice_bar.button("copy_details") is not None
+        press(qtbot, assembly.window.notice_bar.button("copy_details"))
+        assert "Traceback" in QApplication.clipboard().text()
         assert not assembly.ports.current.is_open
         assert assembly.armed.act is None
         connect(qtbot, assembly, "sim://struck")

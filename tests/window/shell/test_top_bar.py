@@ -58,21 +58,6 @@ def test_it_says_whether_the_triggers_are_on(qtbot: QtBot, values: dict[str, boo
     ports.stop()
 
 
-def test_the_top_bar_shows_the_name_of_the_connected_module(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
-    with simulated("named"), window(qapp, tmp_path) as assembly:
-        top = TopBar(assembly.ports, LimitsInUse())
-        qtbot.addWidget(top)
-        assert top.port.title.text() == "Not connected"
-        connect(qtbot, assembly, "sim://named")
-        qtbot.waitUntil(lambda: assembly.ports.module.is_read)
-        assembly.ports.module.say_name("M-07")
-        top.refresh()
-        assert (top.port.title.text(), top.port.word.text()) == ("M-07", "Connected · Simulated module")
-        assembly.ports.module.say_name("")
-        top.refresh()
-        assert (top.port.title.text(), top.port.word.text()) == ("Simulated module", "Connected")
-
-
 FIRES = r"(?:fires?|deploys?)\b"
 REASSURES = re.compile(
     rf"\b(?:does not|do not|will not|won't|cannot|never|nothing can|no longer|not going to) {FIRES}|neither arms"

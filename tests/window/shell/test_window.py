@@ -1,39 +1,32 @@
-"""The window: leaving an ACTIVE module, languages, preferences, its place on the screen, closing; when its pages are
-made, stream and are brought up to date; names that a scanner types.
+"""The window: leaving an ACTIVE module, languages, preferences, its place on the screen; what withdraws a question;
+names that a scanner types.
 """
 
 import json
 from itertools import product
 from pathlib import Path
-from typing import Any
 
 import pytest
 from PySide6.QtCore import Qt
 from PySide6.QtTest import QTest
-from PySide6.QtWidgets import QApplication, QFileDialog, QLabel, QPushButton, QWidget
+from PySide6.QtWidgets import QApplication, QFileDialog, QLabel, QPushButton
 from pytestqt.qtbot import QtBot
 
 from app.diagnosis.link_state import Phase
-from app.engine.target import Target
-from app.engine.worker import Batch
 from app.safety.journal import Act
 from app.trigger_records.history import read_triggers
 from protocol.events import EndReason
 from tests.support.processes import ran_code
 from tests.support.records.stored import register
 from tests.support.window.fake_ports import fake_window
-from tests.support.window.fakes_ui import EMPTY_PAGE, connect, page_entries, simulated, store_of, wait_online, window
+from tests.support.window.fakes_ui import EMPTY_PAGE, connect, simulated, store_of, window
 from tests.support.window.rig import Rig, on_fake_time
-from tests.support.window.steps import await_child, find, given, notice_text, press
+from tests.support.window.steps import find, given, notice_text, press
 from ui.acts.confirm import Confirm
 from ui.core.preferences import Preferences
 from ui.files.file_dialogs import ask_path
 from ui.main import Assembly, WindowOptions
-from ui.services.context import PageEntry, Services
-from ui.services.page import Page
 from ui.session.module_field import ModuleField
-from ui.shell.main_window import MainWindow
-from ui.style.icons import Icon
 from ui.style.theme import Meaning
 
 
@@ -119,87 +112,27 @@ def test_a_damaged_preferences_file_is_ignored(qtbot: QtBot, qapp: QApplication,
     assert Preferences(tmp_path / "window.ini").theme is None
 
 
-class Recorder(Page):
-    """A page that keeps what it is given."""
-
-    def __init__(self, _services: Services) -> None:
-        super().__init__("recorder")
-        self.batches: list[Batch] = []
-
-    def on_batch(self, batch: Batch) -> None:
-        self.batches.append(batch)
-
-
-def test_the_module_streams_only_for_pages_that_need_it(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
-    """Where the session is not recorded; what is recorded is always streamed."""
-    made: list[Recorder] = []
-
-    def make(services: Services) -> Page:
-        made.append(Recorder(services))
-        return made[-1]
-
-    streamed = PageEntry("one", "Live", Icon.LIVE, make, wants_stream=True)
-    entries = (streamed, PageEntry("two", "Traffic", Icon.DIAGNOSIS, make))
-    with simulated("stream") as bench, window(qapp, tmp_path, entries=entries) as assembly:
-        assert made == []  # not before the first paint
-        with qtbot.waitSignal(assembly.window.pages_made):
-            pass
-        folder = assembly.storage.library.folder
-        folder.parent.mkdir(parents=True, exist_ok=True)
-        folder.write_text("a file stands where the recordings should be", encoding="utf-8")
-        assembly.ports.connect_to(Target("sim://stream", 115200))
-        qtbot.waitUntil(lambda: bench.module.state.serial_output_is_on)
-        qtbot.keyClick(assembly.window, Qt.Key.Key_2, Qt.KeyboardModifier.ControlModifier)
-        qtbot.waitUntil(lambda: not bench.module.is_streaming)
-        qtbot.keyClick(assembly.window, Qt.Key.Key_1, Qt.KeyboardModifier.ControlModifier)
-        qtbot.waitUntil(lambda: bench.module.is_streaming)
-        shown, hidden = made
-        assert [batch.at for batch in shown.batches] == [batch.at for batch in hidden.batches]
-    assert not bench.module.is_streaming  # left as it was found
-
-
-def test_an_unattended_run_saves_a_picture(tmp_path: Path) -> None:
-    code = (
-        "import sys; from pathlib import Path; from ui.main import WindowOptions, run;"
-        "raise SystemExit(run(WindowOptions(demo=True, offscreen_seconds=5.0, evidence=Path(sys.argv[1]))))"
-    )
-    assert ran_code(code, tmp_path / "e").returncode == 0
-    assert (tmp_path / "e" / "live.png").read_bytes().startswith(b"\x89PNG")
-
-
-def asked_and_armed(assembly: Assembly) -> Confirm:
-    question = Confirm("night", ask="Zero", go="Zero now")
-    question.setParent(assembly.window)
-    question.is_asking = True  # it is in no page, so a click would only bring it into sight
-    assembly.window._services.armed.act = Act.DEPLOY
-    return question
-
-
-def test_the_end_of_the_conversation_withdraws_confirmations(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
-    with fake_window(qapp, tmp_path) as (ports, assembly):
-        _port, worker = ports.plug_in("/dev/one")
-        qtbot.waitUntil(lambda: assembly.ports.module.is_going)
-        question = asked_and_armed(assembly)
-        worker.end(EndReason.SLEPT)
-        qtbot.waitUntil(lambda: assembly.window._services.armed.act is None)
-        assert not question.is_asking
-        assert "The computer slept." in given(assembly.ports.current.interruptions.last).translated()
-
-
-def test_choosing_another_module_withdraws_confirmations_and_cancels_what_runs(
-    qtbot: QtBot, qapp: QApplication, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+@pytest.mark.parametrize("is_chosen", [False, True], ids=["the computer slept", "another module was chosen"])
+def test_with_its_conversation_a_question_is_withdrawn_and_what_runs_is_cancelled(
+    qtbot: QtBot, qapp: QApplication, tmp_path: Path, is_chosen: bool
 ) -> None:
     with fake_window(qapp, tmp_path) as (ports, assembly):
         _port, worker = ports.plug_in("/dev/one")
         qtbot.waitUntil(lambda: assembly.ports.module.is_going)
-        question = asked_and_armed(assembly)
-        cancelled: list[object] = []
+        question, armed = Confirm("night", ask="Zero", go="Zero now"), assembly.armed
+        question.setParent(assembly.window)
+        question.is_asking = True  # it is in no page, so a click would only bring it into sight
+        armed.act = Act.DEPLOY
         assembly.ports.module.job("night").run(read_triggers(), lambda _job: None)
         running, _is_urgent = worker.jobs[-1]
-        monkeypatch.setattr(running, "cancel", lambda: cancelled.append(running))
-        assembly.ports.choose(assembly.ports.add())
-        assert (question.is_asking, assembly.window._services.armed.act) == (False, None)
-        assert cancelled == [running]
+        if is_chosen:
+            assembly.ports.choose(assembly.ports.add())
+            assert running.pop_cancel()
+        else:
+            worker.end(EndReason.SLEPT)
+            qtbot.waitUntil(lambda: armed.act is None)
+            assert "The computer slept." in given(assembly.ports.current.interruptions.last).translated()
+        assert (question.is_asking, armed.act) == (False, None)
 
 
 @pytest.mark.promise("h")
@@ -270,47 +203,6 @@ def test_lock_is_on_the_screen_at_every_scale(width: int, height: int, scale: fl
     screen = offscreen(tmp_path, width, height)
     ended = ran_code(SHOWN, tmp_path, QT_QPA_PLATFORM=screen, QT_SCALE_FACTOR=f"{scale}")
     assert ended.returncode == 0, ended.stdout + ended.stderr
-
-
-def test_a_window_that_is_never_painted_gets_its_pages(
-    qapp: QApplication, qtbot: QtBot, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.setattr(MainWindow, "show", lambda self: None)
-    with window(qapp, tmp_path) as assembly:
-        await_child(qtbot, assembly.window, QWidget, "empty_page")
-
-
-POLLING = page_entries("live", "settings", "preflight", "commands", "fleet")
-
-
-def test_a_hidden_page_is_brought_up_to_date_when_it_is_shown_and_not_before(
-    qtbot: QtBot, qapp: QApplication, tmp_path: Path
-) -> None:
-    with simulated("hidden"), window(qapp, tmp_path, entries=POLLING) as assembly:
-        assembly.window.connect_to(Target("sim://hidden", 115200))
-        wait_online(qtbot, assembly)
-        qtbot.waitUntil(lambda: len(assembly.window._pages) == len(POLLING))
-        shown = {
-            "commands": ("act_zero_conditions", QLabel.text),
-            "settings": ("baud_message", QLabel.text),
-            "preflight": ("verdict", QWidget.toolTip),
-            "fleet": ("fleet_summary", QLabel.text),
-        }
-
-        def look(key: str) -> object:
-            name, read = shown[key]
-            widget: Any = assembly.window.findChild(QWidget, name)
-            return read(widget)
-
-        for key in (*shown, "live"):
-            assembly.window.go_to(key)
-        before = {key: look(key) for key in shown}
-        assembly.ports.current.disconnect_port()
-        qtbot.waitUntil(lambda: not assembly.ports.current.is_open)
-        assert {key: look(key) for key in shown} == before
-        for key in shown:
-            assembly.window.go_to(key)
-            assert look(key) != before[key], key
 
 
 @pytest.mark.parametrize("known", [("M-070", "m-07"), ("M-07", "M-070")])

@@ -21,7 +21,7 @@ from ui.main import WindowOptions
 from ui.preferences.dialog import PreferencesDialog
 from ui.style import appearance, theme
 from ui.style.appearance import Appearance, style_sheet
-from ui.style.icons import Icon, battery, pixmap
+from ui.style.icons import Icon, pixmap
 from ui.style.theme import DARK, LIGHT, SUNLIGHT, THEMES, Choice, Size, Theme, current
 
 DISABLED = 3.0
@@ -127,12 +127,6 @@ def test_every_icon_draws_something(qapp: QApplication) -> None:
         image = pixmap(one, 32, "#ff0000").toImage()
         painted = [(x, y) for x in range(32) for y in range(32) if image.pixelColor(x, y).alpha() > 128]
         assert len(painted) > 20, one
-
-
-def test_the_battery_has_as_many_bars_as_it_is_full() -> None:
-    bars = [int(battery(level).value[-1]) for level in (0, 0.25, 0.5, 0.75, 1, 1.4, -1)]
-    assert bars == [0, 1, 2, 3, 4, 4, 0]
-    assert battery(None) is Icon.BATTERY_UNKNOWN
 
 
 _INK = QPalette.ColorRole.ButtonText

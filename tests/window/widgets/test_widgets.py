@@ -7,32 +7,19 @@ from pathlib import Path
 import pytest
 from PySide6.QtCore import QPoint, QPointF, Qt
 from PySide6.QtGui import QColor, QImage, QInputMethodEvent, QWheelEvent
-from PySide6.QtWidgets import (
-    QAbstractSlider,
-    QAbstractSpinBox,
-    QApplication,
-    QComboBox,
-    QLabel,
-    QLineEdit,
-    QPushButton,
-    QScrollBar,
-    QWidget,
-)
+from PySide6.QtWidgets import QAbstractSlider, QAbstractSpinBox, QApplication, QComboBox, QLineEdit, QScrollBar, QWidget
 from pytestqt.qtbot import QtBot
 
 from app.simulator.bench import SimulatedBench
-from app.text.i18n import tr
 from protocol.catalogue import BY_NAME, SETTINGS, Command
 from protocol.fields import Quantity
 from tests.support.line.sim_line import FakeClock
-from tests.support.window.steps import let_lay_out, style_all
+from tests.support.window.steps import style_all
 from tests.support.window.walk import walking
-from ui.forms.tables import RowsTable, TableColumn
 from ui.plots.gauge import TiltGauge
 from ui.simulator.panel import SimulatorPanel
-from ui.style.icons import Icon
-from ui.style.theme import LIGHT, SUNLIGHT
-from ui.widgets.controls import ElidedLabel, control, in_column, scroll_area, set_role
+from ui.style.theme import LIGHT
+from ui.widgets.controls import ElidedLabel, in_column
 from ui.widgets.number_line import Dial, NumberKind, NumberLine
 from ui.widgets.readout import Freshness, Readout
 
@@ -65,34 +52,6 @@ def test_fresh_stale_and_unknown_differ_in_shape(qtbot: QtBot) -> None:
                     image.setPixelColor(x, y, QColor("black" if is_drawn else "white"))
             assert image not in shapes
             shapes.append(image)
-
-
-def test_a_number_is_whole_in_the_next_theme(qtbot: QtBot, qapp: QApplication) -> None:
-    """One that does not change afterwards, as the voltage of a cell."""
-    one = Readout("Cell voltage", unit="V", template="0.00")
-    qtbot.addWidget(one)
-    one.show_value("4.00")
-    one.show()
-    style_all(qapp, SUNLIGHT)
-    number = next(label for label in one.findChildren(QLabel) if label.text() == "4.00")
-    qtbot.waitUntil(lambda: number.fontMetrics().horizontalAdvance("4.00") <= number.width())
-    assert number.font().bold()
-
-
-def test_the_picture_of_a_button_has_the_colour_of_its_text_in_every_role(qtbot: QtBot) -> None:
-    button = control(QPushButton(tr("LOCK")), "lock", picture=Icon.LOCK)
-    qtbot.addWidget(button)
-
-    def lightest() -> int:
-        drawn = button.icon().pixmap(16).toImage()
-        pixels = [drawn.pixelColor(x, y) for x in range(16) for y in range(16)]
-        return max(pixel.lightness() for pixel in pixels if pixel.alpha() > 200)
-
-    assert lightest() < 100
-    set_role(button, "primary")
-    assert lightest() > 200
-    set_role(button, "")
-    assert lightest() < 100
 
 
 WIDTH = 100
@@ -157,46 +116,6 @@ def turn(widget: QWidget, notches: int) -> QWheelEvent:
     event.ignore()
     QApplication.sendEvent(widget, event)
     return event
-
-
-def test_what_scrolls_shows_that_it_has_the_focus_and_what_does_not_is_no_stop(
-    qtbot: QtBot, qapp: QApplication
-) -> None:
-    style_all(qapp, LIGHT)
-    content = QWidget()
-    area = scroll_area(content, "notes", tr("Note"))
-    qtbot.addWidget(area)
-    area.resize(WIDTH, WIDTH)
-    content.setMinimumHeight(2 * WIDTH)
-    with qtbot.waitExposed(area):
-        area.show()
-    area.activateWindow()
-    qtbot.waitUntil(area.isActiveWindow)
-    assert area.focusPolicy() is Qt.FocusPolicy.StrongFocus
-    area.clearFocus()
-    before = area.grab().toImage()
-    area.setFocus()
-    assert area.grab().toImage() != before
-    content.setMinimumHeight(0)
-    let_lay_out(area)
-    assert area.focusPolicy() is Qt.FocusPolicy.NoFocus
-
-
-def test_a_spare_column_goes_before_another_one_is_cut(qtbot: QtBot) -> None:
-    """A column is as wide as its contents, which may be longer than its header."""
-    columns = (
-        TableColumn[str]("When", lambda row: row * 20),
-        TableColumn[str]("Why", lambda row: row, widest=lambda: "attitude + free fall", stretches=True),
-        TableColumn[str]("Cell", lambda _row: "4.00 V", widest=lambda: "4.00 V", is_spare=True),
-    )
-    table = RowsTable("table", "Table", columns, identify=lambda row: row, row_px=24)
-    qtbot.addWidget(table)
-    table.resize(sum(table._widths) + 40, 200)
-    table.show()
-    assert not table.isColumnHidden(2)
-    table.show_rows(["fall"])
-    qtbot.waitUntil(lambda: table.columnWidth(1) >= table._widths[1])
-    assert table.isColumnHidden(2)
 
 
 def test_the_wheel_turns_only_what_has_the_focus(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
@@ -370,17 +289,3 @@ def test_every_control_does_what_it_says(
     assert bench.module.is_on
     panel.use_bench(None)
     assert (panel.tilt.isEnabled(), panel.summary.text()) == (False, "No simulated module")
-
-
-def test_it_follows_what_happens_but_not_under_the_fingers(
-    qtbot: QtBot, panel: SimulatorPanel, bench: SimulatedBench
-) -> None:
-    panel.cell.box.setFocus()
-    before = panel.cell.value
-    bench.set_world(tilt_deg=33, bay_is_open=True, cell_v=3.2)
-    bench.change(mute=True)
-    qtbot.waitUntil(lambda: panel.tilt.value == 33 and panel.bay.isChecked())
-    assert (panel.faults["mute"].isChecked(), panel.cell.value, bench.world.tilt_deg) == (True, before, 33)
-    panel.drop.setFocus()
-    panel.refresh()
-    assert panel.cell.value == pytest.approx(3.2)

@@ -1,12 +1,11 @@
-"""The Diagnosis page: causes and next steps, sharing of the port, statistics, support bundle, own errors, traffic."""
+"""The Diagnosis page: causes and next steps, sharing of the port, statistics, support bundle, traffic."""
 
 import logging
 import socket
 import sys
-import threading
 import zipfile
 from collections.abc import Iterator
-from contextlib import ExitStack, contextmanager
+from contextlib import contextmanager
 from pathlib import Path
 
 import pytest
@@ -20,17 +19,15 @@ from app.engine.procedure import LinkView
 from app.engine.target import Target
 from app.engine.transport import PortError, PortErrorKind
 from app.engine.worker import Batch, Connection, PortState
-from app.safety.journal import Act
 from app.system.clock import steady_time
 from app.system.logs import Log
-from app.system.uncaught import catch_uncaught_errors
-from protocol.catalogue import ACTIVATION, BOOT_COUNT, BY_NAME, HEARTBEAT, LOCK, STATUS
-from protocol.events import Answered, Counters, Event, Received, Rejected, Role, Sent
-from protocol.messages import Direction, Frame, Heartbeat, Reason, Status, decode
+from protocol.catalogue import ACTIVATION, BOOT_COUNT, BY_NAME, LOCK, STATUS
+from protocol.events import Counters, Event, Received, Rejected, Role, Sent
+from protocol.messages import Direction, Frame, Reason, Status, decode
 from protocol.stream import StreamParser
 from tests.support.window.fakes_ui import connect, page_entries, simulated, window
 from tests.support.window.rig import Rig, on_fake_time
-from tests.support.window.steps import choosing, find, given, notice_text, press, show_page
+from tests.support.window.steps import choosing, given, press, show_page
 from ui.main import Assembly
 from ui.pages.diagnosis.page import DiagnosisPage
 from ui.pages.diagnosis.traffic import MAX_ROW_BYTES, MAX_ROWS, Column, Filter, TrafficModel, TrafficView
@@ -124,35 +121,26 @@ def test_a_port_that_cannot_be_opened_leads_to_a_command_or_to_the_list_of_ports
 # Figures
 
 
-def link(counters: Counters) -> LinkView:
-    return LinkView(counters + Counters(bytes_received=0 if counters.bytes_received else 1000), 0.003)
-
-
-def exchanges(at: float, trips_s: list[float]) -> tuple[Answered, ...]:
-    return tuple(Answered(HEARTBEAT.query(), (Heartbeat(),), 1, trip_s, at) for trip_s in trips_s)
-
-
-def test_figures_show_loss_reasons_and_round_trips(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
+def test_figures_are_those_of_the_link(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
     with diagnosis(qtbot, qapp, tmp_path) as (assembly, page):
-        statistics = assembly.ports.module.statistics
-        now = assembly.ports.clock()
+        statistics, now = assembly.ports.module.statistics, assembly.ports.clock()
         opened = Connection(PortState.OPEN, "sim://x", 115200)
-        statistics.on_batch(Batch(now - 2, opened, ConversationView(), link(Counters()), events=()))
         counters = Counters(sent=10, frames=8, time_outs=2, restarts=1)
         counters.rejected_bytes[Reason.CHECKSUM] = 12
-        statistics.on_batch(
-            Batch(now - 1, opened, ConversationView(), link(counters), events=exchanges(now, [0.003] * 3 + [0.05]))
-        )
+        for at, counted in ((now - 2, Counters(bytes_received=1000)), (now - 1, counters)):
+            statistics.on_batch(Batch(at, opened, ConversationView(), LinkView(counted, 0.003)))
         lost = PortError(PortErrorKind.LOST, "sim://x", "gone")
         statistics.on_batch(Batch(now, Connection(PortState.CLOSED, "sim://x", 115200, lost), ConversationView(), None))
         page.go_to("figures")
         shown = {key: figure.text() for key, figure in page.statistics.figures.items()}
-        assert shown.items() >= {
-            "sent": "10", "lost": "2 (20 %)", "trip": "3.0 ms", "rejected": "12\nwrong checksum: 12", "restarts": "1",
-            "losses": "1", "slowest": "50.0 ms",
-        }.items()  # fmt: skip
-        warned = {key for key, figure in page.statistics.figures.items() if figure.property("look") == "attention"}
-        assert warned == {"lost", "rejected", "losses"}
+        expected = {
+            "sent": "10",
+            "lost": "2 (20 %)",
+            "rejected": "12\nwrong checksum: 12",
+            "restarts": "1",
+            "losses": "1",
+        }
+        assert shown.items() >= expected.items()
 
 
 # The support bundle
@@ -202,28 +190,6 @@ def test_the_saved_bundle_equals_the_preview_and_is_made_again_for_another_modul
         port.treat_as_another()
         qtbot.waitUntil(lambda: page.bundle.files is not files and page.bundle.save.isEnabled())
         assert given(page.bundle.files) is not files
-
-
-# Errors of our own
-
-
-def test_an_error_disarms_and_is_said_with_its_details(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
-    with diagnosis(qtbot, qapp, tmp_path) as (assembly, page), ExitStack() as stack:
-        bar, armed = assembly.window.notice_bar, assembly.armed
-        stack.callback(catch_uncaught_errors(assembly.window.attention.report))
-        for _ in range(2):  # closed, it comes again with the next error of its place
-            armed.act = Act.DEPLOY
-            thread = threading.Thread(target=int, args=("no number",), name="falling")
-            thread.start()
-            thread.join()
-            assert armed.act is None
-            qtbot.waitUntil(lambda: "no number" in notice_text(bar))
-            press(qtbot, bar.button("copy_details"))
-            assert "Traceback" in QApplication.clipboard().text()
-            assert "Traceback" not in notice_text(bar)
-            press(qtbot, find(bar, QWidget, "notice_dismiss"))
-            qtbot.waitUntil(lambda: "no number" not in notice_text(bar))
-        assert page.isVisible()
 
 
 # Sharing

@@ -45,7 +45,7 @@ from ui.services.context import Services
 from ui.services.storage import Storage
 from ui.session.check import ENTRIES
 from ui.session.port import Port
-from ui.style.theme import Meaning, current
+from ui.style.theme import Meaning
 from ui.widgets.notice_bar import Notice
 
 
@@ -123,29 +123,6 @@ def desk(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> Iterator[Desk]:
 
 
 THIRD_ADAPTER = ADAPTER._replace(device="/dev/ttyUSB7", description="CH340", serial_number="0007")
-
-
-def test_a_row_tells_what_its_module_reports(desk: Desk) -> None:
-    desk.plug_in(2)
-    desk.modules[0][1].say(charging=True, attitude_trigger=True, freefall_trigger=False)
-    desk.modules[1][1].say(active=True, triggered=True)
-    desk.settle()
-    assert [desk.cell(0, column) for column in (MODULE, STATE, TRIGGERS_CELL, VERDICT)] == [
-        "Unnamed\nport0\nShown",
-        "LOCKED\nNOT TRIGGERED",
-        "fall off\n4.00 V\ncharging",
-        "not checked",
-    ]
-    assert [desk.cell(1, column) for column in (MODULE, STATE, TRIGGERS_CELL)] == [
-        "Unnamed\nport1",
-        "ACTIVE\nTRIGGERED",
-        "not known\n4.00 V",
-    ]
-    assert desk.cell(1, NEXT).startswith("TRIGGERED")
-    for triggered, meaning in ((True, Meaning.DANGER), (False, Meaning.ATTENTION)):
-        desk.modules[1][1].say(active=True, triggered=triggered)
-        desk.settle()
-        assert given(desk.board.item(desk.row(1), STATE)).foreground().color() == current().ink(meaning)
 
 
 @pytest.mark.parametrize("seed", some(range(4), one_in=2))

@@ -22,7 +22,6 @@ from protocol.events import Began, Ended, EndReason
 from tests.support.records.recordings_made import CLOSED, LOST, OPEN, WAIT_S, batch, received, report, settle, talk
 from tests.support.window.fakes_ui import connect, page_entries, simulated, window
 from tests.support.window.live_bench import Bench, live_bench
-from tests.support.window.rig import Rig, on_fake_time
 from tests.support.window.steps import await_child, given, notice_text, press
 from ui.main import PAGES
 from ui.pages.live.data import LiveData
@@ -156,24 +155,6 @@ def test_pause_holds_the_picture_until_a_person_ends_it_or_shows_another_module(
     assert (live.page.is_empty, live.page.data.has_samples) == (True, False)
 
 
-def test_a_hidden_page_records_but_does_not_draw(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
-    with on_fake_time(Rig, qtbot, qapp, tmp_path, "live", page_entries("live", "diagnosis")) as one:
-        assembly, page = one.assembly, one.find(LivePage)
-        one.connect()
-        one.until(lambda: not page.is_empty)
-        assembly.window.go_to("diagnosis")
-        qtbot.waitUntil(lambda: not page.isVisible())  # the other page may have to be made first
-        span, count = page.plot.time_range.span, len(page.data.tilt)
-        asked: list[Path] = []
-        page.ask_path = lambda _parent, _title, path, _filter, _then: asked.append(path)
-        qtbot.keyClick(assembly.window, Qt.Key.Key_S, Qt.KeyboardModifier.ControlModifier)
-        assert asked == []  # the key belongs to the page in sight
-        one.until(lambda: len(page.data.tilt) > count + 5)
-        assert page.plot.time_range.span == span
-        assembly.window.go_to("live")
-        one.until(lambda: page.plot.time_range.span.end_s > span.end_s)
-
-
 ON: dict[str, Any] = {"attitude_trigger": True, "freefall_trigger": True}
 VALUES: dict[str, Any] = {"attitude_threshold_deg": 60, "freefall_acceleration_g": 0.5}
 
@@ -205,18 +186,6 @@ def test_voltage_and_light_are_kept_once_for_each_reading() -> None:
     take(data, batch(1.0, view=one), batch(1.02, view=one), batch(2.0, view=other), batch(3.0, view=over(other)))
     assert [round(value, 2) for value in data.cell.window(0, 9).value.tolist()] == [3.9, 3.92]
     assert len(data.light) == 2
-
-
-def test_another_module_starts_over() -> None:
-    data = LiveData()
-    view = talk(1.0, attitude_threshold_deg=60, cell_voltage_v=3.9)
-    take(data, batch(1.0, report(1.0, active=True), view=view))
-    data.reset()
-    assert (data.has_samples, len(data.tilt), len(data.cell), list(data.markers)) == (False, 0, 0, [])
-    assert data.unproven.fires.between(0.0, 9.0) == []
-    # What was of the old one is no change of the new one, nor is its time a bound.
-    assert take(data, batch(0.5, report(0.5, active=False), view=over(view))) == []
-    assert (data.excerpt(0.0, 9.0).tilt.time_s.tolist(), len(data.cell)) == ([0.5], 0)
 
 
 @pytest.mark.parametrize(

@@ -13,17 +13,15 @@ from PySide6.QtCore import QPoint, QPointF, Qt
 from PySide6.QtWidgets import QApplication
 from pytestqt.qtbot import QtBot
 
-import app.__main__ as program
 from app.captures.traffic import CaptureEntry, Way
 from app.flights.flight_log import FlightLog
 from app.flights.judge import TriggerLimits
 from app.flights.judging import FlightGroup, summarise
 from app.flights.read_log import SummarisedLog
-from app.recordings.library import RecordingEntry, RecordingLibrary, recordings_folder
+from app.recordings.library import RecordingEntry, RecordingLibrary
 from app.recordings.session_file import Opening
 from protocol.messages import Status
 from tests.files.recordings.test_damage import chunks_in
-from tests.support.cli_line import Printed
 from tests.support.flights.made_flights import crash, made_flight, ordinary_flight, write_csv, write_logs
 from tests.support.patience import in_time
 from tests.support.records.recordings_made import NOON, PORT, Note, batch, recorder_in, report, talk, write_session
@@ -240,21 +238,6 @@ def test_logs_change_sides_by_button_and_key(desk: Desk) -> None:
     desk.key(Qt.Key.Key_Delete)
     assert [row.name for row in desk.rows()] == ["a"]
     desk.wait_read()
-
-
-def test_logs_of_one_side_propose_nothing(desk: Desk) -> None:
-    """A crash that nobody has sorted yet must not raise the thresholds: it once proposed 89°."""
-    proposal, work = desk.page.proposal, desk.page.work
-    desk.add(tilted("calm", 20), tilted("crash", 88))
-    assert desk.said() == "The vendor's defaults fire in 1 of 2"
-    assert "crash: did it crash? Then it must fire." in proposal.lines.text()
-    assert not proposal.take.isEnabled()
-    work.move(["crash"], MUST)
-    desk.wait_read()
-    desk.add(tilted("rolls", 120))
-    assert desk.said() == "No thresholds separate the sides"
-    assert proposal.lines.text().startswith("False trigger: rolls")
-    assert not proposal.take.isEnabled()
 
 
 def test_the_proposal_separates_and_is_tried(desk: Desk) -> None:
@@ -629,15 +612,3 @@ def damage(path: Path) -> None:
     start, end = chunks[len(chunks) // 2]
     data[(start + end) // 2] ^= 0x10
     path.write_bytes(data)
-
-
-def test_the_command_line_reports_damage(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
-    damage(path := record(recordings_folder()))
-    assert program.main(["decode", str(path)]) == 4
-    assert "Damaged or altered" in Printed(capsys).err
-    for name in ("x.csv", "x.mcap"):
-        assert program.main(["recordings", "export", "latest", str(tmp_path / name)]) == 4
-        printed = Printed(capsys)
-        assert "Saved to" in printed.out
-        assert "Damaged or altered" in printed.err
-    assert "damaged data left out" in (tmp_path / "x.csv").read_text("utf-8-sig")

@@ -3,7 +3,6 @@ edited, and nothing typed is changed, refused silently, or lost.
 """
 
 import re
-from collections import Counter
 from pathlib import Path
 
 import pytest
@@ -13,17 +12,13 @@ from PySide6.QtWidgets import QApplication, QLineEdit
 from pytestqt.qtbot import QtBot
 
 from app.guided.results import GuidedKind
-from app.limits.past import Past
-from app.preflight.checks import CHECKS, Case, CheckResult, Finding
-from app.preflight.evidence import Evidence
-from app.preflight.verdict import Judged, Standing, Verdict
+from app.preflight.checks import CheckResult
+from app.preflight.verdict import Standing, Verdict
 from app.records.verification import RecordState, verify_file
-from app.settings.profiles import ActivatedBy, ManualLine, Profile, read_profile
+from app.settings.profiles import ActivatedBy, ManualLine, read_profile
 from app.store.rows import PreflightCheck
 from app.system.files import data_folder
-from app.text.messages import UserMessage
 from protocol.catalogue import BY_NAME
-from protocol.fields import Value
 from tests.support.window.fakes_ui import store_of
 from tests.support.window.preflight_window import (
     NOBODY,
@@ -36,7 +31,6 @@ from tests.support.window.preflight_window import (
     said,
 )
 from tests.support.window.steps import choosing, drop, find, given, notice_text
-from ui.pages.preflight.checks import remedy
 from ui.pages.triggers.page import TriggersPage
 from ui.style.theme import Meaning
 from ui.widgets.controls import Shortcut
@@ -266,25 +260,6 @@ def test_ctrl_return_is_always_the_main_button(tmp_path: Path, rig: OnBench) -> 
     press()  # export the report
     rig.until(target.exists)
     assert len(rig.acts) == 2
-
-
-def test_each_row_that_is_not_met_carries_what_mends_it() -> None:
-    wanted: dict[str, Value] = {"attitude_threshold_deg": 65}
-    mended: tuple[tuple[str, CheckResult, dict[str, Value], str], ...] = (
-        ("attitude_threshold", CheckResult.FAIL, wanted, "Write the profile's value"),
-        ("attitude_threshold", CheckResult.FAIL, {}, "Write the default"),
-        ("attitude_threshold", CheckResult.UNKNOWN, wanted, ""),
-        ("light_threshold", CheckResult.WARN, {}, "Measure"),
-        ("light", CheckResult.UNKNOWN, {}, ""),
-        ("boot_count", CheckResult.FAIL, {}, "It is this module"),
-        ("cell_voltage", CheckResult.FAIL, {}, ""),
-    )
-    for id_, result, settings, words in mended:
-        check = next(check for check in CHECKS if check.id == id_)
-        case = Case(evidence=Evidence(), profile=Profile(settings=settings), past=Past(module="M"))
-        judged = Judged(check, Finding(result, None, UserMessage(""), UserMessage("")))
-        act = remedy(judged, case, looked_at=Counter())
-        assert (act.words if act else "") == words, id_
 
 
 def test_what_a_profile_says_is_put_into_settings_and_not_written(tmp_path: Path, rig: OnBench) -> None:
