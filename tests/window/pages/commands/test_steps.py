@@ -221,6 +221,28 @@ def test_what_is_armed_stays_in_sight_or_is_disarmed(bench: Hand) -> None:
 # Presses
 
 
+@pytest.mark.parametrize("is_key", [False, True])
+@pytest.mark.promise("d")
+def test_a_step_is_dead_for_half_a_second_after_it_appeared(bench: Hand, is_key: bool) -> None:
+    """Also to a pointer that moves onto it, and to a key that is pressed anew."""
+    confirm = forbidding(bench)
+    bring_into_sight(confirm)
+    bench.click(confirm.ask)
+    bench.sent.clear()
+    confirm.go.setFocus()
+    bench.move(bench.at(confirm.go))
+    bench.wait(0.3)
+    for is_dead in (True, False):
+        if is_key:
+            tap(bench)
+        else:
+            bench.click()
+        assert confirm.is_asking is is_dead
+        bench.wait(0.3)
+    bench.until(lambda: bench.sent)
+    assert codes(bench) == ["110200"]
+
+
 @pytest.mark.promise("d")
 def test_a_press_that_is_not_meant_completes_nothing(bench: Hand) -> None:
     """The second of a double click, one on what came under the pointer, and both hands at once."""
