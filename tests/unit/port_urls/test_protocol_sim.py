@@ -2,7 +2,8 @@
 
 import threading
 import time
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
+from contextlib import suppress
 
 import pytest
 import serial
@@ -68,14 +69,21 @@ def test_unplugged_it_fails_as_an_adapter_does_and_the_old_port_stays_dead() -> 
         assert again.read(8) == ANSWER
 
 
-def _reading(opened: serial.Serial, size: int = 1) -> tuple[threading.Thread, list[object]]:
-    got: list[object] = []
+ENDS: dict[str, Callable[[serial.Serial], object]] = {
+    "bytes come": lambda opened: opened.write(ASK),
+    "it is cancelled": lambda opened: opened.cancel_read(),
+    "it is unplugged": lambda _opened: benches.module("test").unplug(),
+    "it is closed": lambda opened: opened.close(),
+}
+
+
+@pytest.mark.parametrize("end", ENDS.values(), ids=ENDS)
+def test_a_read_without_a_time_out_ends_when(end: Callable[[serial.Serial], object]) -> None:
+    opened = port(timeout_s=None)
 
     def read() -> None:
-        try:
-            got.append(opened.read(size))
-        except serial.SerialException as error:
-            got.append(error)
+        with suppress(serial.SerialException):
+            opened.read(8)
 
     thread = threading.Thread(target=read)
     thread.start()
@@ -83,30 +91,8 @@ def _reading(opened: serial.Serial, size: int = 1) -> tuple[threading.Thread, li
     deadline = time.monotonic() + PATIENCE_S
     # Private, but the only way to know that the reader waits.
     while not bench.changed._waiters and time.monotonic() < deadline:  # type: ignore[attr-defined]
-        threading.Event().wait(0.001)
-    return thread, got
-
-
-def test_a_waiting_read_wakes_at_once_for_bytes_cancel_close_and_unplug() -> None:
-    opened = port(timeout_s=None)
-    thread, got = _reading(opened, 8)
-    opened.write(ASK)
+        time.sleep(0.001)
+    end(opened)
     thread.join(PATIENCE_S)
-    assert got == [ANSWER]
-    thread, got = _reading(opened)
-    opened.cancel_read()
-    thread.join(PATIENCE_S)
-    assert got == [b""]
-    thread, got = _reading(opened)
-    benches.module("test").unplug()
-    thread.join(PATIENCE_S)
-    assert isinstance(got[0], serial.SerialException)
+    assert not thread.is_alive()
     opened.close()
-    benches.module("test").plug()
-    opened = port(timeout_s=None)
-    thread, got = _reading(opened)
-    opened.close()
-    thread.join(PATIENCE_S)
-    assert got == [b""]
-    with pytest.raises(serial.SerialException):
-        opened.read(1)

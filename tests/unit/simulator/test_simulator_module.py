@@ -1,6 +1,5 @@
 """The simulated module against the vendor's table: frames, power, triggers, records; faults of its line; options."""
 
-from dataclasses import fields
 from typing import Any
 
 import pytest
@@ -8,11 +7,10 @@ import pytest
 from app.simulator.module import Memory, Physics, SimulatedModule
 from app.simulator.setup import Setup, parse_options
 from app.text.messages import UserError
-from protocol.catalogue import BY_NAME, STATUS, TRIGGER_RECORDS
+from protocol.catalogue import STATUS, TRIGGER_RECORDS
 from protocol.messages import Frame, Status, TriggerRecord, decode, decode_record
 from protocol.stream import StreamParser
 from tests.support.line.odd_module import HonestWire as Wire
-from tests.support.line.odd_module import as_text
 from tests.vendor import table
 
 
@@ -48,28 +46,6 @@ def records(module: SimulatedModule, now_s: float) -> list[TriggerRecord]:
     found = [decode_record(raw[at : at + 16]) for at in range(0, len(raw), 16)]
     assert len(found) == 9
     return [one for one in found if isinstance(one, TriggerRecord)]
-
-
-ANSWERS = {
-    "heartbeat": HEARTBEAT_REPLY,
-    "light": "41 75 14 01 03 18",
-    "light_threshold": "41 75 15 01 12 28",
-    "attitude_threshold": "41 75 20 01 3c 5d",
-    "freefall_acceleration": "41 75 21 01 05 27",
-    "freefall_time": "41 75 22 01 a0 c3",
-    "boot_count": "41 75 23 01 01 25",
-    "active": "41 75 30 01 00 31",
-    "triggered": "41 75 31 01 00 32",
-    "status": "41 75 32 00 0a 00 00 3c",
-    "charging": "41 75 33 01 00 34",
-    "cell_voltage": "41 75 35 01 be f4",
-    "zero_sensor": "41 75 25 01 01 27",
-}
-
-
-@pytest.mark.parametrize("name", ANSWERS)
-def test_each_question_is_answered(name: str) -> None:
-    assert say(running(Physics(cell_v=3.8)), table.QUERIES[name]) == ANSWERS[name]
 
 
 @pytest.mark.parametrize("asked", [frame for name, _, frame in table.SETS if name != "deploy"])
@@ -136,18 +112,6 @@ def test_a_drop_of_20_m_fires_by_free_fall_and_a_low_one_does_not() -> None:
     assert not module.is_triggered
 
 
-def test_deploy_over_serial_fires_an_active_module() -> None:
-    module = running()
-    say(module, "42 61 10 02 01 13")
-    assert say(module, "42 61 11 02 01 14", 48.0) == "41 75 11 01 01 13"
-    assert say(module, "42 61 31 01 00 32", 48.0) == "41 75 31 01 01 33"
-    assert module.world.bay_is_open
-    (record,) = records(module, 49.0)
-    assert record.sources == ("serial",)
-    assert record.serial_connected
-    assert (record.boot_count, record.uptime_s) == (1, 108)
-
-
 def test_a_record_holds_the_settings_and_readings_of_its_moment() -> None:
     module = running(Physics(cell_v=4.0))
     for frame in ("42 61 20 02 46 68", "42 61 21 02 04 27", "42 61 22 02 64 88", "42 61 10 02 01 13"):
@@ -195,24 +159,6 @@ def test_at_the_wrong_rate_nothing_is_understood(rate: int) -> None:
     line.host_baud = 115200
     line.clear(2.0)
     assert ANSWER in line.read(2.5)
-
-
-def test_lag_delays_everything_in_order_and_not_what_the_module_hears() -> None:
-    line = wire(lag_ms=900.0)
-    line.module.change(rate=10.0)
-    line.module.start_stream(0.0)
-    line.write(BY_NAME["attitude_threshold"].set(70).encode(), 0.25)
-    assert line.read(0.9) == b""
-    assert line.module.memory.attitude_threshold == 70
-    assert line.next_due(0.9) == pytest.approx(1.0, abs=0.001), "the module has something to send"
-    assert line.read(0.999) == b""
-    assert line.read(1.101) == 2 * ANSWER
-    assert line.read(1.16) == bytes.fromhex("41 75 20 01 46 67")
-
-
-def test_defaults_read_back_as_themselves() -> None:
-    for option in fields(Setup):
-        assert parse_options({option.name: as_text(option.default)}) == {option.name: option.default}
 
 
 @pytest.mark.parametrize(
