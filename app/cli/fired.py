@@ -78,10 +78,7 @@ def run(args: argparse.Namespace) -> int:
             words.append(word)
     limits = parse_limits(list(given))
     columns = parse_choice(args.column) if args.column else None
-    try:
-        paths = list(find_logs(map(Path, words)))
-    except (OSError, ValueError):  # ValueError: a NUL in the name
-        paths = [Path(word) for word in words]
+    paths = list(find_logs(map(Path, words)))
     if not paths:
         raise console.Refused(tr("No flight log."))
     done = {log.path: log for log in summarise_logs(paths, columns)}

@@ -164,6 +164,8 @@ def _begins(path: Path, first: bytes) -> bool:
 
 def _content(path: Path) -> bytes:
     """Unpacked, and bounded. Raises `UserError`, OSError."""
+    if path.is_dir():
+        list(path.iterdir())  # `find_logs` gives a folder where it could not be listed, and this says why
     if path.exists() and not path.is_file():  # opening a pipe or a device may block
         raise unreadable(marked("unknown kind of file"))
     archive = next((parent for parent in path.parents if parent.is_file()), None)
@@ -206,27 +208,37 @@ def _members(path: Path) -> list[str]:
 
 
 def find_logs(paths: Iterable[Path]) -> Iterator[Path]:
-    """Yields files as given, those in and below folders by name, and those in archives. Raises OSError.
+    """Yields files as given, those in and below folders by name, and those in archives; and folders that cannot be
+    listed.
 
     In folders everything is a log but what is known to be none: what cannot be read has to be said.
     """
     for path in paths:
-        if path.is_dir():
-            for folder, names, files in os.walk(path):
+        if _is_folder(path):
+            refused: list[OSError] = []
+            for folder, names, files in os.walk(path, onerror=refused.append):
                 names[:] = sorted(name for name in names if not name.startswith("."))
                 for name in sorted(files):
                     if Path(name).suffix.lower() not in _NOT_LOGS and not name.lower().startswith((".", "readme")):
                         yield from _with_members(Path(folder) / name)
+            yield from (Path(error.filename) for error in refused)
         else:
             yield from _with_members(path)
 
 
+def _is_folder(path: Path) -> bool:
+    try:
+        return path.is_dir()
+    except OSError:  # as where a folder above it may not be entered; is said when it is read
+        return False
+
+
 def _with_members(path: Path) -> list[Path]:
-    """The files in a zip archive, as paths below it; the path of any other file."""
+    """The files in a zip archive, as paths below it; the path of any other file, and of what cannot be opened."""
     try:
         if path.is_file() and _begins(path, _ZIP):
             return [path / name for name in _members(path)] or [path]
-    except (UserError, *_DAMAGED):  # is said when it is read
+    except (OSError, UserError, *_DAMAGED):  # is said when it is read
         pass
     return [path]
 

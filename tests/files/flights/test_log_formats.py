@@ -1,5 +1,7 @@
 """Logs of every kind with known contents; implausible sensors, clocks, pauses and numbers are said and not judged."""
 
+import errno
+import os
 from pathlib import Path
 
 import numpy as np
@@ -112,6 +114,28 @@ def test_a_folder_gives_its_logs_and_recordings(tmp_path: Path) -> None:
     found = [log.relative_to(tmp_path).as_posix() for log in find_logs([tmp_path])]
     assert found == ["a.ulg", "b/2.BIN", "b/strange.bbl", "b/x.csv", folder.relative_to(tmp_path).as_posix()]
     assert list(find_logs([tmp_path / "readme.txt"])) == [tmp_path / "readme.txt"]
+
+
+def test_what_cannot_be_opened_keeps_no_other_log_from_being_read(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    good, locked, too_long = tmp_path / "a.csv", tmp_path / "locked", tmp_path / ("n" * 300 + ".csv")
+    good.write_bytes(b"")
+    locked.mkdir()
+    scandir = os.scandir
+
+    def refuse(path: str) -> object:
+        if Path(path) == locked:
+            raise PermissionError(errno.EACCES, "Permission denied", path)
+        return scandir(path)
+
+    monkeypatch.setattr(os, "scandir", refuse)  # root may list every folder
+    monkeypatch.setattr(os, "listdir", refuse)
+    found = list(find_logs([too_long, tmp_path]))
+    assert found == [too_long, good, locked]
+    for path, why in ((too_long, "name too long"), (locked, "denied")):
+        with pytest.raises(UserError, match=why):
+            read_flight_log(path)
 
 
 # What is not believed

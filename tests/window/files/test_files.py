@@ -72,7 +72,7 @@ def test_the_window_begins_with_a_file_and_the_menu_opens_one(
 def test_several_files_dropped_on_any_page_open_all_and_each_that_cannot_be_read_is_named(
     qtbot: QtBot, qapp: QApplication, tmp_path: Path, profile: Path
 ) -> None:
-    """Logs and what is of no kind in Logs, a profile in Settings."""
+    """Logs and what is of no kind in Logs, a profile in Settings; a name that the system refuses keeps no other out."""
     flight = write_csv(tmp_path / "calm.csv", made_flight(5.0, 1.0))
     (tmp_path / "a.xyz").write_bytes(bytes(100))
     (tmp_path / "page.ulg").write_text("<html></html>", encoding="utf-8")
@@ -80,13 +80,14 @@ def test_several_files_dropped_on_any_page_open_all_and_each_that_cannot_be_read
         settings = await_child(qtbot, assembly.window, SettingsPage)
         logs = await_child(qtbot, assembly.window, LogsPage)
         assembly.window.go_to("settings")
-        assert drop(assembly.window, profile, flight, tmp_path / "a.xyz", tmp_path / "page.ulg")
+        refused = tmp_path / ("n" * 300 + ".csv")
+        assert drop(assembly.window, profile, flight, tmp_path / "a.xyz", refused, tmp_path / "page.ulg")
         qtbot.waitUntil(lambda: settings.panel is not None)
         qtbot.waitUntil(logs.isVisible)
         qtbot.waitUntil(lambda: not logs.work.is_reading)
-        assert [row.outcome is not None for row in logs.work.rows()] == [True, False, False]
+        assert [row.name for row in logs.work.rows() if row.outcome is not None] == [str(flight)]
         said = notice_text(logs.strip)
-        assert said.startswith("2 of 3 not read.")
+        assert said.startswith("3 of 4 not read.")
         assert "a.xyz: Unknown kind of file." in said
         assert "page.ulg: This is a web page" in said
 
