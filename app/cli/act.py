@@ -48,6 +48,7 @@ def permit_for(act: Act, opened: OpenPort) -> Permit:
 def refuse_without_yes(args: argparse.Namespace, act: Act) -> None:
     """Say what the act would do, and raise `Refused`, where --yes is missing."""
     if not args.yes:
+        # With --json standard output holds one object, which is the refusal.
         if not args.json:
             console.write_lines([tr(EFFECTS[act])])
         console.refuse_without("--yes")

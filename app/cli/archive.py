@@ -227,6 +227,7 @@ def run_module(args: argparse.Namespace, store: Store) -> int:
 def run_service(args: argparse.Namespace, store: Store) -> int:
     on = args.on or local_now().date()
     content = serviced(ServiceKind(args.what), on=on, due=args.due, who=args.who, note=args.note)
+    # A mistyped name must not become another module.
     _history(store, args.module)
     store.add(content, args.module).result()
     told = service_summary(content)

@@ -81,6 +81,7 @@ BY_NAME: Final = {entry.name: entry for entry in ENTRIES}
 def is_file_name(word: str) -> bool:
     """Whether `word` names a file, as in `dps-s FILE`, and not a command."""
     path = Path(word)
+    # A command wins: a file of its name in the folder must not change what it does.
     return word not in BY_NAME and (bool(re.fullmatch(r"\.[A-Za-z0-9]{1,8}", path.suffix)) or path.exists())
 
 

@@ -42,6 +42,7 @@ def run(args: argparse.Namespace) -> int:
     else:
         module = read_module(args.port, args.baud)
         second, head, missing = module.values, module.port, tr("unknown")
+        # What the profile leaves open is no difference.
         names = list(first)
     unequal = [name for name in names if first.get(name) != second.get(name)]
 

@@ -26,6 +26,7 @@ def run(args: argparse.Namespace) -> int:
     if not sets_rate(args.port):
         # Whatever rate the port is opened with, the module would answer: the result would be a lie.
         raise console.Refused(message(RATE_SET_ELSEWHERE))
+    # A rate that is given is only where the search begins.
     first = args.baud or console.USUAL_RATE
     with connected(args.port, first, is_greeted=False) as opened:
         console.note_wait(tr("Each rate may take some seconds."))

@@ -81,6 +81,7 @@ def run(args: argparse.Namespace) -> int:
     paths = list(find_logs(map(Path, words)))
     if not paths:
         raise console.Refused(tr("No flight log."))
+    # They are read by several processes, which end in any order.
     done = {log.path: log for log in summarise_logs(paths, columns)}
     logs = [done[path] for path in paths]
     judged = [_judged(log, limits) for log in logs]
@@ -100,6 +101,7 @@ def run(args: argparse.Namespace) -> int:
     for log in logs:
         if log.why_not is not None:
             console.notify(labelled(log.path, log.why_not.translated()))
+    # One that fires outweighs all that were not read: it is certain.
     answers = {result.answer for result, _ in judged}
     if "fires" in answers:
         return console.PARTIAL

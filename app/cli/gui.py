@@ -22,6 +22,7 @@ ARGUMENTS = (
 
 
 def run(args: argparse.Namespace) -> int:
+    # Said in the terminal, where it was typed: the window would begin without a word about it.
     if args.file is not None and not args.file.is_file():
         number = errno.EISDIR if args.file.is_dir() else errno.ENOENT
         raise console.unreadable(args.file, OSError(number, os.strerror(number)))

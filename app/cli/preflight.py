@@ -91,6 +91,7 @@ def run(args: argparse.Namespace) -> int:
                 if len(args.ports) == 1:
                     raise
                 codes.append(console.fail(error, is_json=args.json))
+    # The gravest code wins: one module that must not fly is not hidden by a port where none answers.
     return next((code for code in (console.ANSWER_NO, console.NO_LINK, console.PARTIAL) if code in codes), 0)
 
 
@@ -142,6 +143,7 @@ def _check(args: argparse.Namespace, profile: Profile, records: Records) -> int:
                         filed = judge(evidence, ready.case.past)
                         if filed.assessment.verdict is Verdict.GO:
                             records.store.write(lambda facts: note_go(facts, records.known_as.run))
+        # READY said nothing about whoever answers now, so the check is judged anew, with its interruption.
         except Interrupted as ended:
             evidence.note_error(ended)
             filed = None

@@ -179,5 +179,6 @@ def _take_each(bench: BatchRun, store: CommandStore, args: argparse.Namespace) -
         except LOST as error:
             console.notify_once(console.failure_of(error).sentence)
             console.check_signals()
+            # No port is open, so nothing is missed meanwhile.
             time.sleep(LOOK_EVERY_S)
         console.check_signals()

@@ -135,6 +135,7 @@ def run_delete(args: argparse.Namespace, library: RecordingLibrary) -> int:
 def _recording(library: RecordingLibrary, name: str) -> RecordingEntry:
     entries = library.entries()
     found = list(entries[:1]) if name == LATEST else [entry for entry in entries if entry.name == name]
+    # A whole name comes first: it may be the beginning of another one.
     found = found or [entry for entry in entries if name and entry.name.startswith(name)]
     if not found:
         raise console.Refused(tr("No recording is named “{name}”.", name=name))

@@ -70,6 +70,7 @@ def run(args: argparse.Namespace) -> int:
     path: Path = args.file
     console.refuse_existing(path, is_forced=args.force)
     module = read_module(args.port, args.baud)
+    # A file says for itself where its values come from: it is carried to other computers.
     code, adapter = fingerprint(module.values), adapter_of(module.port)
     origin = [
         f"Settings as read by dps-s save, {datetime.now().astimezone().isoformat(' ', 'seconds')}",

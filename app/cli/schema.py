@@ -42,6 +42,7 @@ SCHEMAS: Final = {
 def schema_of(name: str) -> dict[str, Any]:
     """The JSON Schema of a result; of what is printed line by line, that of a line. Raises `KeyError`."""
     module, structure = SCHEMAS[name]
+    # msgspec names neither the dialect nor the document.
     schema = msgspec.json.schema(getattr(import_module(module), structure))
     return {"$schema": "https://json-schema.org/draft/2020-12/schema", "title": name, **schema}
 

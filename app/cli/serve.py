@@ -78,6 +78,7 @@ def run(args: argparse.Namespace) -> int:
 
         sharing = Sharing(listener, submit, send_lock, tell)
         opened.listeners.append(on_batch)
+        # A reader waits for its answer; a window or a person would not notice.
         opened.worker.publish_every_s = LOOK_EVERY_S
         with suppress(console.Signalled):
             try:

@@ -150,12 +150,14 @@ def _write(wishes: Sequence[SettingChange], args: argparse.Namespace) -> tuple[W
         )
         report = opened.run(write_all([wish for wish in wishes if wish.command is not BAUD_RATE], context))
         report.before = {**report.before, BAUD_RATE.key: opened.connection.baud_rate}
+        # Two modules that take the same set verify it both, so only a second answer tells them apart.
         if report.interrupted is None:
             with suppress(Interrupted):
                 is_doubled = opened.run(is_answered_twice())
         for wish in wishes:
             if wish.command is BAUD_RATE:
                 report.results = [*report.results, _write_rate(wish, report, records.journal, opened)]
+    # They were written in the order that is safe, and are told in the order that was typed.
     as_typed = [wish.command for wish in wishes]
     report.results = sorted(report.results, key=lambda written: as_typed.index(written.command))
     return report, is_doubled

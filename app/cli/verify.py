@@ -59,6 +59,7 @@ def run(args: argparse.Namespace) -> int:
     except (OSError, ValueError) as error:  # ValueError: a NUL in the name
         raise console.unreadable(args.file, error) from error
     is_altered = found.state is RecordState.ALTERED
+    # Of an altered file nobody is the signer, whatever key it names.
     signers = [] if is_altered else found.names.of_key(found.signer)
     signed_by = "known_station" if signers else "unknown_key"
     if is_altered or found.is_own:

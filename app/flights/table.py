@@ -52,15 +52,22 @@ QUANTITIES: Final[Mapping[str, Mapping[str, float]]] = {
 }  # fmt: skip
 # From which quantities the tilt in degrees and the force in g can be computed, and how.
 _TILTS: Final[Mapping[tuple[str, ...], Callable[..., Floats]]] = {
-    ("tilt",): np.abs, ("qw", "qx", "qy", "qz"): tilt_of_quaternion, ("roll", "pitch"): tilt_of_roll_and_pitch,
-}  # fmt: skip
+    ("tilt",): np.abs,
+    ("qw", "qx", "qy", "qz"): tilt_of_quaternion,
+    ("roll", "pitch"): tilt_of_roll_and_pitch,
+}
 _LENGTHS: Final[Mapping[tuple[str, ...], Callable[..., Floats]]] = {
-    ("acceleration",): lambda length_m_s2: np.abs(length_m_s2) / STANDARD_GRAVITY_M_S2, ("x", "y", "z"): force_of_axes,
-}  # fmt: skip
+    ("acceleration",): lambda length_m_s2: np.abs(length_m_s2) / STANDARD_GRAVITY_M_S2,
+    ("x", "y", "z"): force_of_axes,
+}
 # Of each line the first choice whose columns are all there is used.
 _CHOICES: Final[tuple[Iterable[tuple[str, ...]], ...]] = (
-    (("time",),), _TILTS, _LENGTHS, (("altitude",),), (("armed",),),
-)  # fmt: skip
+    (("time",),),
+    _TILTS,
+    _LENGTHS,
+    (("altitude",),),
+    (("armed",),),
+)
 # The word of a role on the command line, such as "time_ms".
 _ROLES: Final = {
     f"{quantity}_{unit}".rstrip("_"): (quantity, unit) for quantity, units in QUANTITIES.items() for unit in units
@@ -133,8 +140,15 @@ _MAX_BYTES: Final = 1 << 28
 _MAX_LINE_LENGTH: Final = 1 << 18
 _PARTERS: Final = "\t;,"
 _FLAGS: Final = {
-    "true": 1.0, "yes": 1.0, "on": 1.0, "armed": 1.0, "false": 0.0, "no": 0.0, "off": 0.0, "disarmed": 0.0,
-}  # fmt: skip
+    "true": 1.0,
+    "yes": 1.0,
+    "on": 1.0,
+    "armed": 1.0,
+    "false": 0.0,
+    "no": 0.0,
+    "off": 0.0,
+    "disarmed": 0.0,
+}
 # Signs of units in Windows' western encoding.
 _SIGNS: Final = frozenset(b"\xb0\xb2\xb3\xb5\xa0")
 

@@ -35,12 +35,14 @@ class SettingBound(NamedTuple):
         return message(self.shown.format(self.advised_low, self.advised_high))
 
 
-SETTING_BOUNDS: Mapping[str, SettingBound] = MappingProxyType({
-    "attitude_threshold_deg": SettingBound("attitude_threshold", "{:g}–{:g}°", 55, 90, 30, 90),
-    "freefall_acceleration_g": SettingBound("freefall_acceleration", "{:g}–{:g} g", 0.1, 0.6, 0.1, 0.8),
-    "freefall_time_s": SettingBound("freefall_time", "{:.2f}–{:.2f} s", SHORT_FALL_S, 2.55, 0.2, 2.55),
-    "light_threshold_v": SettingBound("light_threshold", "{:g}–{:g} V", 0.1, 25.4, 0.1, 25.5),
-})  # fmt: skip
+SETTING_BOUNDS: Mapping[str, SettingBound] = MappingProxyType(
+    {
+        "attitude_threshold_deg": SettingBound("attitude_threshold", "{:g}–{:g}°", 55, 90, 30, 90),
+        "freefall_acceleration_g": SettingBound("freefall_acceleration", "{:g}–{:g} g", 0.1, 0.6, 0.1, 0.8),
+        "freefall_time_s": SettingBound("freefall_time", "{:.2f}–{:.2f} s", SHORT_FALL_S, 2.55, 0.2, 2.55),
+        "light_threshold_v": SettingBound("light_threshold", "{:g}–{:g} V", 0.1, 25.4, 0.1, 25.5),
+    }
+)
 
 
 def softened(profile: Profile) -> Mapping[str, UserMessage]:

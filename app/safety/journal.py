@@ -40,19 +40,29 @@ class Act(Enum):
 _ACTS: Mapping[Act, tuple[str, str, Request | None]] = {
     Act.LOCK: (marked("Lock"), marked("Treat it as ready to fire until it reports LOCKED."), LOCK),
     Act.ACTIVATE: (
-        marked("Activate"), marked("An active module fires when it tips over or falls."), ACTIVATION.set(True)),
+        marked("Activate"),
+        marked("An active module fires when it tips over or falls."),
+        ACTIVATION.set(True),
+    ),
     Act.ZERO: (
-        marked("Zero the sensor"), marked("Takes this position as level; for small mounting errors only."),
-        BY_NAME["zero_sensor"].query()),
+        marked("Zero the sensor"),
+        marked("Takes this position as level; for small mounting errors only."),
+        BY_NAME["zero_sensor"].query(),
+    ),
     Act.SHUTDOWN: (
-        marked("Shut down"), marked("Off until its switch (2 s) or external power."), BY_NAME["shutdown"].set(True)),
+        marked("Shut down"),
+        marked("Off until its switch (2 s) or external power."),
+        BY_NAME["shutdown"].set(True),
+    ),
     Act.FORBID_DEPLOY: (
-        marked("Forbid serial trigger"), marked("Over serial only: it still fires by itself."),
-        BY_NAME["deploy"].set(False)),
+        marked("Forbid serial trigger"),
+        marked("Over serial only: it still fires by itself."),
+        BY_NAME["deploy"].set(False),
+    ),
     Act.DEPLOY: (marked("Deploy"), marked("Fires the parachute."), BY_NAME["deploy"].set(True)),
     Act.CHANGE_BAUD: (marked("Change the baud rate"), marked("The vendor advises not to change it."), None),
     Act.WRITE: (marked("Write a setting"), marked("Write a setting"), None),
-}  # fmt: skip
+}
 TITLES = MappingProxyType({act: title for act, (title, _, _) in _ACTS.items()})
 EFFECTS = MappingProxyType({act: effect for act, (_, effect, _) in _ACTS.items()})
 REQUESTS = MappingProxyType({act: request for act, (_, _, request) in _ACTS.items() if request is not None})

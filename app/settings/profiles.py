@@ -200,22 +200,24 @@ def _manual(items: object, key: str) -> tuple[ManualLine, ...]:
 _NAME: Final = _text(MAX_NAME_LENGTH, partial(clean, longest=MAX_NAME_LENGTH))
 _FLAG: Final = _of_kind(bool, "true, false")
 _ITEM: Final = _table({"text": _NAME, "required": _FLAG})
-_PROFILE: Final = _table({
-    "format": _of_kind(Literal[1], f"{FORMAT}"),
-    "name": _NAME,
-    "airframe": _NAME,
-    "notes": _text(MAX_NOTES_LENGTH, partial(visible, keep="\n\t")),
-    "approved_fingerprint": _code,
-    "light_inverted": _FLAG,
-    "service_required": _FLAG,
-    "settings": _table({key: _setting(command) for key, command in SETTINGS_BY_KEY.items()}),
-    "expectations": _table({
-        "activated_by": _of_kind(ActivatedBy, ", ".join(f'"{who.value}"' for who in ActivatedBy))
-    }),
-    "limits": _table({name: _number(float, limit.low, limit.high) for name, limit in LIMITS.items()}),
-    "tests": _table({kind.value: _number(int, 1, MAX_TEST_DAYS) for kind in GuidedKind}),
-    "manual": _manual,
-})  # fmt: skip
+_PROFILE: Final = _table(
+    {
+        "format": _of_kind(Literal[1], f"{FORMAT}"),
+        "name": _NAME,
+        "airframe": _NAME,
+        "notes": _text(MAX_NOTES_LENGTH, partial(visible, keep="\n\t")),
+        "approved_fingerprint": _code,
+        "light_inverted": _FLAG,
+        "service_required": _FLAG,
+        "settings": _table({key: _setting(command) for key, command in SETTINGS_BY_KEY.items()}),
+        "expectations": _table(
+            {"activated_by": _of_kind(ActivatedBy, ", ".join(f'"{who.value}"' for who in ActivatedBy))}
+        ),
+        "limits": _table({name: _number(float, limit.low, limit.high) for name, limit in LIMITS.items()}),
+        "tests": _table({kind.value: _number(int, 1, MAX_TEST_DAYS) for kind in GuidedKind}),
+        "manual": _manual,
+    }
+)
 # Where a profile has other names than its file.
 _FIELDS: Final = {
     "light_inverted": "is_light_inverted",

@@ -108,6 +108,7 @@ class OpenPort:
         self._is_running = True
         while not job.is_done:
             self.wait()
+        # What the procedure saw is taken in before its result is used.
         self.drain()
         self._is_running = self.has_left = False
         return job.outcome()
@@ -230,6 +231,7 @@ def connected(
         opened = OpenPort(on_batch, journal)
         try:
             opened.open(port, baud_rate or USUAL_RATE)
+            # Else a person would wonder why every command but a question is refused.
             if is_shared(port):
                 note(tr(SHARED))
             if is_greeted:

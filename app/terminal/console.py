@@ -106,6 +106,7 @@ class Parser(argparse.ArgumentParser):
 
 def did_you_mean(word: str, offered: Iterable[str]) -> str:
     """The most similar of `offered` in brackets, to be appended; "" if none is similar."""
+    # It is slow to load, and needed only where a word is wrong.
     from difflib import get_close_matches
 
     similar = get_close_matches(word, list(offered), n=1)
@@ -349,6 +350,7 @@ def _print(stream: Any, text: str) -> None:
 
 def write_lines(lines: Iterable[Line]) -> None:
     """Print lines for people, coloured on a terminal unless NO_COLOR is set."""
+    # https://no-color.org: any value but an empty one switches colours off.
     has_colours = sys.stdout.isatty() and not os.environ.get("NO_COLOR")
     text = ""
     for line in lines:
@@ -367,6 +369,7 @@ def emit(args: argparse.Namespace, answer: object, page: Iterable[Line], code: i
 
 def as_json(value: object) -> str:
     # One line. Raises `ValueError` for a number that JSON has not, such as NaN.
+    # msgspec alone would write NaN as null, which here says that a value cannot be known.
     import json
 
     import msgspec
@@ -423,6 +426,7 @@ def columns(rows: Sequence[tuple[str, ...]], *, indent: int = 0) -> list[str]:
         shown = [character for character in text if not unicodedata.combining(character)]
         return sum(2 if unicodedata.east_asian_width(character) in "WF" else 1 for character in shown)
 
+    # The last cell is mostly a sentence: as a column it would push every line over the edge of the terminal.
     widths: dict[int, int] = {}
     for row in rows:
         for number, cell in enumerate(row[:-1]):

@@ -144,6 +144,7 @@ def say_left_active(ports: Sequence[str], module: str | None) -> None:
         left = store.write(lambda facts: [one for port in ports for one in _left_here(facts, port, module)])
         entries = left.result(LEFT_LIMIT_S)
         say_notice(store)
+        # Several ports may have one adapter's entry in common.
         for one in dict.fromkeys(entries):
             notify(one.sentence)
     except TimeoutError:

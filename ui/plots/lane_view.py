@@ -267,9 +267,15 @@ class Overlay(QGraphicsRectItem):
         return laid_out
 
     def put(
-        self, what: str | Icon, ink: QColor | str, places: Iterable[QPointF], *, is_bold: bool = False,
-        ground: str = "", is_above: bool = False,
-    ) -> QRectF | None:  # fmt: skip
+        self,
+        what: str | Icon,
+        ink: QColor | str,
+        places: Iterable[QPointF],
+        *,
+        is_bold: bool = False,
+        ground: str = "",
+        is_above: bool = False,
+    ) -> QRectF | None:
         """Shows a word or an icon at the first of `places`, its upper left corners, where it is apart from all others,
         or where it `is_above` them. Returns its room, None where there is none."""
         size = self.size(what, is_bold=is_bold, is_on_ground=bool(ground))
