@@ -172,13 +172,9 @@ def _write_rate(wish: SettingChange, report: WriteReport, journal: Journal, open
     if report.refusals or report.interrupted is not None:
         return Written(*wish, fault=WriteFault.NOT_ALLOWED if report.refusals else WriteFault.NOT_SENT)
     change = change_baud(int(wish.value), journal, permit=permit_for(Act.CHANGE_BAUD, opened))
-    try:
-        changed = opened.run(change, outlives=True)
-    except Interrupted as error:
-        report.interrupted = error
-        return Written(*wish, is_sent=True, fault=WriteFault.INTERRUPTED)
-    report.refusals = changed.refusals
-    return changed.written
+    changed = opened.run(change, outlives=True)
+    report.refusals, report.interrupted = changed.refusals, changed.interrupted
+    return changed.results[0]
 
 
 def _sentence(written: Written, before: SettingValue | None, why: UserMessage | None) -> str:

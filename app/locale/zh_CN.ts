@@ -1540,10 +1540,6 @@
         <translation>模块</translation>
     </message>
     <message>
-        <source>Module and port are at {new} baud.</source>
-        <translation>模块和串口均为 {new} 波特。</translation>
-    </message>
-    <message>
         <source>Modules</source>
         <translation>模块</translation>
     </message>
@@ -1666,10 +1662,6 @@
     <message>
         <source>No acceleration: free-fall trigger not judged.</source>
         <translation>没有加速度数据：不判断失重触发。</translation>
-    </message>
-    <message>
-        <source>No answer at any rate. Switch the module off and on, then “Find the baud rate”.</source>
-        <translation>任何波特率均无应答。请将模块断电重启，然后“查找波特率”。</translation>
     </message>
     <message>
         <source>No answer: the records are unknown.</source>
@@ -2292,10 +2284,6 @@
         <translation>刷新</translation>
     </message>
     <message>
-        <source>Refused: still at {old} baud.</source>
-        <translation>被拒绝：仍为 {old} 波特。</translation>
-    </message>
-    <message>
         <source>Remove</source>
         <translation>移除</translation>
     </message>
@@ -2644,10 +2632,6 @@
         <translation>第 {number} 步：{name}</translation>
     </message>
     <message>
-        <source>Still at {old} baud. Switch it off and on, then try {new} baud.</source>
-        <translation>仍为 {old} 波特。请断电重启模块，再尝试 {new} 波特。</translation>
-    </message>
-    <message>
         <source>Stop motors and fans.</source>
         <translation>停止电机和风扇。</translation>
     </message>
@@ -2826,10 +2810,6 @@
     <message>
         <source>The module is LOCKED: activate it first.</source>
         <translation>模块已锁定：请先激活。</translation>
-    </message>
-    <message>
-        <source>The module is at {found} baud instead. Change it again.</source>
-        <translation>模块实际为 {found} 波特。请重新更改。</translation>
     </message>
     <message>
         <source>The module may have fired before the restart: read the trigger records.</source>
@@ -3918,8 +3898,8 @@
         <translation>否</translation>
     </message>
     <message>
-        <source>no answer at any rate</source>
-        <translation>任何波特率均无应答</translation>
+        <source>no answer at any rate: switch the module off and on, then find its rate</source>
+        <translation>任何波特率均无应答：请将模块断电再上电，然后查找其波特率</translation>
     </message>
     <message>
         <source>no attitude and no acceleration</source>

@@ -40,8 +40,7 @@ from app.procedures.read import read_settings, read_twice, who_is_there
 from app.safety.consequences import Consequence, risks
 from app.safety.journal import DURABLE_LIMIT_S, NOTE, Act, Entry, Journal, Outcome
 from app.safety.permit import ASKS_NOTHING, Interlock, Permit, Refusal, refusals
-from app.text.i18n import tr
-from app.text.messages import UserMessage, join_sentences, joined, message
+from app.text.messages import UserMessage, joined, message
 from protocol.catalogue import ATTITUDE_TRIGGER, BAUD_RATE, READABLE_SETTINGS, Command
 from protocol.events import Contradiction
 from protocol.fields import Value
@@ -81,7 +80,7 @@ class WriteFault(Enum):
     # Of the baud rate
     AT_RESTART = marked("acknowledged, still at the old rate: restart the module")
     UNCHANGED = marked("still at the old rate")
-    MODULE_LOST = marked("no answer at any rate")
+    MODULE_LOST = marked("no answer at any rate: switch the module off and on, then find its rate")
 
 
 class SettingChange(NamedTuple):
@@ -141,9 +140,8 @@ class Written:
             return Outcome.NOT_SENT
         if self.fault in (None, WriteFault.VERIFIED_THEN, WriteFault.ACKNOWLEDGED_THEN):
             return Outcome.CONFIRMED
-        if self.fault in (WriteFault.REFUSED, WriteFault.CLAMPED, WriteFault.NOT_RETAINED, WriteFault.LOST):
-            return Outcome.REFUSED
-        return Outcome.UNKNOWN
+        no = (WriteFault.REFUSED, WriteFault.CLAMPED, WriteFault.NOT_RETAINED, WriteFault.LOST, WriteFault.UNCHANGED)
+        return Outcome.REFUSED if self.fault in no else Outcome.UNKNOWN
 
 
 @dataclass(slots=True)
@@ -412,70 +410,42 @@ class _Writing:
 
 # The baud rate
 
-# By what is wrong with the rate then: what to say, and what is logged.
-_RATE_ENDS: Mapping[WriteFault | None, tuple[str, Outcome]] = {
-    None: (marked("Module and port are at {new} baud."), Outcome.CONFIRMED),
-    WriteFault.AT_RESTART: (
-        marked("Still at {old} baud. Switch it off and on, then try {new} baud."),
-        Outcome.UNKNOWN,
-    ),
-    WriteFault.UNCHANGED: (marked("Refused: still at {old} baud."), Outcome.REFUSED),
-    WriteFault.CLAMPED: (marked("The module is at {found} baud instead. Change it again."), Outcome.UNKNOWN),
-    WriteFault.MODULE_LOST: (
-        marked("No answer at any rate. Switch the module off and on, then “Find the baud rate”."),
-        Outcome.UNKNOWN,
-    ),
-    WriteFault.NOT_SENT: (marked("Nothing was sent."), Outcome.NOT_SENT),
-    WriteFault.NOT_ALLOWED: (marked("Nothing was sent."), Outcome.NOT_SENT),
-}
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class BaudChanged:
-    """`written.read_back`: the rate at which the module answers, and of the port; None if it does not answer (the port
-    is at the old rate)."""
-
-    old_rate: int
-    written: Written
-    refusals: tuple[Refusal, ...] = ()
-
-    @property
-    def sentence(self) -> str:
-        """The sentence in the language in use now."""
-        text = _RATE_ENDS[self.written.fault][0]
-        rates = {"old": self.old_rate, "new": self.written.target, "found": self.written.read_back}
-        words = tr(text, **{name: rate for name, rate in rates.items() if f"{{{name}}}" in text})
-        return join_sentences((words, *(refusal.sentence for refusal in self.refusals)))
-
 
 def change_baud(
     new_rate: int, journal: Journal, *, permit: Permit | None = None, armed: Armed | None = None
-) -> Procedure[BaudChanged]:
+) -> Procedure[WriteReport]:
     """Change the module's baud rate, and find the module again whatever it did (E9).
 
         conditions -> log old and new rate, durably -> who is there -> the set, once
         -> search for the module: new, old, all rates -> the port stays at the rate that answers
 
     A job of the port, as the conversation at the old rate ends with it. The table specifies neither the rate of the
-    acknowledgement nor the time of the change, so only a conversation proves a rate. If the program ends meanwhile,
-    `dps-s find` finds the module. Raises `ValueRefused` for a rate without a code, before anything is sent. If it is
-    cancelled or the port is lost after the set, it raises, and the outcome is unknown.
+    acknowledgement nor the time of the change, so only a conversation proves a rate: what is read back is the rate at
+    which the module answers, None if it does not (the port is at the old rate). If the program ends meanwhile, `dps-s
+    find` finds the module. Raises `ValueRefused` for a rate without a code, before anything is sent. An interruption
+    and a cancellation are in the report.
     """
     request = BAUD_RATE.set(new_rate)
     view: EngineView = yield Inspect()
     old_rate = view.baud_rate
     written = Written(BAUD_RATE, new_rate)
+    report = WriteReport([written])
     rates = {"old": old_rate, "new": new_rate}
-    entry = yield from begin_act(Act.CHANGE_BAUD, request, journal, permit=permit, armed=armed, detail=rates)
-    if isinstance(entry, tuple):
-        written.fault = WriteFault.NOT_ALLOWED
-        return BaudChanged(old_rate=old_rate, written=written, refusals=entry)
+    entry: Entry | None = None
     try:
+        begun = yield from begin_act(Act.CHANGE_BAUD, request, journal, permit=permit, armed=armed, detail=rates)
+        if isinstance(begun, tuple):
+            report.refusals, written.fault = begun, WriteFault.NOT_ALLOWED
+            return report
+        entry = begun
+        # If it ends before the outcome is known it may have been carried out.
+        written.is_sent, written.fault = True, WriteFault.INTERRUPTED
         reply = yield Ask(request, is_deliberate=True)
         answer = answer_in(reply, Acknowledgement)
-        written.is_sent = bool(reply.attempts)
         written.is_acknowledged = answer is not None and answer.is_accepted
-        if written.is_sent:
+        if not reply.attempts:
+            written.is_sent, written.fault = False, WriteFault.NOT_SENT
+        else:
             found = written.read_back = (yield from find_rate(new_rate, old_rate)).baud_rate
             if found is None:
                 written.fault = WriteFault.MODULE_LOST
@@ -485,10 +455,12 @@ def change_baud(
                 written.fault = WriteFault.CLAMPED  # the set was corrupted on the line
             else:  # it changes at the next start, or not at all
                 written.fault = WriteFault.AT_RESTART if written.is_acknowledged else WriteFault.UNCHANGED
-    except (Interrupted, Cancelled) as error:
-        journal.settle(entry, Outcome.UNKNOWN, {"why": type(error).__name__})
-        raise
-    fault = None if written.fault is None else written.fault.name
-    _log.debug("from %d to %d baud: %s, %s", old_rate, new_rate, fault, written.read_back)
-    journal.settle(entry, _RATE_ENDS[written.fault][1], {"fault": fault, "found": written.read_back})
-    return BaudChanged(old_rate=old_rate, written=written)
+    except Interrupted as error:
+        report.interrupted = error
+    except Cancelled:
+        report.is_cancelled = True
+    if entry is not None:
+        fault = None if written.fault is None else written.fault.name
+        _log.debug("from %d to %d baud: %s, %s", old_rate, new_rate, fault, written.read_back)
+        journal.settle(entry, written.outcome, {"fault": fault, "found": written.read_back})
+    return report

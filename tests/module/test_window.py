@@ -406,7 +406,7 @@ def test_a_module_that_is_lost_with_its_baud_rate(desk: Desk) -> None:
         desk.turn()
     assert (phases, len(tried)) == ({Phase.FINDING}, 6)
     assert not notices, "they are about a link that is lost"
-    desk.until(lambda: desk.notices("No answer at any rate"))
+    desk.until(lambda: desk.notices("no answer at any rate"))
     desk.until(lambda: port.state.phase is Phase.OFFLINE)
     assert desk.assembly.window.notice_bar.button("find_rate") is not None
     assert len(desk.module.log.acts()) == 1

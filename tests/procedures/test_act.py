@@ -5,13 +5,21 @@ from typing import Any
 
 import pytest
 
-from app.engine.conversation import Interrupted, StatusSample
+from app.engine.conversation import StatusSample
 from app.engine.procedure import TOO_SLOW
 from app.procedures.act import Armed, Performed, checked_inputs, perform
 from app.procedures.find import find_rate
 from app.procedures.lock import lock
 from app.procedures.read import Present
-from app.procedures.write import BaudChanged, SettingChange, WriteContext, WriteFault, change_baud, write_all
+from app.procedures.write import (
+    SettingChange,
+    WriteContext,
+    WriteFault,
+    WriteReport,
+    change_baud,
+    why_not_verified,
+    write_all,
+)
 from app.safety.journal import REQUESTS, Act, Outcome
 from app.safety.permit import Interlock
 from app.text.i18n import CHINESE, set_language
@@ -232,7 +240,7 @@ BAUD, ACTIVATION = 0x24, 0x10
 RATES = {"old": 115200, "new": 9600}
 
 
-def change(rig: ModuleRig, journal: FakeJournal) -> BaudChanged:
+def change(rig: ModuleRig, journal: FakeJournal) -> WriteReport:
     return rig.run(change_baud(9600, journal, permit=rig.permit(Act.CHANGE_BAUD)), outlives=True)
 
 
@@ -252,7 +260,7 @@ def test_every_behaviour_is_said_as_what_it_is(
 ) -> None:
     rig, journal = ModuleRig(Options(**options)).begin(), FakeJournal()
     journal.line_length = lambda: len(rig.module.log.sets(BAUD))
-    written = change(rig, journal).written
+    written = change(rig, journal).results[0]
     assert (written.fault, written.is_acknowledged, written.verified) == (fault, is_acknowledged, fault is None)
     assert written.read_back == rig.line.baud_rate == rig.module.rate
     assert len(rig.module.log.sets(BAUD)) == 1
@@ -272,9 +280,9 @@ def test_a_lost_module_says_how_to_get_it_back_and_stays_written_down() -> None:
 
     rig.module.at_frame = fall_silent
     rig.module.options.baud_answer = "none"
-    changed = change(rig, journal)
-    assert (changed.written.fault, changed.written.read_back) == (WriteFault.MODULE_LOST, None)
-    assert "Find the baud rate" in changed.sentence
+    report = change(rig, journal)
+    assert (report.results[0].fault, report.results[0].read_back) == (WriteFault.MODULE_LOST, None)
+    assert "find its rate" in str(why_not_verified(report.results[0], report))
     assert rig.line.baud_rate == 115200
     assert journal.outcomes == {0: Outcome.UNKNOWN}, "it may have been carried out"
     rig.module.be_silent(rig.clock(), 0.0)
@@ -286,7 +294,9 @@ def test_a_break_in_the_middle_stays_written_down_as_unknown() -> None:
     job = rig.job(change_baud(9600, journal, permit=rig.permit(Act.CHANGE_BAUD)), outlives=True)
     rig.step_until(lambda: rig.module.log.sets(BAUD))
     rig.session.close(EndReason.PORT_LOST)
-    assert isinstance(job.error, Interrupted)
+    report = job.outcome()
+    assert report.interrupted is not None
+    assert (report.results[0].is_sent, report.results[0].fault) == (True, WriteFault.INTERRUPTED)
     assert journal.outcomes == {0: Outcome.UNKNOWN}
 
 
@@ -300,10 +310,11 @@ def test_what_is_not_allowed_is_not_sent(what: str) -> None:
     if what == "another conversation":
         rig.session.treat_as_another()
         rig.begin()
-    changed = rig.run(change_baud(9600, journal, permit=permit), outlives=True)
-    assert changed.written.fault is WriteFault.NOT_ALLOWED
-    assert changed.refusals
-    assert changed.sentence.startswith("Nothing was sent. ")
-    assert changed.sentence.endswith("The disk is full.") is (what == "log")
-    assert not changed.written.is_sent
+    report = rig.run(change_baud(9600, journal, permit=permit), outlives=True)
+    said = why_not_verified(report.results[0], report)
+    assert report.results[0].fault is WriteFault.NOT_ALLOWED
+    assert said is not None
+    assert said.in_english().startswith("not sent: ")
+    assert said.in_english().endswith("The disk is full.") is (what == "log")
+    assert not report.results[0].is_sent
     assert rig.module.log.sets(BAUD) == []

@@ -21,13 +21,13 @@ from app.engine.worker import PUBLISH_EVERY_S, Batch, Connection, PortState, Wor
 from app.procedures.act import Armed
 from app.procedures.find import RateSearch, Silence, await_module, find_rate
 from app.procedures.stream import StreamSwitch, watch
-from app.procedures.write import BaudChanged, change_baud
+from app.procedures.write import WriteFault, WriteReport, change_baud, why_not_verified
 from app.safety.journal import Act
 from app.safety.last_known import Activation
 from app.safety.left_active import FiringDoubt
 from app.safety.permit import Origin, Permit
 from app.system.clock import steady_time
-from app.text.messages import UserMessage, message
+from app.text.messages import message
 from protocol.events import EndReason
 from protocol.translatable import marked
 from ui.core.bridge import Bridge
@@ -109,7 +109,7 @@ class Port(QObject):
         self._endings: dict[Job[Any], Callable[[Job[Any]], None]] = {}
         self._silence: Silence | None = None
         self._finding: Job[RateSearch] | None = None
-        self._changing_rate: Job[BaudChanged] | None = None
+        self._changing_rate: Job[WriteReport] | None = None
         self._return = Reconnection()
         # A scan of the ports is running for `_return`, and its result is still wanted.
         self._is_listing = False
@@ -245,15 +245,17 @@ class Port(QObject):
         module, name = self.module, self.module.name
         permit = Permit(Act.CHANGE_BAUD, Origin.CONFIRMATION, self.now_s, module.number)
 
-        def end(job: Job[BaudChanged]) -> None:
+        def end(job: Job[WriteReport]) -> None:
             """The conversation at the old rate has ended, so that what came of it stays with the port."""
             self._changing_rate = None
-            if job.error is None:
-                text = UserMessage(job.outcome().sentence)
-            elif permit.is_spent:
+            report = WriteReport(results=()) if job.error is not None else job.outcome()
+            text = message(marked("Nothing was sent."))
+            if permit.is_spent:
                 text = message(marked("Interrupted: maybe at {rate} baud now."), rate=rate)
-            else:
-                text = message(marked("Nothing was sent."))
+            for written in report.results:
+                if written.fault is not WriteFault.INTERRUPTED:
+                    what = why_not_verified(written, report) or message(marked("{rate} baud"), rate=rate)
+                    text = message(marked("{name}: {value}"), name=message(written.command.title), value=what)
             self.interruptions.keep(Remainder(name, text))
 
         change = change_baud(rate, module.journal, permit=permit, armed=armed)

@@ -271,7 +271,7 @@ def test_the_baud_rate_needs_two_clicks_and_the_port_follows(qtbot: QtBot, one: 
     assert len(one.changes("baud_rate")) == 1
     assert port.connection.baud_rate == one.bench.module.baud_rate == 9600
     said = notice_text(one.assembly.window.notice_bar)
-    assert "are at 9600 baud" in said
+    assert "Baud rate: 9600 baud" in said
     assert "interrupted" not in said, "it ended as it was meant to"
     one.until(lambda: port.module.is_read)
     one.settings.refresh()
