@@ -118,7 +118,7 @@ def _name_of(person: Person) -> str | None:
 
 def _past(facts: Facts, name: str | None, evidence: Evidence, adapter: str, at: datetime) -> Past:
     """Checks and guided tests of a simulated module never count for a real one."""
-    fired = unnamed_fired(facts, port=evidence.port, adapter=adapter).values()
+    fired = unnamed_fired(facts, port=evidence.port, adapter=adapter)
     if name is None:  # one without a name that fired at this port may be this one
         due = repack_due(max((one.at for one in fired), default=None))
         return Past(due=() if due is None else (due,))

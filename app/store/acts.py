@@ -4,7 +4,7 @@ An intent whose end nobody saw reads as unknown. What an act leaves behind is in
 
 After a deploy that left, and after a TRIGGERED that was seen, no earlier verdict of the module holds: a deploy may be
 unconfirmed, and a module whose voltage breaks down while it fires restarts and reports nothing of it. Where the module
-has no name, either is remembered with the port, and becomes a fact of the next name that is said there.
+has no name, either is a fact about no module, until the next name that is said at that port claims it.
 """
 
 import logging
@@ -28,8 +28,6 @@ _log = logging.getLogger(__name__)
 
 UNNAMED: Final = KnownAs()
 _LEAVES_ACTIVE = (Act.ACTIVATE, Act.LOCK)
-# Of a state: a module without a name may have fired at this adapter or port.
-_FIRED: Final = "fired:"
 
 
 class Where(NamedTuple):
@@ -54,7 +52,7 @@ def new_run() -> str:
 def begin(facts: Facts, act: Act, frame: bytes, detail: Mapping[str, object], where: Where) -> str:
     """The intent; its id. A note in the detail is a field of its own.
 
-    From now on the module counts as left ACTIVE, or as one that may have fired, if the act may leave that behind."""
+    From now on the module counts as left ACTIVE, if the act may leave that behind."""
     plain = _plain(detail)
     intent = (DeployIntended if act is Act.DEPLOY else ActIntended)(
         act=act.value,
@@ -67,8 +65,6 @@ def begin(facts: Facts, act: Act, frame: bytes, detail: Mapping[str, object], wh
         detail=plain,
     )
     row = facts.add(intent, where.known_as.name or None)
-    if act is Act.DEPLOY and not where.known_as.name:
-        note_triggered(facts, port=where.port, adapter=where.adapter, intent=row.id)
     if act in _LEAVES_ACTIVE and not is_simulated(where.port):
         left = where.left_active(row.made_at)
         keep_left(facts, replace(left, is_lock_unconfirmed=act is Act.LOCK, intent=row.id))
@@ -83,11 +79,6 @@ def settle(facts: Facts, intent: str, act: Act, where: Where, outcome: Outcome, 
         note_locked(facts, where.known_as.run)
     elif act in _LEAVES_ACTIVE and has_done_nothing:
         drop_intent(facts, where.known_as.run, intent)
-    elif act is Act.DEPLOY and outcome is Outcome.NOT_SENT:
-        # What another act or a report left behind stays.
-        key = _FIRED + (where.adapter or where.port)
-        if (facts.state(key) or {}).get("intent") == intent:
-            facts.set_state(key, None)
 
 
 def note_report(facts: Facts, where: Where, *, is_active: bool) -> None:
@@ -155,22 +146,28 @@ class StoreJournal:
 
 
 class Fired(NamedTuple):
-    """`at`: ISO 8601 in UTC. What a simulated module does says nothing of a real one."""
+    """`at`: ISO 8601 in UTC; `port` and `adapter`: where."""
 
     at: str
-    is_simulated: bool
+    port: str
+    adapter: str = ""
+
+    @property
+    def is_simulated(self) -> bool:
+        """What a simulated module does says nothing of a real one."""
+        return is_simulated(self.port)
 
 
-def all_fired(facts: Facts, module: str) -> list[Fired]:
-    """Return when the module of this name may have fired, the oldest first."""
+def all_fired(facts: Facts, module: str | None) -> list[Fired]:
+    """Return when the module of this name (None: any without a name) may have fired, the oldest first."""
     seen = facts.of_module(MayHaveFired, module)
-    fired = [Fired(_seen_at(kept), is_simulated(kept.content.port)) for kept in seen]
+    fired = [Fired(_seen_at(kept), kept.content.port, kept.content.adapter) for kept in seen]
     deploys = facts.of_module(DeployIntended, module)
     if deploys:
         ends = {kept.content.of: kept.content.outcome for kept in facts.of_module(ActEnded, module)}
         # Without an outcome nobody knows what came of it, so that it counts.
         left = [kept for kept in deploys if ends.get(kept.row.id) is not Outcome.NOT_SENT]
-        fired += [Fired(kept.at, is_simulated(kept.content.port)) for kept in left]
+        fired += [Fired(kept.at, kept.content.port, kept.content.adapter) for kept in left]
     return sorted(fired)
 
 
@@ -182,28 +179,27 @@ def _seen_at(kept: Kept[MayHaveFired]) -> str:
     return kept.at
 
 
-def note_triggered(facts: Facts, module: str = "", *, port: str, adapter: str = "", intent: str = "") -> None:
-    """The module reports TRIGGERED. Of one without a name the first time counts; `intent`: of the act that may make it
-    fire."""
-    key = _FIRED + (adapter or port)
-    if module:
-        facts.add(MayHaveFired(port=clean(port)), module)
-    elif facts.state(key) is None:
-        facts.set_state(key, {"port": port, "at": time_text(facts.now()), "intent": intent})
+def note_triggered(facts: Facts, module: str = "", *, port: str, adapter: str = "") -> None:
+    """The module reports TRIGGERED."""
+    facts.add(MayHaveFired(port=clean(port), adapter=clean(adapter)), module or None)
 
 
-def unnamed_fired(facts: Facts, *, port: str, adapter: str = "") -> dict[str, Fired]:
-    """Return what may have fired at this port without a name, by key of the state: it is that of the next one that is
-    named there."""
-    noted = {key: facts.state(key) for key in (_FIRED + adapter, _FIRED + port)}
-    return {key: Fired(one["at"], is_simulated(one["port"])) for key, one in noted.items() if one is not None}
+def unnamed_fired(facts: Facts, *, port: str, adapter: str = "") -> list[Fired]:
+    """Return what may have fired here without a name, and that no name has claimed: it is that of the next one that is
+    said here. An adapter is known by its identity, where it has one, as its port may change."""
+    claimed = {kept.content.seen_at for kept in facts.of_kind(MayHaveFired)}
+    found = []
+    for fired in all_fired(facts, None):
+        is_here = fired.adapter == clean(adapter) if fired.adapter and adapter else fired.port == clean(port)
+        if is_here and fired.at not in claimed:
+            found.append(fired)
+    return found
 
 
 def claim_fired(facts: Facts, module: str, *, port: str, adapter: str = "") -> None:
     """A person says this name at a port: what fired there without a name was this module."""
-    for key, fired in unnamed_fired(facts, port=port, adapter=adapter).items():
-        facts.add(MayHaveFired(port=clean(port), seen_at=fired.at), module)
-        facts.set_state(key, None)
+    for fired in unnamed_fired(facts, port=port, adapter=adapter):
+        facts.add(MayHaveFired(port=clean(port), adapter=clean(adapter), seen_at=fired.at), module)
 
 
 # What is left streaming

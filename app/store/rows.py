@@ -122,7 +122,8 @@ class MayHaveFired(Content, frozen=True, kw_only=True):
     """A TRIGGERED was seen, or a deploy left before the module had this name: no earlier verdict holds."""
 
     port: Text
-    # Where it was not now.
+    adapter: Text = ""
+    # Of one that a name has claimed later: when that without a name was.
     seen_at: Word = ""
 
 

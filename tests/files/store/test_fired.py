@@ -139,6 +139,21 @@ def test_an_unnamed_deploy_that_never_left_is_of_nobody(store: Store) -> None:
     assert claimed(store, "M-07"), "what was seen before stays"
 
 
+def test_a_triggered_that_was_seen_before_the_deploy_was_known_not_to_have_left_stays(store: Store) -> None:
+    known_as, frame = KnownAs("", "run"), REQUESTS[Act.DEPLOY].encode()
+    intent = begin(store, Act.DEPLOY, frame, {}, port=PORT, adapter=ADAPTER, known_as=known_as)
+    trigger(store, "")
+    settle(store, intent, Act.DEPLOY, Outcome.NOT_SENT, port=PORT, adapter=ADAPTER, known_as=known_as)
+    assert claimed(store, "M-07")
+
+
+def test_it_is_the_adapter_that_fired_whatever_its_port_is_called_now(store: Store) -> None:
+    trigger(store, "")
+    assert not claimed(store, "M-08", PORT, "another")
+    assert claimed(store, "M-07", "/dev/ttyUSB5")
+    assert not claimed(store, "M-09")
+
+
 def test_a_check_after_it_fired_is_not_void_where_the_name_was_said_later(tmp_path: Path) -> None:
     past = datetime.now(UTC) - timedelta(minutes=10)
     with closing(open_store(tmp_path, clock=lambda: past)) as store:
