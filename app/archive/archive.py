@@ -97,7 +97,7 @@ def _error_of(error: sqlite3.Error, path: Path, store: Store) -> StoreError:
         if is_whole(path):  # so it is the store
             return store_error_of(error, store.path)
         _log.warning("%s is begun anew: %s", path, error)
-        return StoreError(StoreErrorKind.OTHERS, set_aside(path), str(error))
+        return StoreError(StoreErrorKind.OTHERS, set_aside(path))
     except (sqlite3.Error, OSError) as trouble:
         return store_error_of(trouble, path)
 
@@ -130,18 +130,17 @@ def introductions(facts: Facts) -> list[tuple[str, str]]:
 
 
 def known_names(store: Store | None) -> StationNames:
-    """Return what the stations of this store and its archive call themselves; nothing where they cannot be read."""
+    """Return what the stations of this store and its archive call themselves, as far as they can be read."""
     if store is None:
         return StationNames()
+    names: list[tuple[str, str]] = []
     try:
         names = store.read(introductions)
-        if (store.folder / OTHERS_FILE).exists():  # reading makes none
-            with all_facts(store) as facts:
-                names = introductions(facts)
-        return StationNames(store.station, tuple(dict.fromkeys(names)))
+        with all_facts(store) as facts:
+            names = introductions(facts)
     except StoreError as error:
-        _log.warning("The names of stations cannot be read: %s", error)
-        return StationNames()
+        _log.warning("Names of stations cannot be read: %s", error)
+    return StationNames(store.station, tuple(dict.fromkeys(names)))
 
 
 # The exchange

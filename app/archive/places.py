@@ -18,7 +18,7 @@ from pathlib import Path
 from typing import Any, Final, NamedTuple
 from urllib.parse import parse_qsl, unquote
 
-from app.store.fact_store import APPLICATION_ID, BUSY_S, INSERT, make_tables
+from app.store.fact_store import BUSY_S, INSERT, check_or_make, make_tables
 from app.store.rows import COLUMNS, Row
 from app.system.files import CANNOT_READ, CANNOT_WRITE
 from app.text.messages import ErrorCode, UserError, clean
@@ -216,18 +216,13 @@ class FilePlace:
                 # No write-ahead log: a stick that is pulled out has one file, and not two of three.
                 file.execute("PRAGMA journal_mode = DELETE")
                 file.execute("PRAGMA synchronous = FULL")
+                check_or_make(file, path)
                 schema = "SELECT type, name, sql FROM sqlite_master ORDER BY type, name"
-                if not file.execute(schema).fetchall():
-                    make_tables(file)
-                if file.execute("PRAGMA application_id").fetchone()[0] != APPLICATION_ID:
-                    raise sqlite3.DatabaseError("no archive file")
                 # A trigger or a view of somebody else's would run when the file is read or written.
                 with closing(sqlite3.connect(":memory:", isolation_level=None)) as ours:
                     make_tables(ours)
                     if file.execute(schema).fetchall() != ours.execute(schema).fetchall():
                         raise sqlite3.DatabaseError("its tables are not those of an archive file")
-                if file.execute("PRAGMA quick_check(1)").fetchone()[0] != "ok":
-                    raise sqlite3.DatabaseError("damaged")
                 # What was put into it would be facts of its own station, on which verdicts rest.
                 if file.execute("SELECT 1 FROM state").fetchone() is not None:
                     raise sqlite3.DatabaseError("it is the store of a station")

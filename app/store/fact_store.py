@@ -124,17 +124,13 @@ _KINDS = {
 
 
 class StoreError(UserError):
-    """The store cannot be opened, read or written. What was stored before is kept. `detail` is for the log."""
+    """The store cannot be opened, read or written. What was stored before is kept."""
 
     code = ErrorCode.STORE
 
-    def __init__(self, kind: StoreErrorKind, path: Path, detail: str = "") -> None:
+    def __init__(self, kind: StoreErrorKind, path: Path) -> None:
         super().__init__(kind.value, file=path)
         self.kind = kind
-        self._detail = f"{path}: {kind.name}: {detail}"
-
-    def __str__(self) -> str:
-        return self._detail
 
 
 def not_kept(trouble: UserError) -> str:
@@ -144,17 +140,17 @@ def not_kept(trouble: UserError) -> str:
 
 
 def store_error_of(error: sqlite3.Error | OSError, path: Path) -> StoreError:
+    """Log what happened, and return what a person should know of it."""
+    _log.warning("%s: %s", path, error)
     if isinstance(error, OSError):
-        return StoreError(
-            StoreErrorKind.FULL if error.errno == errno.ENOSPC else StoreErrorKind.READ_ONLY, path, str(error)
-        )
+        return StoreError(StoreErrorKind.FULL if error.errno == errno.ENOSPC else StoreErrorKind.READ_ONLY, path)
     # The lowest byte says what failed, and the others where. Python's own errors have no code.
     kind = _KINDS.get(getattr(error, "sqlite_errorcode", 0) & 0xFF, StoreErrorKind.FAILED)
     if kind in (StoreErrorKind.READ_ONLY, StoreErrorKind.FAILED):
         # Of a full disk SQLite only says that a file beside it cannot be opened.
         with suppress(OSError):
             kind = StoreErrorKind.FULL if shutil.disk_usage(path.parent).free < MIN_FREE_BYTES else kind
-    return StoreError(kind, path, str(error))
+    return StoreError(kind, path)
 
 
 # The file
@@ -179,7 +175,7 @@ def open_file(path: Path) -> tuple[sqlite3.Connection, UserMessage | None]:
     whole = []
     for copy in copies_of(path):
         with suppress(sqlite3.DatabaseError, StoreError), closing(connect_to_read(copy)) as connection:
-            _check(connection, copy)
+            check_or_make(connection, copy)
             whole.append((connection.execute("SELECT count(*) FROM facts").fetchone()[0], copy))
     if whole:
         # As facts are only added, the last copy is the one with most of them, whatever day the clock said.
@@ -208,7 +204,7 @@ def is_whole(path: Path) -> bool:
     """Whether the file is ours and not damaged. Raises as `open_file` where it cannot be read."""
     try:
         with closing(connect_to_read(path)) as connection:
-            _check(connection, path)
+            check_or_make(connection, path)
     except sqlite3.OperationalError:
         raise
     except sqlite3.DatabaseError:
@@ -223,14 +219,10 @@ def connect(path: Path, *, is_checked: bool = True) -> sqlite3.Connection:
     address = path.absolute().as_uri()
     connection = sqlite3.connect(address, uri=True, timeout=BUSY_S, isolation_level=None, check_same_thread=False)
     try:
-        is_new = not connection.execute("SELECT count(*) FROM sqlite_master").fetchone()[0]
-        if not is_new:
-            _check(connection, path, is_whole=is_checked)
+        check_or_make(connection, path, is_whole=is_checked)
         connection.execute("PRAGMA journal_mode = WAL")
         connection.execute("PRAGMA synchronous = FULL")
         connection.execute("PRAGMA recursive_triggers = ON")  # else INSERT OR REPLACE removes a row in silence
-        if is_new:
-            make_tables(connection)
     except BaseException:
         connection.close()
         raise
@@ -252,13 +244,16 @@ def make_tables(connection: sqlite3.Connection) -> None:
             connection.execute(f"PRAGMA user_version = {LAYOUT}")
 
 
-def _check(connection: sqlite3.Connection, path: Path, *, is_whole: bool = True) -> None:
-    """Raise `sqlite3.DatabaseError` for a file that is damaged or of something else, `StoreError` for a newer one."""
+def check_or_make(connection: sqlite3.Connection, path: Path, *, is_whole: bool = True) -> None:
+    """Make the tables in an empty file. Raise `sqlite3.DatabaseError` for one that is damaged or of something else,
+    `StoreError` for a newer one."""
+    if not connection.execute("SELECT count(*) FROM sqlite_master").fetchone()[0]:
+        make_tables(connection)
     if connection.execute("PRAGMA application_id").fetchone()[0] != APPLICATION_ID:
         raise sqlite3.DatabaseError("of another program")
     layout = connection.execute("PRAGMA user_version").fetchone()[0]
     if layout > LAYOUT:
-        raise StoreError(StoreErrorKind.NEWER, path, f"layout {layout}")
+        raise StoreError(StoreErrorKind.NEWER, path)
     if layout < LAYOUT:
         raise sqlite3.DatabaseError("of a development build")
     if is_whole and connection.execute("PRAGMA quick_check(1)").fetchone()[0] != "ok":
@@ -466,7 +461,7 @@ class Store:
             return writing.result(WRITE_LIMIT_S)
         except (CancelledError, TimeoutError) as error:  # it was closed meanwhile, or the disk does not answer
             kind = StoreErrorKind.FAILED if writing.cancel() else StoreErrorKind.HANGS
-            raise StoreError(kind, self.path, repr(error)) from error
+            raise StoreError(kind, self.path) from error
 
     def read(self, work: Callable[[Facts], Result]) -> Result:
         """Read in this thread. It waits for the opening, so not in the window's thread before that. Raises
@@ -549,23 +544,19 @@ class Store:
         """Open the file, and introduce this station by its key and the name of its computer. Raises as `open_file`."""
         connection, notice = open_file(self.path)
         facts = Facts(connection, "", self._now)
+        known = facts.state("station")
         try:
-            known = facts.state("station")
-            try:
-                key = own_station(self.folder).key
-            except UserError as error:
-                # Facts go on under the key of before; only signing needs its file.
-                if known is None:
-                    raise StoreError(StoreErrorKind.FAILED, self.path, str(error)) from error
-                _log.warning("The key of this station cannot be used: %s", error)
-                key = known
-            if known != key:
-                facts.set_state("station", key)
-            facts.station = self.station = key
-            last, name = facts.newest(StationNamed, None), clean(platform.node().strip()) or "station"
-            if last is None or (last.content.public_key, last.content.name) != (key, name):
-                facts.add(StationNamed(public_key=key, name=name))
-        except BaseException:
-            connection.close()
-            raise
+            key = own_station(self.folder).key
+        except UserError as error:
+            # Facts go on under the key of before; only signing needs its file.
+            _log.warning("The key of this station cannot be used: %s", error)
+            if known is None:
+                raise StoreError(StoreErrorKind.FAILED, self.path) from error
+            key = known
+        if known != key:
+            facts.set_state("station", key)
+        facts.station = self.station = key
+        last, name = facts.newest(StationNamed, None), clean(platform.node().strip()) or "station"
+        if last is None or (last.content.public_key, last.content.name) != (key, name):
+            facts.add(StationNamed(public_key=key, name=name))
         return facts, notice

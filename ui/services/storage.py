@@ -64,7 +64,7 @@ class Storage(QObject):
         """The store once it is open, or why there is none (yet). Never waits."""
         store = self.begun
         if store is None:
-            return StoreError(StoreErrorKind.FAILED, self.folder, "closed")
+            return StoreError(StoreErrorKind.FAILED, self.folder)
         if not store.opened.done():
             return StoreError(StoreErrorKind.OPENING, store.path)
         trouble = store.opened.exception()

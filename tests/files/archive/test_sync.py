@@ -11,7 +11,7 @@ from typing import Any
 import pytest
 from msgspec.structs import replace
 
-from app.archive.archive import OTHERS_FILE, Synced, all_facts, exchanged, status_of, sync
+from app.archive.archive import OTHERS_FILE, Synced, all_facts, exchanged, known_names, status_of, sync
 from app.archive.places import FilePlace
 from app.archive.report import report
 from app.store.fact_store import Store, StoreError, copies_of, copy_if_due
@@ -151,6 +151,7 @@ def test_the_file_of_the_others_may_be_damaged(begins_at: int, desk: Desk) -> No
     with pytest.raises(StoreError) as caught:
         desk.ids(1)
     (aside,) = folder.glob("archive.aside-*.sqlite")
+    assert known_names(desk.stores[1]).own == desk.stores[1].station
     assert str(aside) in caught.value.sentence
     assert aside.read_bytes() == damaged
     assert desk.exchange(1).received == 61

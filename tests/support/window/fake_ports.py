@@ -177,7 +177,7 @@ class NoStorage(Storage):
         return None
 
     def open_store(self) -> StoreError:
-        return StoreError(StoreErrorKind.FAILED, Path(), "none")
+        return StoreError(StoreErrorKind.FAILED, Path())
 
     def journal(self, *_: object) -> NoJournal:
         return NoJournal()
