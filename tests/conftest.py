@@ -24,7 +24,6 @@ from hypothesis.database import DirectoryBasedExampleDatabase
 from pytestqt.qtbot import QtBot
 
 from app.text import i18n
-from tests.support.line import odd_module
 from tests.support.patience import PATIENCE_S
 
 if TYPE_CHECKING:
@@ -48,8 +47,6 @@ if IS_GLIBC:
 if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
     # A run that was begun in the background ignores Ctrl-C, and so would what a test starts and interrupts.
     signal.signal(signal.SIGINT, signal.default_int_handler)
-
-odd_module.install()
 
 # What a test waits for comes late on a busy machine.
 for wait in QtBot.waitUntil, QtBot.waitSignal:

@@ -25,7 +25,6 @@ from PySide6.QtWidgets import QApplication
 from tests.campaigns import commands, hands
 from tests.campaigns.soak import soak
 from tests.campaigns.walk import FAULTS, HAPPENINGS, LINES, cells, walk, watched
-from tests.support.line import odd_module
 
 # Each prints what it finds as it goes, and returns what must not be.
 
@@ -107,7 +106,6 @@ def main() -> int:
     args = parser.parse_args()
     if not os.environ.keys() & {"DISPLAY", "WAYLAND_DISPLAY"}:
         os.environ.setdefault("QT_QPA_PLATFORM", "offscreen")
-    odd_module.install()
     with confined_home():
         broken = CAMPAIGNS[args.what](args)
     print(*broken or ["all as it should be"], sep="\n")

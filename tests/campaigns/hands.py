@@ -29,7 +29,7 @@ from app.text.i18n import set_language
 from protocol.catalogue import LOCK, Request
 from protocol.fields import Value
 from tests.campaigns.ledger import DEAD_S, DEPLOY, ENABLED, GO, HOLD, HOLD_S, UNLOCKED, WATCHED, Ledger
-from tests.support.line.odd_module import end_faults
+from tests.support.line.frames import echo
 from tests.support.window.hand import NO_BUTTON, NO_KEY, Hand, hand_at
 from tests.support.window.rig import TURN_S
 from tests.support.window.steps import given
@@ -45,8 +45,8 @@ VALUES: Final[Mapping[str, tuple[Value, ...]]] = {
     "light_threshold_v": (0.5, 2.0),
     "attitude_trigger": (True, False),
 }
-# Of the line. An act waits behind a slow one; slower, it would not leave at all.
-FAULTS: Final[tuple[Mapping[str, object], ...]] = ({"drop": 0.2}, {"delay_ms": 220.0}, {"echo": True}, {"mute": True})
+# Of the line; None is an echo. An act waits behind a slow one; slower, it would not leave at all.
+FAULTS: Final[tuple[Mapping[str, object] | None, ...]] = ({"drop": 0.2}, {"lag_ms": 220.0}, {"mute": True}, None)
 # Menus would grab the mouse, and the top bar would end the connection.
 UNSAFE_NAMES: Final = ("top_bar", "navigation", "status_line")
 UNSAFE_KINDS: Final = ("QMenuBar", "QToolButton", "QComboBox")
@@ -67,6 +67,7 @@ class Hands(Hand):
     dice: random.Random = field(default_factory=lambda: random.Random(1))
     report: Report = field(default_factory=Report)
     trail: list[str] = field(default_factory=list)
+    end_echo: Callable[[], object] = bool
     _key: Qt.Key | None = None
     _is_begun = False
 
@@ -294,7 +295,7 @@ class Hands(Hand):
         """Complete an act at a module in order, perhaps on a slow line, and let something follow at once."""
         self.put_in_order()
         if self.dice.random() < 0.5:
-            self.bench.change(delay_ms=220.0)
+            self.bench.change(lag_ms=220.0)
             self.settings.work.read_all()
         act = self.dice.choice(sorted(WHOLE))
         with suppress(AssertionError):  # it is not offered to this module
@@ -321,11 +322,17 @@ class Hands(Hand):
         what()
 
     def _heal(self) -> None:
-        end_faults(self.bench)
+        self.bench.change(mute=False, drop=0.0, lag_ms=0.0)
+        self.end_echo()
+        self.end_echo = bool
 
     def _disturb(self) -> None:
         self._heal()
-        self.bench.change(**self.dice.choice(FAULTS))
+        fault = self.dice.choice(FAULTS)
+        if fault is None:
+            self.end_echo = echo(self.bench)
+        else:
+            self.bench.change(**fault)
 
     def slip(self) -> None:
         """The plug slips out and in again; the port is opened again."""

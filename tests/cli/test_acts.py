@@ -26,6 +26,7 @@ from app.system.files import data_folder
 from app.terminal.console import Signalled
 from protocol.catalogue import BY_NAME
 from tests.support.cli_line import Program, bench_of, sets
+from tests.support.line.frames import lose
 from tests.support.patience import in_time
 from tests.support.processes import PROGRAM, ran, ran_code, run_module
 from tests.support.records.stored import audit, begin, kept_settings, left_in, open_store, settle
@@ -90,10 +91,11 @@ def test_without_a_store_no_dangerous_frame_leaves_but_lock(
 
 
 @in_virtual_time
-@pytest.mark.parametrize(("module", "code"), [("?mute=yes", 3), ("?active=yes&mute_codes=10", 1)])
+@pytest.mark.parametrize(("module", "code"), [("?mute=yes", 3), ("?active=yes", 1)])
 def test_lock_is_sent_before_anything_is_answered(
     module: str, code: int, port: str, dps_s: Program, wire: list[bytes]
 ) -> None:
+    lose(bench_of(port + module), BY_NAME["activation"].code)
     said = dps_s(["lock", "--port", port + module, "--yes"], code).err
     assert REQUESTS[Act.LOCK].encode() in wire[:2], "the link itself asks for the boot count when a port is opened"
     assert "not confirmed: treat the module as ACTIVE." in said

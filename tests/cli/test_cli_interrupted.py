@@ -13,7 +13,7 @@ from app.simulator.bench import SimulatedBench
 from app.simulator.module import invent_records
 from protocol.catalogue import BY_NAME
 from tests.support.cli_line import Program, bench_of, exchange, faults, sets
-from tests.support.line.frames import at_frame
+from tests.support.line.frames import at_frame, lose
 from tests.support.records.stored import audit, modules_in, open_store
 
 pytest_plugins = ["tests.support.cli_fixtures"]
@@ -120,7 +120,7 @@ def test_an_activation_that_was_interrupted_is_followed_by_lock(
 def ignore_lock(bench: SimulatedBench) -> None:
     """Another boot count ends the conversation; it stays active."""
     bench.module.memory.boot_count = 90
-    bench.change(mute_codes=frozenset({BY_NAME["activation"].code}))
+    lose(bench, BY_NAME["activation"].code)
 
 
 @pytest.mark.parametrize("end", [lambda bench: bench.change(mute=True), ignore_lock])

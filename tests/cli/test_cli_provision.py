@@ -11,12 +11,12 @@ import pytest
 
 from app.cli.commands import BY_NAME
 from app.simulator.bench import SimulatedBench
+from app.simulator.module import Memory
 from app.store.fact_store import Facts, StoreError, StoreErrorKind
 from app.store.rows import Content, ModuleProvisioned, PreflightCheck, Row
 from app.terminal import console
 from app.terminal.console import Refused
 from tests.support.cli_line import bench_of, falls_after, run_here, sets
-from tests.support.line.odd_module import forget_settings
 from tests.support.records.stored import checks_of, modules_in, open_store, register
 
 pytest_plugins = ["tests.support.cli_fixtures"]
@@ -30,8 +30,7 @@ def new(boots: int, then: Plug = lambda bench: None) -> Plug:
     """Another module, as it comes from the vendor."""
 
     def plug(bench: SimulatedBench) -> None:
-        bench.module.memory.boot_count = boots - 1
-        forget_settings(bench.module.memory)
+        bench.module.memory = Memory(boot_count=boots - 1, records=bench.module.memory.records)
         bench.restart()
         then(bench)
 

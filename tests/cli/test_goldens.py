@@ -20,6 +20,7 @@ import app.__main__ as program
 from app.cli import history as records
 from app.cli.commands import ENTRIES
 from app.cli.schema import SCHEMAS, schema_of
+from app.port_urls.protocol_sim import open_bench
 from app.procedures.history import History
 from app.simulator.bench import SimulatedBench
 from app.simulator.setup import Setup
@@ -28,6 +29,7 @@ from app.terminal.console import RATES
 from protocol.catalogue import BAUD_RATES
 from protocol.messages import TriggerRecord, decode_record, decode_request
 from tests.support.cli_line import Program, faults
+from tests.support.line.frames import lose, refuse
 from tests.support.records.stored import open_store
 from tests.support.virtual_cli import VirtualCli
 from tests.unit.simulator.test_simulator_servers import posix_only
@@ -95,11 +97,25 @@ def say(words: list[str], *, is_marked: bool) -> str:
     return shown.getvalue() + (f"(exit code {code})\n" if code else "")
 
 
+def spoil(url: str) -> None:
+    """As its name says, a module streams, refuses, or neither answers a code nor obeys it."""
+    name = url.partition("?")[0].rpartition("-")[2]
+    if name == "streams":
+        module = open_bench(url)
+        module.module.start_stream(module.clock())
+    elif name == "refuses":
+        refuse(open_bench(url))
+    elif name.startswith("not"):
+        lose(open_bench(url), int(name.removeprefix("not"), 16))
+
+
 def run_section(section: Examples, wire: list[bytes]) -> Iterator[Example]:
     """What is said now. What varies is replaced; JSON is held against its schema."""
     port = f"sim://golden{next(_ports):03}"  # of one length, for the columns
     for line, _ in section:
         words = shlex.split(line.replace("PORT", port))
+        for url in (word for word in words if word.startswith(f"{port}-")):
+            spoil(url)
         wire.clear()
         said = say(words, is_marked=True)
         name = next((name for name in ("_".join(words[:2]), words[0]) if name in SCHEMAS), None)
@@ -139,7 +155,8 @@ def test_results_and_errors_are_translated_and_names_are_not(
     port: str, dps_s: Program, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setenv("LC_ALL", "zh_CN.UTF-8")
-    printed = dps_s(["set", "freefall_time_s=1.2", "--port", f"{port}?mute_codes=22"], 1)
+    lose(open_bench(port), 0x22)
+    printed = dps_s(["set", "freefall_time_s=1.2", "--port", port], 1)
     assert re.search(HAN, printed.out)
     assert printed.out.startswith("freefall_time_s ")
     assert re.search(HAN, dps_s(["recordings", "list"]).err)

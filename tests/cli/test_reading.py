@@ -29,8 +29,11 @@ STATUS = "41 75 32 07 0A 00 01 44"
 def test_monitor_switches_the_stream_on_and_off_unless_it_was_on(
     was_on: bool, port: str, dps_s: Program, wire: list[bytes]
 ) -> None:
-    url = f"{port}?rate=200{'&stream_at_boot=yes' if was_on else ''}"
-    printed = dps_s(["monitor", "--port", url, "--seconds", "1.2", "--json"])
+    module = bench_of(port)
+    module.change(rate=200.0)
+    if was_on:
+        module.module.start_stream(module.clock())
+    printed = dps_s(["monitor", "--port", port, "--seconds", "1.2", "--json"])
     lines = [json.loads(line) for line in printed.out.splitlines()]
     assert lines[0] == {"t_s": 0.0, "tilt_deg": 0, "acceleration_g": 1.0, "triggered": False, "active": False}
     assert 50 < len(lines) < 300  # polled there are 12

@@ -28,7 +28,7 @@ from protocol.events import EndReason
 from tests.module.options import Options
 from tests.module.wire import Question
 from tests.support.journals import FakeJournal
-from tests.support.line.frames import at_each_frame
+from tests.support.line.frames import at_each_frame, lose
 from tests.support.line.module_line import ModuleRig
 from tests.support.line.sim_line import AnyRig, engine_view, settled_rig
 
@@ -89,20 +89,23 @@ def test_an_open_condition_is_named_and_nothing_is_sent_nor_asked(act: Act, what
 
 
 @pytest.mark.parametrize(
-    ("act", "options", "condition"),
+    ("act", "options", "lost", "condition"),
     [
-        (Act.ACTIVATE, {"active": True}, Interlock.IS_LOCKED),
-        (Act.ACTIVATE, {"tilt": 60}, Interlock.BELOW_TILT),
-        (Act.ACTIVATE, {"mute_codes": frozenset((0x20,))}, Interlock.BELOW_TILT),
-        (Act.ACTIVATE, {"mute_codes": frozenset((0x32,))}, Interlock.FRESH_STATUS),
-        (Act.ZERO, {"active": True}, Interlock.IS_LOCKED),
-        (Act.SHUTDOWN, {"active": True}, Interlock.IS_LOCKED),
-        (Act.DEPLOY, {}, Interlock.IS_ACTIVE),
-        (Act.DEPLOY, {"active": True, "tilt": 80}, Interlock.NOT_TRIGGERED),
+        (Act.ACTIVATE, {"active": True}, (), Interlock.IS_LOCKED),
+        (Act.ACTIVATE, {"tilt": 60}, (), Interlock.BELOW_TILT),
+        (Act.ACTIVATE, {}, (0x20,), Interlock.BELOW_TILT),
+        (Act.ACTIVATE, {}, (0x32,), Interlock.FRESH_STATUS),
+        (Act.ZERO, {"active": True}, (), Interlock.IS_LOCKED),
+        (Act.SHUTDOWN, {"active": True}, (), Interlock.IS_LOCKED),
+        (Act.DEPLOY, {}, (), Interlock.IS_ACTIVE),
+        (Act.DEPLOY, {"active": True, "tilt": 80}, (), Interlock.NOT_TRIGGERED),
     ],
 )
-def test_the_modules_own_state_refuses(act: Act, options: dict[str, Any], condition: Interlock) -> None:
+def test_the_modules_own_state_refuses(
+    act: Act, options: dict[str, Any], lost: tuple[int, ...], condition: Interlock
+) -> None:
     rig, journal = settled_rig(**options), FakeJournal()
+    lose(rig.bench, *lost)
     rig.step_for(0.1)  # its sensor has seen how it lies
     done = do(rig, act, journal)
     assert condition in {refusal.condition for refusal in done.refusals}
@@ -129,7 +132,7 @@ def test_one_permit_is_one_frame(act: Act) -> None:
 @pytest.mark.promise("h")
 def test_on_a_line_that_is_too_slow_commands_are_refused_in_one_sentence(act: Act | None) -> None:
     """What was asked is a second old when the frame arrives. LOCK and questions work."""
-    rig = settled_rig(**READY.get(act or Act.ZERO, {}), delay_ms=400.0)
+    rig = settled_rig(**READY.get(act or Act.ZERO, {}), lag_ms=400.0)
     rig.step_for(5.0)
     began = rig.clock()
     if act is None:
@@ -185,7 +188,8 @@ def test_a_module_that_goes_on_answering_is_not_switched_off() -> None:
 
 
 def test_a_report_from_before_the_act_is_not_taken_for_one_from_after_it() -> None:
-    rig = settled_rig(mute_codes=frozenset((0x11,)))
+    rig = settled_rig()
+    lose(rig.bench, 0x11)
     do(rig, Act.FORBID_DEPLOY)
     after = rig.line.requests[rig.line.requests.index(REQUESTS[Act.FORBID_DEPLOY]) + 1 :]
     assert after.index(STATUS.query()) > 0, "another question is answered first"

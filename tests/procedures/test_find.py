@@ -8,17 +8,18 @@ from app.procedures.find import WAIT_S, Silence, await_module, find_rate, what_c
 from protocol.catalogue import BAUD_RATES, Hazard
 from protocol.events import Counters, Role
 from protocol.messages import Reason
+from tests.support.line.frames import echo
 from tests.support.line.module_line import ModuleRig
 from tests.support.line.sim_line import Rig
 
 
-@pytest.mark.parametrize("delay_ms", [0.0, 400.0, 700.0])
+@pytest.mark.parametrize("lag_ms", [0.0, 400.0, 700.0])
 @pytest.mark.parametrize("rate", [115200, 9600])
 @pytest.mark.promise("k")
-def test_a_module_that_takes_its_time_is_found(rate: int, delay_ms: float) -> None:
-    rig = Rig({"baud": rate, "delay_ms": delay_ms})
+def test_a_module_that_takes_its_time_is_found(rate: int, lag_ms: float) -> None:
+    rig = Rig({"baud": rate, "lag_ms": lag_ms})
     assert rig.run(find_rate(), outlives=True).baud_rate == rate
-    rig = Rig({"baud": rate, "delay_ms": delay_ms})
+    rig = Rig({"baud": rate, "lag_ms": lag_ms})
     assert rig.run(find_rate(57600, 38400), outlives=True).baud_rate == rate
 
 
@@ -95,7 +96,8 @@ def test_a_module_is_waited_for() -> None:
     began = rig.clock()
     assert rig.run(await_module(), outlives=True) is Silence.NOTHING
     assert rig.clock() - began == pytest.approx(WAIT_S, abs=0.1)
-    assert Rig({"echo": True, "mute": True}).run(await_module(), outlives=True) is Silence.ECHO
+    echo(rig.bench)
+    assert rig.run(await_module(), outlives=True) is Silence.ECHO
 
 
 def test_what_came_before_it_was_waited_for_tells_nothing() -> None:

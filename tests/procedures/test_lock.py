@@ -2,6 +2,7 @@
 
 from collections.abc import Callable
 from itertools import pairwise
+from random import Random
 from typing import Any
 
 import pytest
@@ -17,7 +18,7 @@ from protocol.catalogue import LOCK, Hazard, Request
 from tests.module.module import Module
 from tests.module.options import Options
 from tests.support.journals import FakeJournal
-from tests.support.line.frames import at_each_frame
+from tests.support.line.frames import at_each_frame, lose
 from tests.support.line.module_line import ModuleRig
 from tests.support.line.sim_line import Rig, settled_rig
 
@@ -90,7 +91,7 @@ def test_it_is_repeated_while_the_answer_to_the_question_is_awaited() -> None:
 
 def test_an_acknowledgement_alone_is_no_proof() -> None:
     rig = settled_rig(active=True)
-    rig.bench.change(mute_codes=frozenset((0x30, 0x32)))
+    lose(rig.bench, 0x30, 0x32)
     locked = pressed(rig)
     assert locked.is_acknowledged
     assert (locked.outcome, locked.is_locked) == (Outcome.UNKNOWN, None)
@@ -234,7 +235,7 @@ def test_it_is_sent_again_where_the_search_finds_the_module(rate: int, after_s: 
 
 # Before everything else
 
-SLOW = {"delay_ms": 60.0}
+SLOW = {"lag_ms": 60.0}
 
 
 def under_way(rig: Rig, act: Act) -> Job[Performed]:
@@ -266,21 +267,28 @@ def test_nothing_dangerous_leaves_after_lock_was_pressed(act: Act, steps: int) -
 
 SEEDS = settings().max_examples // 4
 """1,000 in the profile `thorough`."""
-LOSSY: dict[str, dict[str, Any]] = {
-    "a fifth of the frames lost": {"drop": 0.2, "direction": "both"},
-    "and a stream": {"drop": 0.2, "direction": "both", "stream_at_boot": True},
-    "answers 1.4 s late": {"delay_ms": 1400.0},
-    "answers 0.4 s late, some lost": {"delay_ms": 400.0, "drop": 0.2},
-    "damaged": {"corrupt": 0.04, "direction": "both"},
+LOSSY: dict[str, tuple[float, bool, dict[str, float]]] = {
+    "a fifth of the frames lost": (0.2, False, {"drop": 0.2}),
+    "and a stream": (0.2, True, {"drop": 0.2}),
+    "answers 1.4 s late": (0.0, False, {"lag_ms": 1400.0}),
+    "answers 0.4 s late, some lost": (0.0, False, {"lag_ms": 400.0, "drop": 0.2}),
+    "damaged": (0.2, False, {"corrupt": 0.04}),
 }
+"""The share of the host's frames that is lost, whether the module streams, and the faults of its answers."""
 
 
-@pytest.mark.parametrize("faults", LOSSY.values(), ids=LOSSY)
+@pytest.mark.parametrize(("lost", "is_streaming", "faults"), LOSSY.values(), ids=LOSSY)
 @pytest.mark.promise("l")
-def test_on_bad_lines_it_arrives_and_is_never_claimed_wrongly(faults: dict[str, Any]) -> None:
+def test_on_bad_lines_it_arrives_and_is_never_claimed_wrongly(
+    lost: float, is_streaming: bool, faults: dict[str, float]
+) -> None:
     confirmed = 0
     for seed in range(SEEDS):
-        rig = Rig({"uptime": 60, "active": True, "seed": seed * 31 + 7, **faults})
+        rig = Rig({"active": True, "seed": seed * 31 + 7, **faults})
+        dice = Random(seed)
+        at_each_frame(rig.bench, lambda _request, dice=dice: dice.random() >= lost)  # type: ignore[misc]
+        if is_streaming:
+            rig.bench.module.start_stream(rig.clock())
         rig.step_for(0.5)
         locked = pressed(rig)
         assert not rig.bench.module.state.is_active, f"seed {seed}: it did not arrive"

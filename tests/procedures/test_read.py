@@ -24,11 +24,13 @@ from app.procedures.light import (
 from app.procedures.read import READABLE, read_everything, read_settings, who_is_there
 from app.procedures.write import SettingChange, WriteContext, write_all
 from app.safety.journal import REQUESTS, Act
+from app.simulator.module import LIGHT_BAY_CLOSED_V, LIGHT_BAY_OPEN_V
 from protocol.catalogue import BY_NAME
 from tests.module.module import Module
 from tests.module.options import Options
 from tests.module.wire import FROM_MODULE, with_sum
 from tests.support.journals import FakeJournal
+from tests.support.line.frames import lose
 from tests.support.line.module_line import ModuleRig, Wear
 from tests.support.line.sim_line import Rig, settled_rig
 from tests.support.thorough import some
@@ -58,7 +60,7 @@ def activate(rig: Rig) -> Procedure[Any]:
 )
 def test_what_it_costs(begin: Callable[[Rig], Procedure[Any]], most: int) -> None:
     """In frames, the link's own and the heartbeat that is due now and then included."""
-    rig = Rig({"uptime": 60, "noise": 0}).begin()
+    rig = settled_rig()
     assert len(rig.line.requests) <= 2, "for the beginning"
     before = len(rig.line.requests)
     rig.run(begin(rig))
@@ -80,7 +82,8 @@ def test_everything_is_asked_once_the_state_first_and_the_boot_count_last() -> N
 
 
 def test_what_a_module_does_not_know_is_named_and_the_rest_is_read() -> None:
-    rig = settled_rig(delay_ms=200.0, mute_codes="14,22")
+    rig = settled_rig(lag_ms=200.0)
+    lose(rig.bench, 0x14, 0x22)
     assert set(rig.run(read_everything()).errors) == {"light_v", "freefall_time_s"}
     reading = rig.run(read_settings())
     assert set(reading.errors) == {"freefall_time_s"}
@@ -247,8 +250,13 @@ def band(low: int, high: int, count: int = ENOUGH_SAMPLES) -> Band:
 
 
 @pytest.mark.parametrize(("inverted", "direction"), [(False, LightDirection.RISES), (True, LightDirection.FALLS)])
-def test_the_direction_is_found_and_the_threshold_lies_between(inverted: bool, direction: LightDirection) -> None:
-    rig = settled_rig(light_inverted=inverted, noise=1.0)
+def test_the_direction_is_found_and_the_threshold_lies_between(
+    inverted: bool, direction: LightDirection, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    if inverted:
+        monkeypatch.setattr("app.simulator.module.LIGHT_BAY_OPEN_V", LIGHT_BAY_CLOSED_V)
+        monkeypatch.setattr("app.simulator.module.LIGHT_BAY_CLOSED_V", LIGHT_BAY_OPEN_V)
+    rig = settled_rig()
     closed = rig.run(measure_light())
     rig.bench.set_world(bay_is_open=True)
     opened = rig.run(measure_light())

@@ -30,12 +30,16 @@ def watched(
     switch: StreamSwitch | None = None,
     memory: StreamMemory | None = None,
     listen_s: float = LISTEN_S,
+    is_streaming: bool = False,
     **options: object,
 ) -> Rig:
     """In its first conversation; each one gets the same switch and memory."""
     used, kept = switch or StreamSwitch(), memory or StreamMemory()
     background = lambda: watch(used, memory=kept, listen_s=listen_s)  # noqa: E731
-    return Rig({"uptime": 60, "noise": 0, "rate": 50} | options, background=background).begin()
+    rig = Rig({"rate": 50} | options, background=background)
+    if is_streaming:
+        rig.bench.module.start_stream(rig.clock())
+    return rig.begin()
 
 
 def sets(rig: Rig) -> list[Request]:
@@ -101,7 +105,7 @@ def test_everything_is_read_first_and_kept_fresh() -> None:
 
 
 def test_on_a_slow_line_the_status_does_not_starve_the_others() -> None:
-    rig = watched(StreamSwitch(is_wanted=False), delay_ms=400.0)
+    rig = watched(StreamSwitch(is_wanted=False), lag_ms=400.0)
     rig.step_for(20.0)
     before = len(rig.line.requests)
     rig.step_for(30.0)
@@ -159,7 +163,7 @@ def test_the_intent_is_on_disk_before_the_stream_is_switched_on() -> None:
 def test_a_stream_left_on_is_switched_off(store: Store, boots: int | None, is_wanted: bool) -> None:
     store.set_state(f"stream:{ADAPTER}", {"boot_count": boots}).result(PATIENCE_S)
     memory = remembered(store)
-    rig = watched(StreamSwitch(is_wanted=is_wanted), memory, stream_at_boot="yes")
+    rig = watched(StreamSwitch(is_wanted=is_wanted), memory, is_streaming=True)
     rig.step_for(LISTEN_S + 3)
     assert memory.is_taken_over
     assert sets(rig) == ([] if is_wanted else [OFF])
@@ -174,7 +178,7 @@ def test_a_stream_left_on_is_switched_off(store: Store, boots: int | None, is_wa
 def test_another_module_on_the_same_adapter_is_left_as_it_was_found(store: Store) -> None:
     store.set_state(f"stream:{ADAPTER}", {"boot_count": 37}).result(PATIENCE_S)
     memory = remembered(store)
-    rig = watched(StreamSwitch(is_wanted=False), memory, boots=38, stream_at_boot="yes")
+    rig = watched(StreamSwitch(is_wanted=False), memory, boots=38, is_streaming=True)
     rig.step_for(LISTEN_S + 30)
     end(rig)
     assert not memory.is_taken_over

@@ -6,13 +6,14 @@ from contextlib import contextmanager
 import pytest
 
 import app.__main__ as program
+from app.port_urls.protocol_sim import open_bench
 from app.simulator import bench as benches
 from protocol.messages import decode_request
 from tests.support.line.frames import at_frame
 
 
 def bench_of(port: str) -> benches.SimulatedBench:
-    return benches.module(port.removeprefix("sim://"))
+    return open_bench(port)
 
 
 class Printed:

@@ -27,7 +27,7 @@ from app.text.messages import UserError
 from app.trigger_records.history import KeptTriggers, TriggersReading, Visit, file_triggers, record_of
 from tests.support.patience import PATIENCE_S
 from tests.support.processes import running
-from tests.support.records.preflight_rig import FAULTS, Fault, check
+from tests.support.records.preflight_rig import FAULTS, Fault, check, loses
 from tests.support.records.stored import checks_of, open_store, remembered_in
 
 RECORD = record_of(bytes.fromhex("41 75 35 01 01 00 6C 02 3C 05 A0 00 01 0C EB 7E"))
@@ -183,7 +183,7 @@ def test_a_persons_word_for_the_records_is_kept_until_the_module_triggers(store:
         assert filed.assessment.result("trigger_records") is CheckResult.PASS
         records = store.read(lambda facts: KeptTriggers(facts).records("M-07"))
         assert {record.judgement for record in records} == {Judgement.REVIEWED}
-    silent = Fault(frozenset(), {"mute_codes": "35"})
+    silent = Fault(arrange=loses(0x35))
     for faults, is_said, is_new in (((), True, True), ((), False, True), ((FAULTS["fired"],), False, False)):
         file_one(store, "M-08", silent, *faults, are_records_reviewed=is_said)
         assert store.read(lambda facts: KeptTriggers(facts).is_said_new("M-08")) is is_new

@@ -32,14 +32,14 @@ HOSTILE = (
 @cache
 def _checked(kind: str) -> Any:
     items = (ManualLine("Lines and canopy looked at", is_done=True), ManualLine("Hatch free"))
-    manual = Fault(frozenset(), profile={"manual": items, "name": "H6"})
+    manual = Fault(profile={"manual": items, "name": "H6"})
     match kind:
         case "go":
             return check(manual)
         case "worst":
             names = ("fired", "tilted", "charging", "attitude threshold", "new records", "another module", "slow")
             return check(manual, *(FAULTS[name] for name in names))
-    return check(manual, options={"mute": "yes"})
+    return check(manual, Fault(options={"mute": True}))
 
 
 PERSON = {"who": "Li Wei", "module": "M-07", "aircraft": "B-1234"}
@@ -85,7 +85,7 @@ def test_hostile_names_do_no_harm(qapp: object, tmp_path: Path) -> None:
     sound.feed(printed())
     for text in HOSTILE:
         items = (ManualLine(text, is_done=True),)
-        checked = check(Fault(frozenset(), profile={"manual": items, "name": text}))
+        checked = check(Fault(profile={"manual": items, "name": text}))
         signed = sign(checked.record({"at": AT}, who=text, module=text, aircraft=text), station())
         page = report_html(signed)
         tags = _Tags()
@@ -124,7 +124,7 @@ def test_it_is_one_page_in_both_languages(qapp: object, language: str, kind: str
         page = printed(kind)
     else:
         items = tuple(ManualLine(kind) for _ in range(40))
-        checked = check(Fault(frozenset(), {"mute": "yes"}, profile={"manual": items, "name": kind}))
+        checked = check(Fault(options={"mute": True}, profile={"manual": items, "name": kind}))
         page = report_html(sign(checked.record({"at": AT}, who=kind, module=kind, aircraft=kind), station()))
     pdf = print_report(page, b"{}")
     assert pdf.count(b"/Type /Page\n") == 1

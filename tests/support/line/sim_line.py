@@ -13,12 +13,12 @@ from app.procedures.stream import StreamSwitch, watch
 from app.safety.journal import Act
 from app.safety.permit import Origin, Permit
 from app.simulator.bench import SimulatedBench
+from app.simulator.setup import Setup, as_text, parse_options
 from protocol.catalogue import Hazard, Layout, Request
 from protocol.events import Counters
 from protocol.messages import Frame, decode_request
 from protocol.stale_replies import FlagAnswers, LastingValues
 from protocol.stream import StreamParser
-from tests.support.line.odd_module import end_faults, odd_bench
 
 Result = TypeVar("Result")
 FINEST_S = 1e-4
@@ -213,7 +213,9 @@ class Rig(AnyRig):
         background: Callable[[], Procedure[None]] | None = None,
     ) -> None:
         self.clock = FakeClock()
-        self.line = SimulatedLine(self.clock, odd_bench({"rate": 10, **(options or {})}, self.clock), baud_rate)
+        texts = {name: as_text(value) for name, value in {"rate": 10, **(options or {})}.items()}
+        bench = SimulatedBench(Setup(**parse_options(texts)), clock=self.clock)
+        self.line = SimulatedLine(self.clock, bench, baud_rate)
         self.session = Session(self.line, self.clock, background=background)
         self.clock.now_s += INSTANT_S
 
@@ -230,14 +232,14 @@ class Rig(AnyRig):
         """The module sends nothing for so long."""
         self.bench.change(mute=True)
         self.step_for(seconds)
-        end_faults(self.bench)
+        self.bench.change(mute=False)
 
 
 def settled_rig(switch: StreamSwitch | None = None, /, **options: object) -> Rig:
-    """Return a rig on a module that has run for a minute and reports no noise, in its first conversation. With a
+    """Return a rig on a module that has run for a minute, in its first conversation. With a
     `switch` of the stream it is watched in the background."""
     background = None if switch is None else lambda: watch(switch)
-    return Rig({"uptime": 60, "noise": 0} | options, background=background).begin()
+    return Rig(options, background=background).begin()
 
 
 def engine_view(now: float = 0.0, conversation: ConversationView | None = None, **more: Any) -> EngineView:

@@ -17,7 +17,7 @@ from app.settings.profiles import ManualLine, Profile
 from app.text.messages import UserError
 from protocol.catalogue import HEARTBEAT_CODE, STATUS_CODE, Hazard, Request
 from tests.support.journals import FakeJournal
-from tests.support.line.frames import at_each_frame, at_frame
+from tests.support.line.frames import at_each_frame, at_frame, lose
 from tests.support.line.sim_line import AnyRig, Rig
 
 APPROVED = "JFKY-2WSC"
@@ -44,21 +44,20 @@ class Checked:
 class Fault:
     """A fault; the checks in `named` must fail because of it."""
 
-    named: frozenset[str]
-    options: Mapping[str, str] = field(default_factory=dict)
+    named: frozenset[str] = frozenset()
+    options: Mapping[str, object] = field(default_factory=dict)
     arrange: Arrange | None = None
     profile: Mapping[str, Any] = field(default_factory=dict)
     past: Mapping[str, Any] = field(default_factory=dict)
     is_enabling: bool = True
 
 
-def check(*faults: Fault, options: Mapping[str, str] | None = None, is_enabling: bool = True) -> Checked:
+def check(*faults: Fault, is_enabling: bool = True) -> Checked:
     """Run and judge a check of a module with these faults."""
-    merged: dict[str, str] = dict(options or {})
+    options: dict[str, object] = {}
     for fault in faults:
-        for name, value in fault.options.items():
-            merged[name] = f"{merged[name]},{value}" if name == "mute_codes" and name in merged else value
-    rig = Rig(merged)
+        options |= fault.options
+    rig = Rig(options)
     rig.step_for(1.5)
     for fault in faults:
         if fault.arrange is not None:
@@ -105,6 +104,11 @@ def on_request(code: int, number: int, act: Callable[[Rig], object], *, is_lost:
     return lambda rig: at_frame(rig.bench, number, lambda: act(rig), code=code, is_lost=is_lost)
 
 
+def loses(*codes: int) -> Arrange:
+    """It neither answers nor carries out what has these codes."""
+    return lambda rig: lose(rig.bench, *codes)
+
+
 def _memory(**values: int) -> Arrange:
     def arrange(rig: Rig) -> None:
         for name, value in values.items():
@@ -143,22 +147,22 @@ FAULTS: Mapping[str, Fault] = {
     "a heartbeat lost": Fault(
         _names("link_loss"), arrange=on_request(HEARTBEAT_CODE, 7, lambda rig: None, is_lost=True)
     ),
-    "damaged bytes": Fault(_names("link_loss"), {"corrupt": "0.02"}),
-    "slow": Fault(_names("round_trip"), {"delay_ms": "120"}),
-    "no status": Fault(_STATUS, {"mute_codes": "32"}),
-    "fired": Fault(_names("triggered") | _FLAGS, {"active": "yes"}, _fire),
-    "active, triggers not known": Fault(_FLAGS, {"active": "yes"}),
+    "damaged bytes": Fault(_names("link_loss"), {"corrupt": 0.02}),
+    "slow": Fault(_names("round_trip"), {"lag_ms": 120.0}),
+    "no status": Fault(_STATUS, arrange=loses(STATUS_CODE)),
+    "fired": Fault(_names("triggered") | _FLAGS, {"active": True}, _fire),
+    "active, triggers not known": Fault(_FLAGS, {"active": True}),
     "activation switched": Fault(_names("activation"), arrange=on_request(STATUS_CODE, 6, _switch_activation)),
-    "tilted": Fault(_names("tilt"), {"tilt": "20"}),
+    "tilted": Fault(_names("tilt"), {"tilt": 20.0}),
     "wobbling": Fault(_names("tilt_spread"), arrange=_wobble),
-    "charging": Fault(_names("charging", "cell_voltage"), {"charger": "yes"}),
-    "bay open": Fault(_names("light"), {"bay_open": "yes"}),
+    "charging": Fault(_names("charging", "cell_voltage"), {"charger": True}),
+    "bay open": Fault(_names("light"), {"bay_open": True}),
     "attitude threshold": Fault(_names("attitude_threshold", "fingerprint"), arrange=_memory(attitude_threshold=40)),
     "triggers not set": Fault(_FLAGS, is_enabling=False),
-    "free-fall trigger mute": Fault(_names("freefall_trigger"), {"mute_codes": "17"}),
-    "new records": Fault(_names("trigger_records"), {"history": "3"}),
-    "no boot count": Fault(_names("connection", "boot_count"), {"mute_codes": "23"}),
-    "no settings": Fault(_names("attitude_threshold", "freefall_time", "fingerprint"), {"mute_codes": "20,22"}),
+    "free-fall trigger mute": Fault(_names("freefall_trigger"), arrange=loses(0x17)),
+    "new records": Fault(_names("trigger_records"), {"history": 3}),
+    "no boot count": Fault(_names("connection", "boot_count"), arrange=loses(0x23)),
+    "no settings": Fault(_names("attitude_threshold", "freefall_time", "fingerprint"), arrange=loses(0x20, 0x22)),
     "restarted": Fault(_names("connection"), arrange=on_request(STATUS_CODE, 6, lambda rig: rig.bench.restart())),
     # Nothing of the module.
     "another module": Fault(_names("boot_count"), past={"remembered": Remembered("M-07", boot_count=100)}),

@@ -24,6 +24,7 @@ from app.text.i18n import set_language
 from protocol.catalogue import BY_NAME
 from protocol.events import Counters, Ended, EndReason, Role
 from protocol.messages import Reason
+from tests.support.line.frames import at_each_frame
 from tests.support.line.sim_line import Rig
 
 PORT = "/dev/ttyUSB0"
@@ -217,8 +218,9 @@ def test_the_commands_are_exact(evidence: PortEvidence, command: str) -> None:
 class Watched:
     """A session with an evidence collector."""
 
-    def __init__(self, seconds: float = 3.0, **options: str) -> None:
+    def __init__(self, seconds: float = 3.0, spoil: Callable[[Rig], object] = bool, **options: object) -> None:
         self.rig = Rig(options)
+        spoil(self.rig)
         self.collector = EvidenceCollector()
         self.collector.begin(PORT)
         self.wait(seconds)
@@ -256,6 +258,11 @@ def pulled_from_the_adapter() -> Watched:
     return watched
 
 
+def hears_nothing(rig: Rig) -> None:
+    at_each_frame(rig.bench, lambda _request: False)
+    rig.bench.module.start_stream(rig.clock())
+
+
 def shut_down() -> Watched:
     watched = Watched()
 
@@ -273,8 +280,8 @@ def shut_down() -> Watched:
         (rate_changed_later, "wrong rate"),
         (pulled_from_the_adapter, "fell silent"),
         (shut_down, "shut down"),
-        (partial(Watched, 6.0, delay_ms="1400"), "too slow"),
-        (partial(Watched, 4.0, direction="to-module", drop="1", rate="50", stream_at_boot="yes"), "deaf"),
+        (partial(Watched, 6.0, lag_ms=1400.0), "too slow"),
+        (partial(Watched, 4.0, hears_nothing, rate=50.0), "deaf"),
     ],
 )
 def test_what_happens_on_the_line_is_recognised(make: Callable[[], Watched], cause: str) -> None:

@@ -60,7 +60,7 @@ def test_a_lost_port_counts_as_a_loss_and_counting_continues() -> None:
 
 
 def test_statistics_equal_the_links_totals_on_a_bad_line() -> None:
-    rig = Rig({"corrupt": "0.02", "drop": "0.05", "seed": "5"})
+    rig = Rig({"corrupt": 0.02, "drop": 0.05, "seed": 5})
     job = rig.job(read_everything())
     figures = LinkStatistics()
     while not job.has_ended:

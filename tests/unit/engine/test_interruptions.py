@@ -10,8 +10,7 @@ from app.engine.procedure import Ask, Inspect, Pause, Procedure, UseRate
 from app.procedures.lock import lock
 from protocol.catalogue import ACTIVATION, BY_NAME, HEARTBEAT, LOCK, STATUS, Request
 from protocol.events import Answered, Began, Ended, EndReason, Unanswered
-from tests.support.line.frames import at_each_frame
-from tests.support.line.odd_module import restart_silently
+from tests.support.line.frames import at_each_frame, restart_silently
 from tests.support.line.sim_line import Rig, settled_rig
 from tests.unit.protocol.link_bench import BOOTS
 
@@ -37,7 +36,7 @@ def restart(rig: Rig) -> None:
 
 
 def restart_unheard(rig: Rig) -> None:
-    restart_silently(rig.bench, rig.clock())
+    restart_silently(rig.bench)
     rig.step_for(1.5)
 
 
@@ -165,7 +164,7 @@ def test_it_is_told_whether_a_set_had_left(is_held: bool) -> None:
         raise AssertionError
 
     rig = settled_rig()
-    rig.bench.change(delay_ms=100)
+    rig.bench.change(lag_ms=100.0)
     job = rig.job(writing())
     if is_held:
         rig.step_until(lambda: job.pending_ask is not None and job.pending_ask.request == SET)

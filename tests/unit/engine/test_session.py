@@ -10,6 +10,7 @@ from app.procedures.lock import lock
 from app.procedures.read import read_everything
 from protocol.catalogue import ACTIVATION, BY_NAME, HEARTBEAT, HEARTBEAT_REPLY, LOCK, STATUS, Request
 from protocol.events import Answered, Unanswered
+from tests.support.line.frames import lose
 from tests.support.line.sim_line import Rig, settled_rig
 from tests.unit.protocol.link_bench import BOOTS
 
@@ -79,7 +80,8 @@ def test_bytes_that_were_read_when_the_computer_had_slept_are_nobodys() -> None:
 
 @pytest.mark.promise("j")
 def test_lock_goes_first_and_the_others_go_on() -> None:
-    rig = settled_rig(active=True, **{"mute-codes": "14"})
+    rig = settled_rig(active=True)
+    lose(rig.bench, LIGHT.code)
     reading = rig.job(read_everything())
     rig.step_until(lambda: LIGHT.query() in rig.line.requests)
     start_s = rig.clock.now_s
@@ -95,7 +97,7 @@ def test_lock_goes_first_and_the_others_go_on() -> None:
 )
 def test_lock_leaves_at_once_whatever_is_in_flight(what: str) -> None:
     rig = settled_rig()
-    rig.bench.change(delay_ms=200)
+    rig.bench.change(lag_ms=200.0)
     match what:
         case "a question":
             rig.job(ask(LIGHT.query()))
@@ -120,7 +122,7 @@ def test_lock_leaves_at_once_whatever_is_in_flight(what: str) -> None:
 
 def test_after_lock_a_question_is_asked_again_and_a_set_is_unknown() -> None:
     rig = settled_rig()
-    rig.bench.change(delay_ms=50)
+    rig.bench.change(lag_ms=50.0)
     asking = rig.job(ask(LIGHT.query(), SET))
     rig.step_until(lambda: LIGHT.query() in rig.line.requests)
     rig.end(rig.job(lock(), is_urgent=True, outlives=True))
@@ -167,7 +169,8 @@ def test_the_background_has_the_line_while_the_foreground_waits_for_a_disk() -> 
 
 
 def test_a_cancelled_job_ends_at_once_and_leaves_the_line_free() -> None:
-    rig = settled_rig(**{"mute-codes": "14"})
+    rig = settled_rig()
+    lose(rig.bench, LIGHT.code)
     first = rig.job(ask(LIGHT.query()))
     rig.step_until(lambda: LIGHT.query() in rig.line.requests)
     first.cancel()

@@ -15,9 +15,10 @@ from app.procedures.lock import lock
 from app.procedures.read import read_everything
 from app.procedures.stream import StreamSwitch, watch
 from app.simulator import bench
+from app.simulator.bench import SimulatedBench
+from app.simulator.setup import Setup
 from protocol.catalogue import ACTIVATION, LOCK, SERIAL_OUTPUT
 from protocol.events import Answered, Began, Ended
-from tests.support.line.odd_module import odd_bench
 from tests.support.line.sim_line import FakeClock, SimulatedLine
 from tests.support.patience import PATIENCE_S
 from tests.support.processes import run_module
@@ -38,7 +39,7 @@ def samples_in(batches: Batches) -> int:
     return sum(len(batch.samples) for batch in batches.all)
 
 
-@pytest.mark.parametrize("options", ["", "&mute=yes", "&rate=1440&stream-at-boot=yes", "&delay-ms=900"])
+@pytest.mark.parametrize("options", ["", "&mute=yes", "&rate=1440", "&lag-ms=900"])
 def test_it_stops_whatever_is_under_way(options: str, batches: Batches, sim: str) -> None:
     worker = Worker(batches)
     worker.start()
@@ -93,8 +94,7 @@ class _TurnedWorker(Worker):
         self.clock = FakeClock()
         self.batches: list[Batch] = []
         super().__init__(self.batches.append, clock=self.clock)
-        options = {"uptime": 60, "noise": 0, "active": "yes", "rate": hz}
-        self.line = _Line(self.clock, odd_bench(options, self.clock))
+        self.line = _Line(self.clock, SimulatedBench(Setup(active=True, rate=hz), clock=self.clock))
         monkeypatch.setattr(worker_module, "open_line", lambda _port, _baud_rate: self.opened())
         switch = StreamSwitch()
         self.open("sim", 115200, lambda: watch(switch))
@@ -249,7 +249,7 @@ def test_a_lock_that_is_pressed_while_the_port_is_away_is_owed(monkeypatch: pyte
     assert not worker.line.bench.module.state.is_active
 
 
-@pytest.mark.parametrize("options", ["", "&delay-ms=60"])
+@pytest.mark.parametrize("options", ["", "&lag-ms=60"])
 @pytest.mark.parametrize("leave", [Worker.close, Worker.stop])
 @pytest.mark.promise("l")
 def test_a_lock_goes_out_although_the_port_is_closed_at_once(options: str, leave: Callable[[Worker], object]) -> None:

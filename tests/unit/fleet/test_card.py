@@ -21,8 +21,9 @@ from protocol.catalogue import BAUD_RATE, BY_NAME
 from protocol.events import Ended, EndReason
 from protocol.fields import Value
 from tests.support.journals import FakeJournal
+from tests.support.line.frames import lose
 from tests.support.line.sim_line import Rig, settled_rig
-from tests.support.records.preflight_rig import check
+from tests.support.records.preflight_rig import Fault, check
 
 NOW = 100.0
 FAILED = Locked(outcome=Outcome.UNKNOWN, sent=50)
@@ -91,7 +92,7 @@ def test_no_go_names_what_stands_against_it() -> None:
         ({}, ManualLine("Bridle free", is_done=False), "Bridle free"),
         ({}, ManualLine("Bridle free", is_required=True), "Bridle free"),
     ):
-        case = check(options=options).assessment.case
+        case = check(Fault(options=options)).assessment.case
         assessment = assess(replace(case, profile=case.profile._replace(manual=(line,))))
         card = replace(member(), check=check_state(assessment, None, is_running=False))
         assert card.next_step(NOW) == f"Not met: {why}"
@@ -118,10 +119,11 @@ def applied(rig: Rig, *, is_cancelled: bool = False) -> AppliedProfile:
 
 @pytest.mark.promise("a")
 def test_a_profile_is_compared_written_and_verified_on_each_and_never_called_fine_otherwise() -> None:
-    sound = settled_rig()
+    sound, without_time = settled_rig(), settled_rig()
+    lose(without_time.bench, BY_NAME["freefall_time"].code)
     results = {
         "a": applied(sound),
-        "b": applied(settled_rig(mute_codes=f"{BY_NAME['freefall_time'].code:02X}")),
+        "b": applied(without_time),
         "c": applied(settled_rig(active=True)),
         "d": applied(settled_rig(), is_cancelled=True),
     }

@@ -15,7 +15,7 @@ from app.store.fact_store import Store
 from app.text.messages import UserError
 from protocol.events import EndReason
 from tests.support.journals import FakeJournal
-from tests.support.line.frames import at_frame
+from tests.support.line.frames import at_frame, refuse
 from tests.support.line.sim_line import Rig, settled_rig
 from tests.support.records.stored import open_store
 from tests.support.thorough import some
@@ -57,8 +57,9 @@ def turn(run: BatchRun, store: Store, name: str, rig: Rig) -> str:
 
 
 def test_a_setting_that_the_module_refuses_sets_it_aside_and_is_named(batch: ModuleBatch, store: Store) -> None:
-    run = run_of(batch, store)
-    why = turn(run, store, "M-001", settled_rig(refuses=True))
+    run, rig = run_of(batch, store), settled_rig()
+    refuse(rig.bench)
+    why = turn(run, store, "M-001", rig)
     assert why.startswith(("Free-fall time: ", "Light threshold: "))
     rows = store.read(run.rows)
     assert (rows[-1].name, rows[-1].result) == ("", SET_ASIDE)

@@ -49,7 +49,7 @@ def test_beyond_a_bound_the_file_is_refused(name: str) -> None:
 def test_a_softer_limit_is_said_beside_the_verdict_on_the_record_and_on_the_report() -> None:
     profile = parse_profile(SOFT.encode())
     assert set(softened(profile)) == {"cell_voltage", "tilt"}
-    checked = check(Fault(frozenset(), {"cell": "3.7"}, profile={"limits": profile.limits}))
+    checked = check(Fault(options={"cell": 3.7}, profile={"limits": profile.limits}))
     assert checked.assessment.verdict is Verdict.READY
     cell = next(one.finding for one in checked.assessment.checks if one.check.id == "cell_voltage")
     assert (cell.result, cell.limit.in_english()) == (

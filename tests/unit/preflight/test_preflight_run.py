@@ -20,14 +20,14 @@ from app.records.record import read_document, sign
 from app.records.verification import RecordState, StationNames, verify
 from app.safety.journal import Outcome
 from app.settings.profiles import NO_PROFILE
+from app.simulator.bench import SimulatedBench
 from app.text.messages import message
 from protocol.catalogue import BY_NAME, HEARTBEAT, Hazard
 from protocol.events import EndReason
 from protocol.stale_replies import TRIGGER_FLAGS
 from tests.files.records.test_record import AT, PERSON
 from tests.support.journals import FakeJournal
-from tests.support.line.frames import at_each_frame, at_frame
-from tests.support.line.odd_module import restart_silently
+from tests.support.line.frames import at_each_frame, at_frame, lose, refuse, restart_silently
 from tests.support.line.sim_line import Rig, settled_rig
 from tests.support.records.preflight_rig import FAULTS, Arrange, Fault, assert_only_questions, check, gather, on_request
 from tests.support.records.stored import station
@@ -35,13 +35,12 @@ from tests.support.records.stored import station
 FLAGS = [command.key for command in TRIGGERS]
 
 
-@pytest.mark.parametrize("quirks", [
-    {},
-    {"stream_at_boot": "yes", "rate": "500"},
-    {"noise": "0.5", "delay_ms": "40"},
-])  # fmt: skip
-def test_a_sound_module_is_ready(quirks: dict[str, str]) -> None:
-    checked = check(options=quirks)
+STREAMS = Fault(arrange=lambda rig: rig.bench.module.start_stream(rig.clock()))
+
+
+@pytest.mark.parametrize("quirk", [Fault(), replace(STREAMS, options={"rate": 500.0}), Fault(options={"lag_ms": 40.0})])
+def test_a_sound_module_is_ready(quirk: Fault) -> None:
+    checked = check(quirk)
     assert (checked.assessment.verdict, checked.against) == (Verdict.READY, set())
     assert_only_questions(checked)
     sets = [request for request in checked.rig.line.requests if request.hazard is not Hazard.NONE]
@@ -62,7 +61,7 @@ def test_each_single_fault_is_named_and_its_record_does_not_contradict_itself(na
 
 
 def test_go_is_of_an_active_module_whose_triggers_were_enabled_before() -> None:
-    enabled = check(options={"tilt": "0"})
+    enabled = check()
     enabled.rig.bench.module.activate(is_active=True)
     before = len(enabled.rig.line.requests)
     evidence = gather(enabled.rig, is_enabling=True)
@@ -80,7 +79,7 @@ def test_a_locked_module_is_never_go_and_an_active_one_never_ready() -> None:
 
 
 def test_nobody_there_is_all_unknown() -> None:
-    checked = check(options={"mute": "yes"})
+    checked = check(Fault(options={"mute": True}))
     # What was done by hand before stands.
     assert checked.against == {check.id for check in CHECKS} - {"guided_tests", "service"}
     assert checked.rig.clock.now_s - 1000.0 < 12.0
@@ -100,12 +99,20 @@ def test_a_heartbeat_that_had_to_be_asked_again_is_lost() -> None:
 def test_the_last_reading_decides_what_is_known() -> None:
     time = BY_NAME["freefall_time"]
     for first, last in ((True, False), (False, True)):
-        evidence, rig = Evidence(port="sim"), settled_rig()
+        evidence, rig, ends = Evidence(port="sim"), settled_rig(), list[Callable[[], None]]()
 
-        def answers(report: Report, rig: Rig = rig, first: bool = first, last: bool = last) -> None:
+        def answers(
+            report: Report,
+            rig: Rig = rig,
+            ends: list[Callable[[], None]] = ends,
+            first: bool = first,
+            last: bool = last,
+        ) -> None:
             if report.total == STEPS:
-                does_answer = first if report.done < STEPS - 1 else last
-                rig.bench.change(mute_codes=frozenset(() if does_answer else (time.code,)))
+                while ends:
+                    ends.pop()()
+                if not (first if report.done < STEPS - 1 else last):
+                    ends.append(lose(rig.bench, time.code))
 
         rig.run(run_preflight(evidence), answers)
         assert (time.key in evidence.values, time.key in evidence.faults) == (last, not last)
@@ -131,18 +138,23 @@ def test_a_stream_that_begins_meanwhile_is_no_second_module() -> None:
 
 
 @pytest.mark.parametrize(
-    ("options", "flag", "outcome"),
+    ("spoil", "flag", "outcome"),
     [
-        ({}, TriggerFlag(True), Outcome.CONFIRMED),
-        ({"refuses": True}, TriggerFlag(why=message(WriteFault.REFUSED.value)), Outcome.REFUSED),
-        ({"mute_codes": "16,17"}, TriggerFlag(why=message(WriteFault.NO_REPLY.value)), Outcome.UNKNOWN),
+        (lose, TriggerFlag(True), Outcome.CONFIRMED),
+        (refuse, TriggerFlag(why=message(WriteFault.REFUSED.value)), Outcome.REFUSED),
+        (
+            lambda bench: lose(bench, 0x16, 0x17),
+            TriggerFlag(why=message(WriteFault.NO_REPLY.value)),
+            Outcome.UNKNOWN,
+        ),
     ],
 )
 @pytest.mark.promise("f")
 def test_what_came_of_enabling_the_triggers_is_known_and_logged(
-    options: dict[str, str], flag: TriggerFlag, outcome: Outcome
+    spoil: Callable[[SimulatedBench], object], flag: TriggerFlag, outcome: Outcome
 ) -> None:
-    evidence, journal, rig = Evidence(port="sim"), FakeJournal(), settled_rig(**options)
+    evidence, journal, rig = Evidence(port="sim"), FakeJournal(), settled_rig()
+    spoil(rig.bench)
     state_of_module = rig.bench.module.state
     state_of_module.attitude_is_enabled = state_of_module.freefall_is_enabled = False
     rig.run(run_preflight(evidence, is_enabling=True, journal=journal))
@@ -172,7 +184,7 @@ def moves(name: str, raw: int) -> Callable[[Rig], None]:
 
 
 def restarts(rig: Rig) -> None:
-    restart_silently(rig.bench, rig.clock())
+    restart_silently(rig.bench)
 
 
 LIES = {

@@ -4,13 +4,13 @@ from typing import Any
 
 import pytest
 
+from app.simulator.bench import Wire
 from app.simulator.module import Memory, Physics, SimulatedModule
 from app.simulator.setup import Setup, parse_options
 from app.text.messages import UserError
 from protocol.catalogue import STATUS, TRIGGER_RECORDS
 from protocol.messages import Frame, Status, TriggerRecord, decode, decode_record
 from protocol.stream import StreamParser
-from tests.support.line.odd_module import HonestWire as Wire
 from tests.vendor import table
 
 

@@ -36,7 +36,6 @@ from pytestqt.qtbot import QtBot
 from app.simulator.bench import SimulatedBench
 from protocol.catalogue import ACTIVATION, Request
 from tests.support.line.frames import at_each_frame
-from tests.support.line.odd_module import end_faults
 from tests.support.processes import ran
 from tests.support.window.fake_ports import fake_window
 from tests.support.window.fakes_ui import EMPTY_PAGE, connect, simulated, window
@@ -373,7 +372,6 @@ def test_a_lock_that_fails_is_said_on_every_page_until_the_module_reports_that_i
     one.wait(1.0)  # of reports that say nothing of it
     one.qtbot.keyClick(one.assembly.window, Qt.Key.Key_Escape)
     assert "treat the module as ACTIVE" in notice_text(bar)
-    end_faults(one.bench)
     one.bench.change(mute=False)
     one.bench.module.activate(is_active=False)  # somebody locks it in another way
     one.until(lambda: one.assembly.ports.current.lock.failed is None)

@@ -16,7 +16,7 @@ from app.safety.journal import REQUESTS, Act, Outcome
 from app.safety.ritual import Stage
 from app.store.fact_store import StoreError, StoreErrorKind
 from protocol.messages import Source
-from tests.support.line.odd_module import end_faults
+from tests.support.line.frames import lose
 from tests.support.records.stored import audit as audited
 from tests.support.window.fakes_ui import simulated, store_of
 from tests.support.window.settings_bench import Desk, desk
@@ -124,11 +124,11 @@ def test_an_unanswered_activation_is_to_be_treated_as_active_until_it_is_locked_
     one.click("lock_button")
     one.until(lambda: one.assembly.ports.current.lock.confirmed is not None)
     row = ask(one, Act.ACTIVATE)
-    one.bench.change(mute_codes=frozenset((0x10,)))
+    end_loss = lose(one.bench, 0x10)
     one.click(row.confirm.go)
     one.until(lambda: said(one, Act.ACTIVATE).startswith("Sent, not confirmed"))
     assert one.changes() == [LOCK, REQUESTS[Act.ACTIVATE].encode()]
-    one.bench.change(mute_codes=frozenset())
+    end_loss()
     one.wait(0.6)
     assert module.view.fresh("active", module.now_s) is False
     assert said(one, Act.ACTIVATE).startswith("Sent, not confirmed"), "its report may be late"
@@ -143,7 +143,7 @@ def test_an_unanswered_activation_is_to_be_treated_as_active_until_it_is_locked_
 def test_that_the_module_reports_active_is_not_said_while_it_is_silent(one: Desk) -> None:
     one.click(ask(one, Act.ACTIVATE).confirm.go)
     one.until(lambda: said(one, Act.ACTIVATE) == "The module reports ACTIVE.")
-    one.bench.change(drop=1.0, direction="both")
+    one.bench.change(mute=True)
     one.until(lambda: not said(one, Act.ACTIVATE))
 
 
@@ -325,9 +325,9 @@ def test_after_a_trigger_it_says_fired_until_the_module_says_otherwise(active: D
     active.until(lambda: meaning.text() == f"Fired. {until_locked}")
     active.bench.module.state.is_active = False  # LOCK would end the trigger, too
     active.until(lambda: meaning.text() == "Fired. Find out why (Triggers), repack, restart.")
-    active.bench.change(drop=1.0, direction="both")
+    active.bench.change(mute=True)
     active.until(lambda: meaning.text() == f"Fired. {until_locked}")  # silent: it may be active by now
-    end_faults(active.bench)
+    active.bench.change(mute=False)
     active.bench.restart()
     active.until(lambda: meaning.text() == "The module is LOCKED.")
 

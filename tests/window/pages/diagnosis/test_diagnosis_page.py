@@ -4,7 +4,7 @@ import logging
 import socket
 import sys
 import zipfile
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
@@ -19,12 +19,14 @@ from app.engine.procedure import LinkView
 from app.engine.target import Target
 from app.engine.transport import PortError, PortErrorKind
 from app.engine.worker import Batch, Connection, PortState
+from app.simulator.bench import SimulatedBench
 from app.system.clock import steady_time
 from app.system.logs import Log
 from protocol.catalogue import ACTIVATION, BOOT_COUNT, BY_NAME, LOCK, STATUS
 from protocol.events import Counters, Event, Received, Rejected, Role, Sent
 from protocol.messages import Direction, Frame, Reason, Status, decode
 from protocol.stream import StreamParser
+from tests.support.line.frames import echo
 from tests.support.window.fakes_ui import connect, page_entries, simulated, window
 from tests.support.window.rig import Rig, on_fake_time
 from tests.support.window.steps import choosing, given, press, show_page
@@ -54,19 +56,26 @@ def cause_of(page: DiagnosisPage) -> str | None:
 # Why does it not connect?
 
 
+def stream(bench: SimulatedBench) -> None:
+    bench.module.start_stream(bench.clock())
+
+
 @pytest.mark.parametrize(
-    ("options", "cause", "button"),
+    ("options", "also", "cause", "button"),
     [
-        ({"mute": True}, "nothing", "Find the baud rate"),
-        ({"mute": True, "echo": True}, "echo", "Choose a port"),
-        ({"corrupt": 0.09, "stream_at_boot": True, "rate": 200}, "bad line", "Connect again"),
-        ({"baud": 57600, "stream_at_boot": True, "rate": 50}, "wrong rate", "Find the baud rate"),
+        ({"mute": True}, None, "nothing", "Find the baud rate"),
+        ({"mute": True}, echo, "echo", "Choose a port"),
+        ({"corrupt": 0.09, "rate": 200}, stream, "bad line", "Connect again"),
+        ({"baud": 57600, "rate": 50}, stream, "wrong rate", "Find the baud rate"),
     ],
 )
 def test_a_fault_of_the_line_has_one_cause_and_one_button(
-    qtbot: QtBot, qapp: QApplication, tmp_path: Path, options: dict[str, object], cause: str, button: str
-) -> None:
+    qtbot: QtBot, qapp: QApplication, tmp_path: Path, options: dict[str, object],
+    also: Callable[[SimulatedBench], object] | None, cause: str, button: str,
+) -> None:  # fmt: skip
     with on_fake_time(Rig, qtbot, qapp, tmp_path, "why", ALONE, **options) as one:
+        if also is not None:
+            also(one.bench)
         page = show_page(qtbot, one.assembly.window, "diagnosis", DiagnosisPage)
         one.assembly.ports.connect_to(Target(one.url, 115200))
         one.until(lambda: cause_of(page) == cause)

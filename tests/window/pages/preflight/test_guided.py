@@ -251,7 +251,7 @@ def test_that_the_module_reports_locked_is_not_said_while_it_is_silent(bench: Ha
     # What was cancelled stood beside a success bar.
     assert "cancelled" in bench.guided.verdict.text()
     assert given(bench.guided.notice_bar.notice).meaning is not Meaning.GOOD
-    bench.bench.change(drop=1.0, direction="both")
+    bench.bench.change(mute=True)
     bench.wait(8.0)
     assert said(bench) != reported
 
@@ -279,7 +279,7 @@ def test_a_pulled_plug_is_said_and_lock_waits_for_the_port(bench: Hand) -> None:
 @pytest.mark.promise("c")
 def test_an_activation_that_is_not_confirmed_locks(bench: Hand) -> None:
     start(bench, GuidedKind.TILT)
-    at_frame(bench.bench, 1, lambda: bench.bench.change(drop=1.0, direction="to-host"), code=ACTIVATE.command.code)
+    at_frame(bench.bench, 1, lambda: bench.bench.change(mute=True), code=ACTIVATE.command.code)
     confirm(bench)
     bench.wait(16.0)
     assert isinstance(bench.guided.work.outcome, UserError)

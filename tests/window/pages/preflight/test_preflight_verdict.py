@@ -18,6 +18,7 @@ from app.safety.journal import REQUESTS, Act
 from app.settings.profiles import NO_PROFILE
 from app.store.acts import note_triggered
 from protocol.events import Sent
+from tests.support.line.frames import lose
 from tests.support.window.fakes_ui import store_of
 from tests.support.window.preflight_window import NOBODY, OnBench, kept, name_module
 from tests.support.window.screen_reader import announced
@@ -154,7 +155,7 @@ def deploying(bench: OnBench) -> Batch:
     [
         (lambda bench: bench.bench.unplug(), "The port was lost."),
         (lambda bench: bench.bench.set_charger(is_plugged_in=True), "Changed: Charging."),
-        (lambda bench: bench.bench.change(mute_codes=frozenset((0x20,))), "Not everything could be read again."),
+        (lambda bench: lose(bench.bench, 0x20), "Not everything could be read again."),
         (
             lambda bench: bench.assembly.ports.current.bridge.batch.emit(deploying(bench)),
             "The module was told to fire, or reports TRIGGERED.",

@@ -11,7 +11,7 @@ from app.diagnosis.causes import NextStep
 from app.settings.form import RowState
 from protocol.catalogue import BY_NAME
 from protocol.events import EndReason
-from tests.support.line.odd_module import end_faults
+from tests.support.line.frames import lose, refuse
 from tests.support.window.fake_ports import fake_window
 from tests.support.window.settings_bench import Desk, choose, notice, pick, say_name, state, type_into, write, written
 from tests.support.window.steps import given, notice_text
@@ -73,12 +73,12 @@ def test_edits_of_an_ended_conversation_are_offered_beside_what_the_module_holds
 
 def test_neither_an_accepted_risk_nor_a_measured_light_comes_over(one: Desk) -> None:
     """Another module may have taken the place of the first between the two measurements."""
-    one.bench.change(refuses=True)
+    end = refuse(one.bench)
     type_into(one, "attitude_threshold", "40")
     written(one)
     choose(one, "write_anyway")
     one.until(lambda: state(one, TILT) is RowState.FAILED)
-    one.bench.change(refuses=False)
+    end()
     one.settings.refresh()
     one.click("light_threshold_measure")
     one.click("calibration_closed_measure")
@@ -118,7 +118,7 @@ def test_nothing_is_edited_pressed_or_sent_after_the_end(one: Desk) -> None:
 def test_of_an_interrupted_write_it_is_said_what_became_of_each_setting(one: Desk) -> None:
     for name, text in (("light_threshold", "1.9"), ("attitude_threshold", "70"), ("freefall_time", "1.2")):
         type_into(one, name, text)
-    one.bench.change(mute_codes=frozenset((BY_NAME["attitude_threshold"].code,)))
+    end = lose(one.bench, BY_NAME["attitude_threshold"].code)
     write(one)
     one.until(lambda: len(one.changes()) == 2)  # the second one is not answered
     one.bench.unplug()
@@ -130,7 +130,7 @@ def test_of_an_interrupted_write_it_is_said_what_became_of_each_setting(one: Des
     assert "Attitude threshold: unknown" in report
     assert "Free-fall time: not sent" in report
     assert kept.remainders[1].drafts == {TILT: 70, TIME: 1.2}
-    one.bench.change(mute_codes=frozenset())
+    end()
     one.bench.plug()
     one.until(lambda: one.assembly.ports.module.is_going and one.assembly.ports.module.is_read)
     one.wait(3.0)
@@ -143,8 +143,10 @@ def test_what_is_said_of_a_change_of_the_baud_rate_that_was_broken_off(is_sent: 
     pick(one, "baud_rate", 9600)
     one.settings.refresh()
     one.ask(one.settings.baud.confirm)
-    codes = frozenset((BY_NAME["baud_rate"].code,))
-    one.bench.change(**({"mute_codes": codes} if is_sent else {"mute": True}))
+    if is_sent:
+        lose(one.bench, BY_NAME["baud_rate"].code)
+    else:
+        one.bench.change(mute=True)
     one.click(one.settings.baud.confirm.go)
     if is_sent:
         one.until(lambda: one.changes("baud_rate"))
@@ -201,7 +203,7 @@ def test_edits_and_an_active_module_are_one_question(one: Desk) -> None:
 
 def test_leaving_while_it_writes_is_confirmed_until_it_is_written(one: Desk) -> None:
     window, bar = one.assembly.window, one.assembly.window.notice_bar
-    one.bench.change(delay_ms=100.0)
+    one.bench.change(lag_ms=100.0)
     type_into(one, "freefall_time", "1.2")
     write(one)
     one.until(lambda: one.settings.work.is_writing)
@@ -212,7 +214,7 @@ def test_leaving_while_it_writes_is_confirmed_until_it_is_written(one: Desk) -> 
     assert UNSENT in notice_text(bar)
     one.settings.refresh()
     assert (one.settings.write.text(), one.settings.write.isEnabled()) == ("Write 1 change", False)
-    end_faults(one.bench)
+    one.bench.change(lag_ms=0.0)
     one.until(lambda: state(one, TIME) is RowState.VERIFIED and bar.notice is None)
     assert window.isVisible()
     window.close()

@@ -11,8 +11,10 @@ from pytestqt.qtbot import QtBot
 
 from app.procedures.act import Armed
 from app.settings.form import RowState
+from app.simulator.module import LIGHT_BAY_CLOSED_V, LIGHT_BAY_OPEN_V
 from app.text.i18n import tr
 from protocol.catalogue import BY_NAME
+from tests.support.line.frames import lose, refuse
 from tests.support.records.stored import kept_settings
 from tests.support.window import walk
 from tests.support.window.fakes_ui import page_entries, store_of
@@ -90,7 +92,7 @@ def test_a_row_tells_who_wrote_it_last_from_what_and_when(qtbot: QtBot, one: Des
 
 
 def test_a_row_stays_failed_with_the_reason_until_it_is_written(one: Desk) -> None:
-    one.bench.change(refuses=True)
+    end = refuse(one.bench)
     type_into(one, "attitude_threshold", "70")
     written(one)
     assert state(one, TILT) is RowState.FAILED
@@ -98,7 +100,7 @@ def test_a_row_stays_failed_with_the_reason_until_it_is_written(one: Desk) -> No
     assert one.settings.rows[TILT].reason.property("role") == "danger"
     assert "Not verified: Attitude threshold." in notice(one)
     assert meaning(one) is Meaning.DANGER
-    one.bench.change(refuses=False)
+    end()
     written(one)
     assert state(one, TILT) is RowState.VERIFIED
     assert one.held("attitude_threshold") == 70
@@ -118,10 +120,10 @@ def test_a_write_that_was_cancelled_shows_what_the_module_holds(one: Desk) -> No
 
 
 def test_what_could_not_be_read_is_said(one: Desk) -> None:
-    one.bench.change(mute_codes=frozenset((BY_NAME["light_threshold"].code,)))
+    end = lose(one.bench, BY_NAME["light_threshold"].code)
     one.click("settings_read")
     one.until(lambda: "Could not read: Light threshold." in notice(one))
-    one.bench.change(mute_codes=frozenset())
+    end()
     choose(one, "read_again")
     one.until(lambda: notice(one) == "")
 
@@ -238,8 +240,10 @@ def test_what_cannot_be_sent_stays_as_typed_and_nothing_is_written(qtbot: QtBot,
 
 
 @pytest.mark.parametrize("is_inverted", [False, True])
-def test_the_light_threshold_by_measurement(is_inverted: bool, one: Desk) -> None:
-    one.bench.change(light_inverted=is_inverted)
+def test_the_light_threshold_by_measurement(is_inverted: bool, one: Desk, monkeypatch: pytest.MonkeyPatch) -> None:
+    if is_inverted:
+        monkeypatch.setattr("app.simulator.module.LIGHT_BAY_OPEN_V", LIGHT_BAY_CLOSED_V)
+        monkeypatch.setattr("app.simulator.module.LIGHT_BAY_CLOSED_V", LIGHT_BAY_OPEN_V)
     one.settings.refresh()
     one.click("light_threshold_measure")
     one.click("calibration_closed_measure")

@@ -11,6 +11,7 @@ from pytestqt.qtbot import QtBot
 
 from app.preflight.verdict import Standing
 from app.store.rows import Judgement
+from tests.support.line.frames import lose
 from tests.support.window.preflight_window import OnBench, confirm_name, name_module, on_bench
 from tests.support.window.steps import choosing, given, notice_text
 from ui.pages.triggers.page import COLUMNS
@@ -82,19 +83,20 @@ def test_without_a_module_of_one_that_never_fired_and_of_a_silent_one(rig: OnBen
     assert (page.list.isEnabled(), page.read.isEnabled()) == (False, False), "greyed until a module answers"
 
 
-@pytest.mark.module("triggers", "preflight", mute_codes=frozenset((0x35,)))
+@pytest.mark.module("triggers", "preflight")
 def test_a_silent_module_is_told_from_one_that_had_records(rig: OnBench) -> None:
     empty = rig.triggers.list.empty
+    end = lose(rig.bench, 0x35)
     rig.read_triggers()
     assert (said(rig), empty.text.text()) == ("No answer: the records are unknown.", "")
     rig.triggers.work.job.dismiss()
     assert (empty.title.text(), empty.text.text()) == ("Unknown", "No answer: the records are unknown.")
     name_kept(rig, "M-07")
     assert said(rig) == "No answer: the records are unknown."
-    rig.bench.change(mute_codes=frozenset())
+    end()
     fire(rig, 3)
     read(rig)
-    rig.bench.change(mute_codes=frozenset((0x35,)))
+    lose(rig.bench, 0x35)
     rig.read_triggers()
     assert "It had 3 on 20" in said(rig)
     assert rig.check() is Standing.NO_GO
@@ -131,13 +133,13 @@ def test_what_was_read_is_not_taken_for_the_records_of_what_answers_later(rig: O
 
 @pytest.mark.module(history=4)
 def test_an_unconfirmed_reading_is_reported_and_one_can_be_cancelled(rig: OnBench) -> None:
-    rig.bench.change(delay_ms=300.0)
+    rig.bench.change(lag_ms=300.0)
     rig.click(rig.triggers.read)
     choose(rig, "cancel")
     rig.until(lambda: not rig.triggers.work.is_busy)
     assert said(rig).startswith("Cancelled")
     assert rig.triggers.work.reading is None
-    rig.bench.change(delay_ms=0.0, garbage=1.0)
+    rig.bench.change(lag_ms=0.0, corrupt=0.05)
     rig.read_triggers()
     assert "The readings differ" in said(rig)
     assert given(rig.triggers.strip.notice).meaning is Meaning.ATTENTION
