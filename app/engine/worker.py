@@ -7,6 +7,7 @@ port. `stop` waits for it until a deadline.
 
 import logging
 import queue
+import sys
 import threading
 from collections.abc import Callable
 from enum import Enum
@@ -29,6 +30,9 @@ PUBLISH_EVERY_S = 1 / 10
 MAX_STEP_S = 0.05
 # How long the procedures may take to undo what they changed (stream off) before the port closes.
 CLOSING_LIMIT_S = 0.3
+# How long another thread that computes keeps this one waiting for the interpreter. With Python's own 5 ms the longest
+# turn, while logs are read, is half as long again.
+SWITCH_S = 0.001
 # How long an owed LOCK is sent.
 OWED_FOR_S = 60.0
 
@@ -123,6 +127,8 @@ class Worker:
         self.publish_every_s = PUBLISH_EVERY_S
 
     def start(self) -> None:
+        """Also sets how often the threads of the program take turns."""
+        sys.setswitchinterval(SWITCH_S)
         self._thread.start()
 
     def open(

@@ -1,5 +1,6 @@
 """The worker: its thread, when it hands a batch over, and what becomes of the jobs when the port goes away."""
 
+import sys
 from collections.abc import Callable, Iterator
 
 import pytest
@@ -48,6 +49,15 @@ def test_it_stops_whatever_is_under_way(options: str, batches: Batches, sim: str
     batches.until(is_open)
     assert worker.stop(PATIENCE_S)
     assert job.is_done
+
+
+def test_a_thread_that_computes_keeps_it_waiting_for_a_millisecond(batches: Batches) -> None:
+    """Not for Python's five, of which there are many in one turn: it ends a conversation on a busy computer."""
+    sys.setswitchinterval(0.005)
+    worker = Worker(batches)
+    worker.start()
+    assert sys.getswitchinterval() == pytest.approx(0.001)
+    assert worker.stop(PATIENCE_S)
 
 
 @pytest.mark.promise("l")
