@@ -26,6 +26,14 @@ class Vector(NamedTuple):
     def is_from_host(self) -> bool:
         return self.raw.startswith(b"Ba")
 
+    @property
+    def is_set(self) -> bool:
+        return self.is_from_host and self.raw[3] == 0x02
+
+    @property
+    def command(self) -> str:
+        return "" if self.means is None else str(self.means["command"])
+
 
 _RECORD: dict[str, Plain] = {
     "command": "trigger_records",

@@ -27,49 +27,6 @@ CODES = {
     "trigger_records": 0x35,  # 触发记录
 }
 
-QUERIES = {
-    "heartbeat": "42 61 01 a5 5a 00",
-    "light": "42 61 14 01 01 16",  # the only one with D4 = 01
-    "light_threshold": "42 61 15 01 00 16",
-    "attitude_threshold": "42 61 20 01 00 21",
-    "freefall_acceleration": "42 61 21 01 00 22",
-    "freefall_time": "42 61 22 01 00 23",
-    "boot_count": "42 61 23 01 00 24",
-    "zero_sensor": "42 61 25 01 00 26",  # an act in the form of a query
-    "active": "42 61 30 01 00 31",
-    "triggered": "42 61 31 01 00 32",
-    "status": "42 61 32 01 00 33",
-    "charging": "42 61 33 01 00 34",
-    "cell_voltage": "42 61 34 01 00 35",
-    "trigger_records": "42 61 35 01 00 36",
-}
-"""What has no entry cannot be asked."""
-
-SETS = (
-    ("activation", True, "42 61 10 02 01 13"),
-    ("activation", False, "42 61 10 02 00 12"),
-    ("deploy", True, "42 61 11 02 01 14"),
-    ("deploy", False, "42 61 11 02 00 13"),
-    ("shutdown", True, "42 61 12 02 01 15"),
-    ("serial_output", True, "42 61 13 02 01 16"),
-    ("serial_output", False, "42 61 13 02 00 15"),
-    ("light_threshold", 1.8, "42 61 15 02 12 29"),
-    ("attitude_trigger", False, "42 61 16 02 01 19"),  # 0x01关闭 (off), 0x00开启 (on)
-    ("attitude_trigger", True, "42 61 16 02 00 18"),
-    ("freefall_trigger", False, "42 61 17 02 01 1a"),
-    ("freefall_trigger", True, "42 61 17 02 00 19"),
-    ("attitude_threshold", 60, "42 61 20 02 3c 5e"),
-    ("freefall_acceleration", 0.5, "42 61 21 02 05 28"),
-    ("freefall_time", 1.6, "42 61 22 02 a0 c4"),
-    ("baud_rate", 4800, "42 61 24 02 01 27"),  # the table prints the last of the six, and lists all codes
-    ("baud_rate", 9600, "42 61 24 02 02 28"),
-    ("baud_rate", 19200, "42 61 24 02 03 29"),
-    ("baud_rate", 38400, "42 61 24 02 04 2a"),
-    ("baud_rate", 57600, "42 61 24 02 05 2b"),
-    ("baud_rate", 115200, "42 61 24 02 06 2c"),
-)
-"""Every set that the table knows, with the value in its unit."""
-
 STEPS = {
     "light": 10,  # 该值=电压值/0.1
     "light_threshold": 10,

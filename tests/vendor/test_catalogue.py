@@ -3,6 +3,8 @@
 The product's codec reads what the vendor's table prints.
 """
 
+from typing import Any
+
 import pytest
 
 from app.captures.explain import meaning
@@ -12,28 +14,26 @@ from protocol.fields import ValueRefused
 from protocol.messages import Direction, Frame, Noise, Status, TriggerRecord, decode
 from protocol.stream import StreamParser
 from tests.vendor import table
-from tests.vendor.frames import VECTORS, Vector
+from tests.vendor.frames import FROM_HOST, VECTORS, Vector
 
 
 def test_names_and_codes() -> None:
     assert {command.name: command.code for command in COMMANDS} == table.CODES
 
 
-def test_queries() -> None:
-    queries = {
-        command.name: command.query().encode().hex(" ") for command in COMMANDS if command.query_data is not None
-    }
-    assert queries == table.QUERIES
+@pytest.mark.parametrize("vector", FROM_HOST, ids=lambda vector: vector.id)
+def test_each_frame_of_the_host_is_made_as_it_is_printed(vector: Vector) -> None:
+    command, values = BY_NAME[vector.command], dict[str, Any](vector.means or {})
+    del values["command"]
+    made = command.set(*values.values() or [True]) if vector.is_set else command.query()
+    assert made.encode() == vector.raw
 
 
-@pytest.mark.parametrize(("name", "value", "frame"), table.SETS)
-def test_sets(name: str, value: bool | float, frame: str) -> None:
-    assert BY_NAME[name].set(value).encode().hex(" ") == frame
-
-
-def test_nothing_else_can_be_set() -> None:
+def test_nothing_else_can_be_asked_or_set() -> None:
+    asked = {command.name for command in COMMANDS if command.query_data is not None}
     can_be_set = {command.name for command in COMMANDS if command.write is not None}
-    assert can_be_set == {name for name, _, _ in table.SETS}
+    assert asked == {vector.command for vector in FROM_HOST if not vector.is_set}
+    assert can_be_set == {vector.command for vector in FROM_HOST if vector.is_set}
 
 
 @pytest.mark.parametrize("name", table.STEPS)

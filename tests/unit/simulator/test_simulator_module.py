@@ -11,7 +11,7 @@ from app.text.messages import UserError
 from protocol.catalogue import STATUS, TRIGGER_RECORDS
 from protocol.messages import Frame, Status, TriggerRecord, decode, decode_record
 from protocol.stream import StreamParser
-from tests.vendor import table
+from tests.vendor.frames import FROM_HOST
 
 
 def running(world: Physics | None = None, memory: Memory | None = None, **options: Any) -> SimulatedModule:
@@ -48,7 +48,7 @@ def records(module: SimulatedModule, now_s: float) -> list[TriggerRecord]:
     return [one for one in found if isinstance(one, TriggerRecord)]
 
 
-@pytest.mark.parametrize("asked", [frame for name, _, frame in table.SETS if name != "deploy"])
+@pytest.mark.parametrize("asked", [one.hex for one in FROM_HOST if one.is_set and one.command != "deploy"])
 def test_each_set_is_acknowledged_with_its_value(asked: str) -> None:
     """But 17, which the table answers as 16 (E4)."""
     code, value = bytes.fromhex(asked)[2], bytes.fromhex(asked)[4]
