@@ -159,6 +159,8 @@ class SettingsDraft(QObject):
         for key, draft in self.drafts.items():
             draft.end_write(results.get(key), self._module.view.known(key, self._module.now_s))
         self._ask_for_writes()
+        if report.results and self._module.is_going:
+            self._module.keep()  # else the next question for its name would hold our own writing against it
         if not self._module.is_going:
             self._keep_interrupted(report)
         elif job.error is not None:

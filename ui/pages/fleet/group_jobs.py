@@ -117,7 +117,9 @@ class GroupProfile(QObject):
             why = (job.error.message,) if isinstance(job.error, UserError) else ()
             applied = AppliedProfile(Applied.FAILED, why)
         self._applied[port] = module, applied
-        if not module.is_going:  # the row is of the next conversation by now
+        if module.is_going:
+            module.keep()
+        else:  # the row is of the next conversation by now
             told = joined(applied.why, " ") if applied.why else message(applied.state.value)
             module.keep_report(message(marked("{name}: {value}"), name=message(marked("Profile")), value=told))
         self.changed.emit()

@@ -137,6 +137,19 @@ def test_of_an_interrupted_write_it_is_said_what_became_of_each_setting(one: Des
     assert len(one.changes()) == 2, "in the next conversation nothing goes on by itself"
 
 
+def test_what_was_written_under_a_name_is_what_was_last_read_of_it(one: Desk) -> None:
+    """After a restart the question for the name says nothing of settings that this program wrote."""
+    say_name(one, "M-07")
+    type_into(one, "freefall_time", "1.2")
+    written(one)
+    restart(one)
+    one.until(lambda: "Is it M-07?" in foot(one))
+    assert "Settings:" not in foot(one)
+    one.bench.module.memory.freefall_time = 150
+    restart(one)
+    one.until(lambda: "Free-fall time 1.50 s, was 1.20 s" in foot(one))
+
+
 @pytest.mark.parametrize("is_sent", [False, True])
 def test_what_is_said_of_a_change_of_the_baud_rate_that_was_broken_off(is_sent: bool, one: Desk) -> None:
     ports = one.assembly.ports
