@@ -42,7 +42,6 @@ from ui.shell.main_window import MainWindow, end_process
 from ui.style.appearance import Appearance, install_accessible_roles
 from ui.style.icons import Icon, app_icon
 from ui.style.theme import Choice, Meaning, zoom
-from ui.widgets.notice_bar import Notice
 
 _log = logging.getLogger(__name__)
 
@@ -172,7 +171,7 @@ def start(assembly: Assembly, options: WindowOptions) -> None:
     def on_store_opened(_store: object) -> None:
         """Its trouble, and what the last run of the program left."""
         if storage.notice is not None:
-            attention.say(Notice(Meaning.ATTENTION, storage.notice))
+            attention.said.notify(Meaning.ATTENTION, storage.notice, storage.notice)
         assembly.left_active.load()
         storage.opened.emit()
         assembly.ports.changed.emit()  # names are known now
@@ -223,7 +222,7 @@ def run(options: WindowOptions) -> int:
         window = assembly.window
         if not has_font:
             text = tr("Install a Chinese font (fonts-noto-cjk), then restart.")
-            window.attention.say(Notice(Meaning.ATTENTION, text))
+            window.attention.said.notify(Meaning.ATTENTION, text, text)
         # Uncaught errors in any thread disarm, are logged and shown; the window stays open.
         stack.callback(catch_uncaught_errors(window.attention.report))
         stack.enter_context(_signals_close(window))

@@ -35,7 +35,7 @@ from ui.pages.live.page import LivePage
 from ui.pages.preflight.page import PreflightPage
 from ui.pages.settings.page import SettingsPage
 from ui.services.page import Page
-from ui.widgets.notice_bar import Notice
+from ui.widgets.notices import Notice
 from ui.widgets.readout import Freshness
 
 PORT = "/dev/ttyUSB8"

@@ -40,7 +40,8 @@ from ui.widgets.controls import (
     stacked,
     text_label,
 )
-from ui.widgets.notice_bar import Notice, NoticeBar
+from ui.widgets.notice_bar import NoticeBar
+from ui.widgets.notices import Notice
 from ui.widgets.step_button import (
     PRESS_KEYS,
     StepButton,

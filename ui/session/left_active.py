@@ -15,7 +15,7 @@ from ui.services.storage import ORIGIN
 from ui.session.port import Port
 from ui.session.ports import Ports
 from ui.style.theme import Meaning
-from ui.widgets.notice_bar import Choice, Notice
+from ui.widgets.notices import Choice, Notice
 
 
 class LeftActiveWatch(QObject):

@@ -12,7 +12,7 @@ from app.safety.journal import Journal, Outcome
 from app.safety.last_known import Activation, SeenActivation
 from app.text.i18n import tr
 from ui.style.theme import Meaning
-from ui.widgets.notice_bar import Choice, Notice
+from ui.widgets.notices import Choice, Notice
 
 # A LOCK that is reported after its first frame is not worth a notice.
 SHOWN_FROM: Final = 2

@@ -6,7 +6,7 @@ from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final, TypeVar
 
-from PySide6.QtCore import QObject, QTimer, QUrl, Signal
+from PySide6.QtCore import QObject, QTimer, QUrl
 from PySide6.QtGui import QDesktopServices
 
 from app.engine.procedure import Job, Procedure, Report
@@ -15,9 +15,8 @@ from app.text.messages import UserError, labelled, not_written
 from protocol.events import EndReason
 from protocol.translatable import marked
 from ui.core.background_task import BackgroundTask, ExportCancelled, Running
-from ui.style.appearance import announce
 from ui.style.theme import Meaning
-from ui.widgets.notice_bar import Choice, Notice
+from ui.widgets.notices import Choice, Notice, NoticeList
 
 if TYPE_CHECKING:
     from app.settings.profiles import Profile
@@ -26,17 +25,14 @@ if TYPE_CHECKING:
 Result = TypeVar("Result")
 # What a file or a driver does; anything else is a fault of our own, which is raised: it is no word about a file.
 EXPECTED: Final = (UserError, OSError, RuntimeError, ValueError)
-_GRAVEST_FIRST: Final = (Meaning.DANGER, Meaning.ATTENTION, Meaning.INFORMATION, Meaning.GOOD)
 
 
-class PageJob(QObject):
+class PageJob(NoticeList):
     """`changed`: something began, went on or ended, or a notice changed.
 
     One procedure at a time runs on the module, of which a second one replaces the first; beside it any number of
     functions may read and write files in the background.
     """
-
-    changed = Signal()
 
     def __init__(
         self, parent: QObject | None = None, *, module: "ShownModule | None" = None, is_of_module: bool = True
@@ -45,8 +41,6 @@ class PageJob(QObject):
         super().__init__(parent)
         self.is_of_module = is_of_module
         self.open_in_system: Callable[[QUrl], object] = QDesktopServices.openUrl
-        # By its cause; what finds it gives None once it is over.
-        self._said: dict[str, Callable[[], Notice | None]] = {}
         self._module = module
         self._job: Job[Any] | None = None
         self._began_at = 0.0
@@ -69,49 +63,6 @@ class PageJob(QObject):
             text = doing if task.share is None else labelled(doing, f"{task.share * 100:.0f} %")
             running.append(progress_notice(text, cancel))
         return running + self.said
-
-    @property
-    def said(self) -> list[Notice]:
-        """The notices of what was said last, the gravest first. One that offers no choice can be closed."""
-        notices = []
-        for cause, find in self._said.items():
-            notice = find()
-            if notice is not None:
-                is_closable = notice.dismiss is not None or not notice.choices
-                notices.append(notice._replace(dismiss=partial(self._close, cause) if is_closable else None))
-        return sorted(notices, key=lambda notice: _GRAVEST_FIRST.index(notice.meaning))
-
-    def set_notice(self, notice: Notice | Callable[[], Notice | None], cause: str = "") -> None:
-        """Put a notice in place of one of the same cause. Screen readers hear it once. What finds it is called whenever
-        it is shown."""
-        self._said[cause] = find = notice if callable(notice) else lambda: notice
-        if (shown := find()) is not None:
-            announce(shown.text, is_urgent=shown.meaning is Meaning.DANGER)
-        self.changed.emit()
-
-    def notify(self, meaning: Meaning, text: str, cause: str = "") -> None:
-        self.set_notice(Notice(meaning, text), cause)
-
-    def notify_saved(self, path: Path, text: str = "", meaning: Meaning = Meaning.GOOD) -> None:
-        """Says where a file was saved, and offers it and its folder."""
-        choices = tuple(
-            Choice(key, title, partial(self.open_file, where))
-            for key, title, where in (("open", tr("Open"), path), ("folder", tr("Show in folder"), path.parent))
-        )
-        notice = Notice(meaning, text or tr("Saved to {path}.", path=path), choices, self.dismiss)
-        self.set_notice(notice, str(path))
-
-    def open_file(self, path: Path) -> None:
-        self.open_in_system(QUrl.fromLocalFile(path))
-
-    def dismiss(self) -> None:
-        """Nothing that was said holds any more."""
-        self._said.clear()
-        self.changed.emit()
-
-    def _close(self, cause: str) -> None:
-        self._said.pop(cause, None)
-        self.changed.emit()
 
     def end(self, *, is_page_left: bool) -> None:
         """Another module is connected, or only the page was left, which does not end what a person has to act on."""
@@ -254,6 +205,18 @@ class PageJob(QObject):
 
         refused = partial(not_written, path)
         self.begin(tr("Saving…"), lambda _running: write(), say, refused, can_cancel=False, cause=str(path))
+
+    def notify_saved(self, path: Path, text: str = "", meaning: Meaning = Meaning.GOOD) -> None:
+        """Says where a file was saved, and offers it and its folder."""
+        choices = tuple(
+            Choice(key, title, partial(self.open_file, where))
+            for key, title, where in (("open", tr("Open"), path), ("folder", tr("Show in folder"), path.parent))
+        )
+        notice = Notice(meaning, text or tr("Saved to {path}.", path=path), choices, self.dismiss)
+        self.set_notice(notice, str(path))
+
+    def open_file(self, path: Path) -> None:
+        self.open_in_system(QUrl.fromLocalFile(path))
 
     def read_profile(self, path: Path) -> "Profile | None":
         """Read a profile; None where the file is none, which is said."""

@@ -24,7 +24,7 @@ from protocol.fields import Value
 from protocol.translatable import marked
 from ui.session.shown_module import Remainder, ShownModule
 from ui.style.theme import Meaning
-from ui.widgets.notice_bar import Choice, Notice
+from ui.widgets.notices import Choice, Notice
 
 
 class SettingsDraft(QObject):

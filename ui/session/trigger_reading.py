@@ -29,7 +29,7 @@ from ui.core.background_task import BackgroundTask
 from ui.services.storage import Storage
 from ui.session.shown_module import ShownModule, not_kept
 from ui.style.theme import Meaning
-from ui.widgets.notice_bar import Choice, Notice
+from ui.widgets.notices import Choice, Notice
 
 
 class TriggerRow(NamedTuple):

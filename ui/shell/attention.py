@@ -23,7 +23,7 @@ from ui.session.port import Port
 from ui.session.ports import Ports
 from ui.session.shown_module import Remainder, ShownModule, module_label
 from ui.style.theme import Meaning
-from ui.widgets.notice_bar import Choice, Notice
+from ui.widgets.notices import Choice, Notice, NoticeList
 
 if TYPE_CHECKING:
     from ui.shell.main_window import MainWindow
@@ -40,12 +40,12 @@ class Attention(QObject):
         super().__init__(window)
         self._window, self._ports, self._left_active, self._armed = window, ports, left_active, armed
         self._watched: ShownModule | None = None
-        # By key, until a person closes them.
-        self._said: dict[str, Notice] = {}
+        # What is said until a person closes it.
+        self.said = NoticeList(self)
         # The keys of those that a person has closed, as long as their causes last.
         self._closed: set[str] = set()
         ports.shown.connect(self._on_another_module)
-        for changed in (ports.any_changed, left_active.changed, window.leaving.asked):
+        for changed in (ports.any_changed, left_active.changed, window.leaving.asked, self.said.changed):
             changed.connect(self.refresh)
         # Queued also in the window's thread: the error may have happened while painting.
         self._failed.connect(self._show_error, Qt.ConnectionType.QueuedConnection)
@@ -54,11 +54,6 @@ class Attention(QObject):
         notices = list(self._notices())
         self._closed &= {notice.key for notice in notices}
         self._window.notice_bar.show_notices([notice for notice in notices if notice.key not in self._closed])
-
-    def say(self, notice: Notice) -> None:
-        """Shows a notice until it is closed; it replaces one of the same cause."""
-        self._said[notice.key] = notice
-        self.refresh()
 
     def report(self, error: UncaughtError) -> None:
         """Disarm at once, and show the error from the event loop; from any thread. One place has one notice."""
@@ -72,13 +67,13 @@ class Attention(QObject):
 
         text = tr("Unexpected error: {error}. Nothing is armed.", error=error.summary)
         choices = (Choice("copy_details", tr("Copy"), copy_details),)
-        self.say(Notice(Meaning.ATTENTION, text, choices, cause=error.details))
+        notice = Notice(Meaning.ATTENTION, text, choices, self.said.dismiss, error.details)
+        self.said.set_notice(notice, error.details)
 
     def _closable(self, notice: Notice) -> Notice:
         """Return it with a button to close it, until it has another cause."""
 
         def close() -> None:
-            self._said.pop(notice.key, None)
             self._closed.add(notice.key)
             self.refresh()
 
@@ -100,7 +95,7 @@ class Attention(QObject):
         yield from filter(None, (self._window.leaving.notice(), port.lock.notice(), self._locks_elsewhere(port)))
         yield from self._fired(port)
         yield from (notice for notice in left if notice.meaning is Meaning.ATTENTION)
-        yield from map(self._closable, self._said.values())
+        yield from self.said.said
         if (unrecorded := port.recording.state.trouble) is not None:
             show = Choice("recordings", tr("Recordings"), partial(self._window.go_to, "logs"))
             yield self._closable(Notice(Meaning.ATTENTION, unrecorded.translated(), (show,), cause="unrecorded"))

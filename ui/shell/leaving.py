@@ -13,7 +13,7 @@ from app.text.messages import join_sentences, labelled
 from ui.session.port import Port
 from ui.session.ports import Ports
 from ui.style.theme import Meaning
-from ui.widgets.notice_bar import Choice, Notice
+from ui.widgets.notices import Choice, Notice
 
 if TYPE_CHECKING:
     from ui.shell.main_window import MainWindow

@@ -15,7 +15,7 @@ from protocol.translatable import marked
 from ui.session.ports import Ports
 from ui.style.theme import Meaning, Space, is_text_large
 from ui.widgets.controls import in_column, in_row, named, scroll_area, text_label
-from ui.widgets.notice_bar import Choice, Notice
+from ui.widgets.notices import Choice, Notice
 from ui.widgets.number_line import Dial, NumberKind, WheelGuard, label_for
 from ui.widgets.visibility_timer import VisibilityTimer
 

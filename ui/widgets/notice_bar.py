@@ -1,9 +1,8 @@
 """Notices: what a person has to know or to decide, in a bar instead of a dialog. The window's bar is at its foot, a
 page's bar says what came of its own work."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from functools import partial
-from typing import NamedTuple
 
 from PySide6.QtCore import Qt, QTimer
 from PySide6.QtWidgets import QFrame, QLabel, QPushButton, QSizePolicy, QToolButton, QWidget
@@ -11,7 +10,7 @@ from PySide6.QtWidgets import QFrame, QLabel, QPushButton, QSizePolicy, QToolBut
 from app.text.i18n import tr
 from app.text.messages import labelled
 from ui.style.icons import MEANING_ICONS, Icon, icon
-from ui.style.theme import IconSize, Meaning, Space, is_text_large
+from ui.style.theme import IconSize, Space, is_text_large
 from ui.widgets.controls import (
     ElidedLabel,
     IconLabel,
@@ -23,39 +22,10 @@ from ui.widgets.controls import (
     set_look,
     without_key,
 )
+from ui.widgets.notices import Choice, Notice
 from ui.widgets.step_button import FocusBack, StepButton, leave_focus
 
 _PASSES_AFTER_MS = 6000
-
-
-class Choice(NamedTuple):
-    """A button of a notice. `key` is a part of its object name, `text` is in the language in use."""
-
-    key: str
-    text: str
-    act: Callable[[], object]
-    is_main: bool = False
-    # Changes the module or loses data: a `StepButton`, which counts only deliberate presses.
-    is_step: bool = False
-    # A hidden button keeps its place for another step of the same act.
-    is_shown: bool = True
-    # A disabled one shows what will be possible; the text of the notice says when.
-    is_enabled: bool = True
-
-
-class Notice(NamedTuple):
-    """`text` is in the language in use. `dismiss` adds a button to close it. `cause` tells a notice whose text changes
-    from another one."""
-
-    meaning: Meaning
-    text: str
-    choices: tuple[Choice, ...] = ()
-    dismiss: Callable[[], object] | None = None
-    cause: str = ""
-
-    @property
-    def key(self) -> str:
-        return self.cause or self.text
 
 
 class NoticeBar(QFrame):

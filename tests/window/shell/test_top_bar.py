@@ -32,7 +32,8 @@ from ui.shell.bars import TopBar
 from ui.shell.main_window import MainWindow
 from ui.style.theme import Choice as Theme
 from ui.style.theme import Meaning
-from ui.widgets.notice_bar import Choice, Notice, NoticeBar
+from ui.widgets.notice_bar import NoticeBar
+from ui.widgets.notices import Choice, Notice
 
 
 @pytest.mark.parametrize(

@@ -29,7 +29,8 @@ from ui.session.shown_module import ShownModule
 from ui.style.icons import Icon
 from ui.style.theme import Meaning, Space
 from ui.widgets.controls import EmptyState, control, in_column, in_row, named, text_label
-from ui.widgets.notice_bar import Choice, Notice, NoticeBar
+from ui.widgets.notice_bar import NoticeBar
+from ui.widgets.notices import Choice, Notice
 from ui.widgets.visibility_timer import VisibilityTimer
 
 REFRESH_EVERY_MS: Final = 250

@@ -54,7 +54,7 @@ from ui.session.page_job import PageJob
 from ui.style.icons import Icon, icon
 from ui.style.theme import Meaning, RowHeight, Space, is_text_large, scaled
 from ui.widgets.controls import control, in_column, in_row, named, set_role, stacked
-from ui.widgets.notice_bar import Choice, Notice
+from ui.widgets.notices import Choice, Notice
 from ui.widgets.visibility_timer import VisibilityTimer
 
 # The recordings, while the page is visible.

@@ -22,7 +22,8 @@ from ui.services.context import DraftExchange
 from ui.style.icons import Icon
 from ui.style.theme import IconSize, Meaning, Space, Theme, current, scaled
 from ui.widgets.controls import IconLabel, control, in_column, in_row, named, scroll_area, text_label
-from ui.widgets.notice_bar import Notice, NoticeBar
+from ui.widgets.notice_bar import NoticeBar
+from ui.widgets.notices import Notice
 from ui.widgets.number_line import Dial, NumberKind, label_for
 
 

@@ -30,7 +30,8 @@ from ui.session.shown_module import ShownModule
 from ui.style.icons import MEANING_ICONS, icon, set_icon_size
 from ui.style.theme import IconSize, Meaning, RowHeight, Space, is_text_large
 from ui.widgets.controls import in_column, in_row, named, scroll_area, set_role, text_label
-from ui.widgets.notice_bar import Notice, NoticeBar
+from ui.widgets.notice_bar import NoticeBar
+from ui.widgets.notices import Notice
 from ui.widgets.step_button import StepButton
 from ui.widgets.visibility_timer import VisibilityTimer
 

@@ -15,7 +15,8 @@ from app.text.messages import in_brackets, not_written
 from ui.files.file_dialogs import AskPath, ask_path
 from ui.style.theme import Meaning, Space
 from ui.widgets.controls import Shortcut, in_column, in_row, named, scroll_area
-from ui.widgets.notice_bar import Choice, Notice, NoticeBar
+from ui.widgets.notice_bar import NoticeBar
+from ui.widgets.notices import Choice, Notice
 from ui.widgets.number_line import NumberKind, NumberLine, WheelGuard
 
 

@@ -37,7 +37,8 @@ from ui.session.trigger_reading import TriggerReading, TriggerRow
 from ui.style.icons import Icon, icon
 from ui.style.theme import Meaning, RowHeight, Size, Space, fixed_font, is_text_large
 from ui.widgets.controls import control, in_column, in_row, named, text_label
-from ui.widgets.notice_bar import Choice, Notice, NoticeBar
+from ui.widgets.notice_bar import NoticeBar
+from ui.widgets.notices import Choice, Notice
 from ui.widgets.visibility_timer import VisibilityTimer
 
 # Retry interval until the module is online and idle.

@@ -46,7 +46,7 @@ from ui.services.storage import Storage
 from ui.session.check import ENTRIES
 from ui.session.port import Port
 from ui.style.theme import Meaning
-from ui.widgets.notice_bar import Notice
+from ui.widgets.notices import Notice
 
 
 @dataclass
