@@ -7,6 +7,7 @@ from typing import Any
 import pytest
 
 from app.integration import opened
+from app.safety.last_known import keep_away
 from tests.hardware import test_read_only, test_writing
 from tests.hardware.conftest import Ran as HardwareRan
 from tests.hardware.conftest import Run
@@ -118,6 +119,11 @@ def test_from_power_on_to_the_verified_record(tmp_path: Path) -> None:
     assert checked["verdict"] == "GO"
     assert [module.settings[code] for code in (ATTITUDE_OFF, FREEFALL_OFF, ACTIVATION)] == [0, 0, 1]
     assert [entry.value for entry in module.log.acts()] == [1]
+
+    # After GO it is the normal end that it was left ACTIVE: a plain line, and no warning.
+    left = cli.run("read").stderr
+    assert "M-07 was left ACTIVE on " in left
+    assert keep_away() not in left
 
     # Back on the ground.
     assert dps_s("lock", "--module", "M-07")["outcome"] == "confirmed"

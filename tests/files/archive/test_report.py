@@ -1,6 +1,7 @@
 """Every module today, over all stations; and what happened to one."""
 
 import json
+import re
 import sqlite3
 from collections.abc import Callable, Iterator
 from contextlib import closing
@@ -11,7 +12,7 @@ from typing import Any
 import pytest
 
 from app.archive.archive import sync
-from app.archive.report import HistoryEvent, as_edits, module_history, report, settings_changed
+from app.archive.report import HistoryEvent, as_edits, last_writes, module_history, report, settings_changed
 from app.safety.journal import NOTE, Act, Outcome
 from app.safety.left_active import KnownAs
 from app.store.fact_store import Store
@@ -188,6 +189,17 @@ def test_a_write_is_told_with_the_value_before_and_why(here: Store) -> None:
     assert [one.in_english() for one in changed] == ["Attitude threshold 60° → 80°"]
     assert as_edits(events[0].settings) == SETTINGS
     assert as_edits({**events[-1].settings, "freefall_time_s": 1e9, "unheard_of": 1}) == {"attitude_threshold_deg": 80}
+
+
+def test_of_each_setting_it_is_told_who_wrote_it_last(here: Store) -> None:
+    seen(here, 4)
+    write(here, Outcome.CONFIRMED, note="Li Wei: heavier battery", attitude_threshold_deg=65)
+    write(here, Outcome.REFUSED, attitude_threshold_deg=70)
+    write(here, Outcome.NOT_SENT, freefall_time_s=2.0)
+    told = here.read(lambda facts: last_writes(facts, "M-07") | last_writes(facts, "M-08"))
+    assert list(told) == ["attitude_threshold_deg"]
+    text = told["attitude_threshold_deg"].in_english()
+    assert re.fullmatch(r"Written 20.*: Attitude threshold 60° → 65°: confirmed\. “Li Wei: heavier battery”", text)
 
 
 def test_over_a_restart_it_is_told_what_was_kept(here: Store) -> None:

@@ -231,6 +231,16 @@ def test_damage_costs_one_record_of_a_ulog(tmp_path: Path) -> None:
     assert any("bytes left out" in problem.in_english() for problem in log.problems)
 
 
+def test_a_sample_of_a_ulog_that_is_shorter_than_its_topic_is_none(tmp_path: Path) -> None:
+    """What stands behind it would be read as its end."""
+    rows = made.ulog_attitude(STAMPS, LEVEL)
+    at_s, whole = rows[50]
+    rows[50] = at_s, made.ulog_record("D", whole[3:-12])
+    log = read(tmp_path / "a.ulg", made.ulog_bytes(rows + made.ulog_force(STAMPS, REST)))
+    assert answer(log) is Answer.DOES_NOT_FIRE
+    assert log.tilt_deg == pytest.approx(5.0, abs=0.1)
+
+
 def test_a_lost_end_is_not_judged(tmp_path: Path) -> None:
     for data in (ulog(LEVEL, REST), dataflash(LEVEL, REST), dataflash_text(LEVEL, REST), telemetry(LEVEL, REST)):
         half = len(data) * 6 // 10

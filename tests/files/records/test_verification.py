@@ -217,6 +217,12 @@ def test_who_signed_is_said_and_is_no_trust() -> None:
     assert "Signed by" not in words(altered, StationNames(key))
 
 
+def test_of_a_simulated_module_it_is_said_that_the_record_is_no_evidence() -> None:
+    simulated = plain()["record"] | {"is_simulated": True}
+    assert "SIMULATED MODULE: no evidence." in words(signed_again(simulated))
+    assert "SIMULATED" not in words(signed_again(plain()["record"]))
+
+
 def test_the_key_is_kept_and_only_this_user_can_read_it(tmp_path: Path) -> None:
     path = tmp_path / "data" / KEY_FILE
     one = own_station(path.parent)

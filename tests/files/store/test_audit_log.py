@@ -93,6 +93,18 @@ def test_what_the_module_reports_and_a_person_says(store: Store) -> None:
     assert said.detail == {"reported_by": "person"}
 
 
+def test_an_entry_that_could_not_be_written_has_no_outcome_and_is_said(tmp_path: Path) -> None:
+    folder = tmp_path / "data"
+    folder.write_text("in the way", encoding="utf-8")
+    troubles: list[object] = []
+    with closing(Store(folder)) as store:
+        journal = StoreJournal(store, lambda: Where(PORT, "window"), on_trouble=troubles.append)
+        entry = journal.begin(Act.LOCK, FRAME, {})
+        journal.settle(entry, Outcome.CONFIRMED, {})
+    assert entry.exception() is not None
+    assert troubles
+
+
 # A store that is locked by another program or slow to commit: LOCK and the line go on, acts wait
 
 
