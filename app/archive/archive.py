@@ -75,7 +75,7 @@ def all_facts(store: Store) -> Iterator[Facts]:
     """Give the facts of all stations as if they were in one file: the file of the others is `main`, the store is `own`.
     It may block, as all here that takes a store: not for a port's or the window's thread. Raises `StoreError`, also
     where the file of the others turns out to be damaged: the next time it is begun anew."""
-    store.opened.result()
+    store.wait()
     path = store.folder / OTHERS_FILE
     try:
         with closing(connect(path, is_checked=False)) as connection:
@@ -193,7 +193,7 @@ def sync(store: Store, address: str) -> Synced:
         count = "SELECT count(*) FROM refused WHERE place = ?"
         done.left_out_count = here.execute(count, (place.name,)).fetchone()[0]
         at = datetime.now(UTC).isoformat(timespec="seconds")
-        store.set_state(f"exchanged:{place.name}", {"at": at, "last": last}).result()
+        store.write_in_time(lambda facts: facts.set_state(f"exchanged:{place.name}", {"at": at, "last": last}))
         return done
 
 

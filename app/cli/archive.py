@@ -229,7 +229,7 @@ def run_service(args: argparse.Namespace, store: Store) -> int:
     content = serviced(ServiceKind(args.what), on=on, due=args.due, who=args.who, note=args.note)
     # A mistyped name must not become another module.
     _history(store, args.module)
-    store.add(content, args.module).result()
+    store.write_in_time(lambda facts: facts.add(content, args.module))
     told = service_summary(content)
     return console.emit(args, ServicedJson(args.module, told.in_english()), [told.translated()])
 

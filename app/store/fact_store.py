@@ -1,6 +1,6 @@
 """The facts and the state of this station, in one SQLite file with one writer.
 
-    add, write, set_state   return a future at once; the store's thread does the work, in the order of the calls
+    write, set_state        return a future at once; the store's thread does the work, in the order of the calls
     read, state             in the thread of whoever asks, over a connection of their own
 
 The file is opened and checked in the store's thread, too, so that no port and no window waits for the disk. Every
@@ -433,10 +433,6 @@ class Store:
             if self._thread.ident is None:
                 self._thread.start()
 
-    def add(self, content: Content, module: str | None = None) -> "Future[Row]":
-        """The row, once it is on the disk."""
-        return self.write(lambda facts: facts.add(content, module))
-
     def set_state(self, key: str, value: object) -> "Future[None]":
         """Set a value, or remove it with None."""
         return self.write(lambda facts: facts.set_state(key, value))
@@ -463,14 +459,17 @@ class Store:
             kind = StoreErrorKind.FAILED if writing.cancel() else StoreErrorKind.HANGS
             raise StoreError(kind, self.path) from error
 
-    def read(self, work: Callable[[Facts], Result]) -> Result:
-        """Read in this thread. It waits for the opening, so not in the window's thread before that. Raises
-        `StoreError`."""
+    def wait(self) -> None:
+        """Wait until it is open, for a limited time: not in the window's thread. Raises `StoreError`."""
         self.start()
         try:
             self.opened.result(OPENING_LIMIT_S)
         except TimeoutError:
             raise StoreError(StoreErrorKind.OPENING, self.path) from None
+
+    def read(self, work: Callable[[Facts], Result]) -> Result:
+        """Read in this thread, and wait for the opening as `wait`. Raises `StoreError`."""
+        self.wait()
         try:
             with closing(connect_to_read(self.path)) as connection:
                 return work(Facts(connection, self.station, self._now))

@@ -24,7 +24,7 @@ from tests.support.records.archive_server import (
     archive_server,
     write_certificate,
 )
-from tests.support.records.stored import open_store
+from tests.support.records.stored import add, open_store
 
 PAGE = Path(__file__).parents[3] / "docs" / "archive.md"
 
@@ -44,7 +44,7 @@ def stores(tmp_path: Path, server: ArchiveServer) -> Iterator[list[Store]]:
 
 def _say(store: Store, *modules: str) -> None:
     for module in modules:
-        store.add(SaidNew(is_new=True), module).result()
+        add(store, SaidNew(is_new=True), module).result()
 
 
 def test_the_program_makes_the_table_that_the_page_says() -> None:
@@ -122,13 +122,13 @@ from pathlib import Path
 from app.archive.archive import sync
 from app.store.rows import SaidNew
 from app.text.messages import UserError
-from tests.support.records.stored import open_store
+from tests.support.records.stored import add, open_store
 
 store = open_store(Path(sys.argv[1]))
 
 def write():
     while True:
-        row = store.add(SaidNew(is_new=True), "M-07").result()
+        row = add(store, SaidNew(is_new=True), "M-07").result()
         print(row.id, flush=True)
 
 threading.Thread(target=write, daemon=True).start()

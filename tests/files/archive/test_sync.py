@@ -30,7 +30,7 @@ from app.text.messages import UserError
 from app.trigger_records.history import KeptTriggers
 from tests.files.records.test_filing import file_one
 from tests.support.patience import PATIENCE_S
-from tests.support.records.stored import checks_of, open_store, tamper
+from tests.support.records.stored import add, checks_of, open_store, tamper
 
 STRANGER = "b" * 64
 NOW = datetime.now(UTC)
@@ -44,7 +44,7 @@ class Desk:
 
     def say(self, number: int, *modules: str) -> None:
         for module in modules:
-            self.stores[number].add(SaidNew(is_new=True), module).result(PATIENCE_S)
+            add(self.stores[number], SaidNew(is_new=True), module).result(PATIENCE_S)
 
     def exchange(self, number: int, stick: Path | None = None) -> Synced:
         return sync(self.stores[number], str(stick or self.stick))

@@ -1,5 +1,6 @@
 """The store: what it keeps, and the files that it meets instead of its own."""
 
+import argparse
 import sqlite3
 import stat
 import sys
@@ -13,9 +14,12 @@ from pathlib import Path
 
 import pytest
 
+from app.archive.archive import all_facts
+from app.cli.archive import run_service
 from app.store.fact_store import FILE_NAME, LAYOUT, Facts, Store, StoreError, StoreErrorKind, copies_of, copy_if_due
-from app.store.rows import ActIntended, Content, SaidNew, Serviced, ServiceKind, SettingsSeen, StationNamed
+from app.store.rows import ActIntended, Content, ModuleNamed, SaidNew, Serviced, ServiceKind, SettingsSeen, StationNamed
 from tests.support.patience import PATIENCE_S
+from tests.support.records.stored import add
 
 NOON = datetime(2026, 1, 2, 12, 0, tzinfo=UTC)
 INTENT = ActIntended(act="lock", port="/dev/ttyUSB0", frame="42 61 25 01 00 26")
@@ -31,7 +35,7 @@ def opened(folder: Path, at: datetime = NOON, *modules: str) -> Iterator[Store]:
     """With a fact about each of these modules."""
     with closing(Store(folder, clock=lambda: at)) as store:
         for module in modules:
-            store.add(SaidNew(is_new=True), module).result(PATIENCE_S)
+            add(store, SaidNew(is_new=True), module).result(PATIENCE_S)
         yield store
 
 
@@ -77,7 +81,7 @@ def test_facts_are_only_ever_added(statement: str, folder: Path) -> None:
 )
 def test_what_could_not_be_read_again_is_refused_where_it_is_made(content: Content, folder: Path) -> None:
     with opened(folder) as store, pytest.raises(ValueError):
-        store.add(content, "M-07").result(PATIENCE_S)
+        add(store, content, "M-07").result(PATIENCE_S)
 
 
 def test_a_piece_of_work_is_kept_whole_or_not_at_all_and_its_fault_is_told_as_what_it_is(folder: Path) -> None:
@@ -95,7 +99,7 @@ def test_an_intent_that_is_taken_back_in_time_is_never_written(folder: Path) -> 
     go_on = threading.Event()
     with opened(folder) as store:
         busy = store.write(lambda _facts: go_on.wait(PATIENCE_S))
-        intent = store.add(INTENT)
+        intent = add(store, INTENT)
         assert intent.cancel()
         go_on.set()
         assert busy.result(PATIENCE_S)
@@ -108,9 +112,9 @@ def test_closing_has_a_limit_and_says_whether_all_was_written(folder: Path) -> N
     go_on = threading.Event()
     with opened(folder) as store:
         store.write(lambda _facts: go_on.wait(PATIENCE_S))
-        store.add(SaidNew(is_new=True), "M-07")
+        add(store, SaidNew(is_new=True), "M-07")
         assert not store.close(0.01)
-        assert store.add(SaidNew(is_new=True), "late").cancelled()
+        assert add(store, SaidNew(is_new=True), "late").cancelled()
         go_on.set()
         assert store.close(PATIENCE_S)
     with opened(folder) as store:
@@ -127,10 +131,24 @@ def test_reading_waits_no_longer_than_its_limit_for_a_disk_that_never_answers(
     try:
         with pytest.raises(StoreError) as refused:
             store.read(lambda facts: facts.station)
+        with pytest.raises(StoreError) as refused_too, all_facts(store):
+            pass
     finally:
         release.set()
         store.close()
-    assert refused.value.kind is StoreErrorKind.OPENING
+    assert refused.value.kind is refused_too.value.kind is StoreErrorKind.OPENING
+
+
+def test_the_command_that_keeps_a_service_does_not_wait_for_ever(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("app.store.fact_store.WRITE_LIMIT_S", 0.1)
+    release = threading.Event()
+    with opened(folder) as store:
+        add(store, ModuleNamed(), "M-07").result(PATIENCE_S)
+        store.write(lambda _facts: release.wait(PATIENCE_S))
+        args = argparse.Namespace(module="M-07", what="repack", on=None, due=None, who="Li", note="", json=False)
+        with pytest.raises(StoreError):
+            run_service(args, store)
+        release.set()
 
 
 @pytest.mark.skipif(sys.platform == "win32", reason="Windows has no such rights")
@@ -226,7 +244,7 @@ def test_a_file_of_a_newer_version_is_left_alone(folder: Path) -> None:
         connection.execute(f"PRAGMA user_version = {LAYOUT + 1}")
     before = path.read_bytes()
     with opened(folder) as store, pytest.raises(StoreError) as caught:
-        store.add(INTENT).result(PATIENCE_S)
+        add(store, INTENT).result(PATIENCE_S)
     assert caught.value.kind is StoreErrorKind.NEWER
     assert str(path) in caught.value.sentence
     assert path.read_bytes() == before

@@ -2,6 +2,7 @@
 
 import sqlite3
 from collections.abc import Iterator, Mapping
+from concurrent.futures import Future
 from contextlib import closing, contextmanager
 from datetime import UTC, datetime, timedelta
 from functools import cache
@@ -18,7 +19,7 @@ from app.safety.journal import Act, Outcome
 from app.safety.left_active import KnownAs, LeftActive, all_left
 from app.store import acts
 from app.store.fact_store import Clock, Facts, Store, connect, utc_now
-from app.store.rows import ActEnded, ActIntended, DeployIntended, SettingsSeen
+from app.store.rows import ActEnded, ActIntended, Content, DeployIntended, Row, SettingsSeen
 from app.store.station import Station
 from app.trigger_records.history import KeptTriggers, SeenRecord
 from tests.support.patience import PATIENCE_S
@@ -29,6 +30,11 @@ def open_store(folder: Path | None = None, *, clock: Clock = utc_now) -> Store:
     store = Store(folder, clock=clock)
     store.opened.result(PATIENCE_S)
     return store
+
+
+def add(store: Store, content: Content, module: str | None = None) -> Future[Row]:
+    """Add one fact: it is on the disk when the future is done."""
+    return store.write(lambda facts: facts.add(content, module))
 
 
 class AuditEntry(NamedTuple):

@@ -31,7 +31,7 @@ from protocol.fields import Value
 from tests.files.records.test_filing import file_one
 from tests.support.patience import PATIENCE_S
 from tests.support.records.preflight_rig import check
-from tests.support.records.stored import open_store
+from tests.support.records.stored import add, open_store
 from tests.support.thorough import some
 from tests.support.window.fake_ports import SETTINGS, VALUES, FakePorts, FakeWorker, fake_services, show_alone, stand
 from tests.support.window.fakes_ui import ADAPTER, SECOND_ADAPTER, page_entries, store_of, window
@@ -475,9 +475,9 @@ def test_a_file_brings_what_another_station_knows(qtbot: QtBot, assembly: Assemb
     stick = tmp_path / "all.dps-s"
     with closing(open_store(tmp_path / "other")) as store:
         file_one(store, "M-07", port="/dev/ttyUSB0")
-        store.add(TriggerRecordSeen(place=0, raw="41 75 35 01 01 00 6C 02 3C 05 A0 00 01 0C EB 7E"), "M-07").result()
+        add(store, TriggerRecordSeen(place=0, raw="41 75 35 01 01 00 6C 02 3C 05 A0 00 01 0C EB 7E"), "M-07").result()
         sync(store, str(stick))
-    store_of(assembly.storage).add(SaidNew(is_new=True), "M-01").result(PATIENCE_S)
+    add(store_of(assembly.storage), SaidNew(is_new=True), "M-01").result(PATIENCE_S)
     assembly.window.resize(1024, 600)
     panel = shown(qtbot, assembly)
     panel.ask_file = lambda *given, **_options: given[-1](stick)
@@ -529,14 +529,14 @@ def test_a_long_history_does_not_hold_the_window_and_what_is_in_sight_of_it_wrap
 def test_a_service_is_kept_under_the_module_for_which_it_was_begun(qtbot: QtBot, assembly: Assembly) -> None:
     store = store_of(assembly.storage)
     for name in ("M-01", "M-02"):
-        store.add(SaidNew(is_new=True), name).result(PATIENCE_S)
+        add(store, SaidNew(is_new=True), name).result(PATIENCE_S)
     panel = shown(qtbot, assembly)
     qtbot.waitUntil(lambda: panel.modules.model().rowCount() == 2, timeout=WAIT_MS)
     panel.modules.selectRow(1)
     panel.enter_service.click()
     assert "M-02" in panel.service.title.text()
     panel.service.who.setText("Li Wei")
-    store.add(SaidNew(is_new=True), "M-00").result(PATIENCE_S)  # the table is read again meanwhile
+    add(store, SaidNew(is_new=True), "M-00").result(PATIENCE_S)  # the table is read again meanwhile
     panel.service.save.click()
     kept = lambda: store.read(lambda facts: facts.of_module(Serviced, "M-02"))  # noqa: E731
     qtbot.waitUntil(lambda: len(kept()) == 1, timeout=WAIT_MS)
@@ -565,7 +565,7 @@ def test_earlier_settings_are_compared_and_used_as_edits(qtbot: QtBot, assembly:
     store = store_of(assembly.storage)
     for count, angle in ((4, 60), (5, 65)):
         seen = SettingsSeen(port="P", boot_count=count, settings={"attitude_threshold_deg": angle})
-        store.add(seen, "M-07").result(PATIENCE_S)
+        add(store, seen, "M-07").result(PATIENCE_S)
     panel = shown(qtbot, assembly)
     qtbot.waitUntil(lambda: panel.life.model().rowCount() == 2, timeout=WAIT_MS)
     assert panel.settings.text().startswith("Choose an entry")

@@ -19,6 +19,7 @@ from app.settings.profiles import ActivatedBy, ManualLine, read_profile
 from app.store.rows import PreflightCheck
 from app.system.files import data_folder
 from protocol.catalogue import BY_NAME
+from tests.support.records.stored import add
 from tests.support.window.fakes_ui import store_of
 from tests.support.window.preflight_window import (
     NOBODY,
@@ -322,7 +323,7 @@ def test_what_is_simulated_void_or_has_no_name_makes_no_curve(rig: OnBench) -> N
             verdict="GO", is_void=is_void, is_simulated=is_simulated, cell_voltage_v=cell_v, document="{}"
         )
         for module in ("M-07", None):  # what has no name may be of several modules
-            store.add(check, module).result()
+            add(store, check, module).result()
     rig.preflight.show_view("past")
     rig.until(lambda: len(history.checks) == 3)
     assert history.trend.values == ()
