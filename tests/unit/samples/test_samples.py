@@ -1,7 +1,6 @@
 """Series and steps: nothing measured is lost in a picture, and memory stays flat."""
 
 import math
-from itertools import product
 
 import numpy as np
 import pytest
@@ -33,23 +32,6 @@ def test_what_cannot_be_is_refused_and_nothing_is_added(times: list[float], valu
     with pytest.raises(ValueError):
         series.append(times, values)
     assert series.last == SeriesSample(0.75, 1)
-
-
-def test_the_envelope_is_that_of_the_samples() -> None:
-    series = filled(70)
-    start_s = 1005.123
-    for span_s, buckets in product((0.01, 1.0, 7.3, 60.0), (1, 7, 100, 1000)):
-        envelope = series.decimated(start_s, start_s + span_s, buckets)
-        assert len(envelope.low) <= buckets + 2
-        assert (envelope.end_s[:-1] < envelope.start_s[1:]).all()
-        seen = 0
-        for first_s, last_s, low, high in zip(*envelope, strict=True):
-            values = series.window(first_s, last_s).value
-            seen += len(values)
-            assert (low, high) == (values.min(), values.max())
-        assert seen == len(series.window(envelope.start_s[0], envelope.end_s[-1]).value)  # no sample between buckets
-        assert envelope.start_s[0] - 1 / RATE_HZ <= start_s + 1e-9
-        assert envelope.end_s[-1] + 1 / RATE_HZ >= start_s + span_s - 1e-9
 
 
 @given(
