@@ -105,6 +105,8 @@ def test_after_half_a_year_the_count_says_nothing(desk: Desk) -> None:
     remember(desk.facts, "M-07")  # it was seen, but not read
     desk.now += timedelta(days=2)
     assert desk.against(3) == []
+    remember(desk.facts, "M-07", boot_count=12)
+    assert desk.against(3), "it was read again"
 
 
 @pytest.mark.promise("a")

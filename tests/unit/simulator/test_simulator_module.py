@@ -91,11 +91,18 @@ def test_tilting_an_active_module_fires_and_it_resets_ten_degrees_below() -> Non
     say(module, "42 61 10 02 01 13")
     module.world.tilt_deg = 60
     assert say(module, "42 61 32 01 00 33", 1.0) == "41 75 32 3c 0a 01 01 7a"
+    assert module.world.bay_is_open
     module.world.tilt_deg = 51
     assert say(module, "42 61 31 01 00 32", 2.0) == "41 75 31 01 01 33"
     module.world.tilt_deg = 50
     assert say(module, "42 61 31 01 00 32", 3.0) == "41 75 31 01 00 32"
     assert [record.sources for record in records(module, 4.0)] == [("attitude",)]
+
+
+def test_a_locked_module_does_not_fire_over_serial() -> None:
+    module = running()
+    assert say(module, "42 61 11 02 01 14", 1.0) == "41 75 11 01 00 12"
+    assert not module.is_triggered
 
 
 def test_a_drop_of_20_m_fires_by_free_fall_and_a_low_one_does_not() -> None:

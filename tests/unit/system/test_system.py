@@ -1,6 +1,7 @@
 """The log, files, clocks and the libraries of the system: nothing of them stops the program or loses what was said."""
 
 import logging
+import os
 import sys
 import threading
 from collections.abc import Callable, Iterator
@@ -146,12 +147,19 @@ def test_who_may_read_a_file_stays(tmp_path: Path) -> None:
 
 
 @posix_only
-def test_a_device_is_written_to_and_not_replaced(tmp_path: Path) -> None:
-    write_whole(Path("/dev/null"), b"gone")
-    assert not Path("/dev/null").is_file()
-    link = tmp_path / "link"
-    link.symlink_to("/dev/null")
-    write_whole(link, b"gone")
+def test_a_pipe_is_written_to_and_not_replaced(tmp_path: Path) -> None:
+    """As a device is; a fault in this would replace a device of the system."""
+    pipe, link = tmp_path / "pipe", tmp_path / "link"
+    os.mkfifo(pipe)
+    link.symlink_to(pipe)
+    far = os.open(pipe, os.O_RDONLY | os.O_NONBLOCK)
+    try:
+        for path in (pipe, link):
+            write_whole(path, b"gone")
+            assert os.read(far, 100) == b"gone"
+    finally:
+        os.close(far)
+    assert pipe.is_fifo()
     assert link.is_symlink()
 
 
@@ -220,14 +228,18 @@ def test_a_window_without_a_screen_is_one_sentence(
 
 
 def test_all_that_is_missing_is_named_in_one_command(lacking: set[str], monkeypatch: pytest.MonkeyPatch) -> None:
+    for screen in ("WAYLAND_DISPLAY", "DISPLAY"):
+        monkeypatch.setenv(screen, ":0")
+        assert qt_libraries.window_obstacle() is None
+        monkeypatch.delenv(screen)
     monkeypatch.setenv("DISPLAY", ":0")
-    assert qt_libraries.window_obstacle() is None
     lacking |= {"libEGL.so.1", "libxcb-cursor.so.0"}
     said = qt_libraries.window_obstacle()
     assert said == f"{MISSING} libEGL.so.1, libxcb-cursor.so.0. {COMMAND} libegl1 libxcb-cursor0"
     monkeypatch.setattr("shutil.which", lambda name: None)
     assert (qt_libraries.window_obstacle() or "").endswith("libraries: libEGL.so.1, libxcb-cursor.so.0.")
     lacking -= {"libEGL.so.1"}
+    monkeypatch.delenv("DISPLAY")
     monkeypatch.setenv("QT_QPA_PLATFORM", "offscreen")
     assert qt_libraries.window_obstacle() is None
 
@@ -243,6 +255,3 @@ def test_qt_that_cannot_be_imported_is_that_sentence_too(
     assert run_here(capsys, ["gui"], 1).err == f"{MISSING} libEGL.so.1. {COMMAND} libegl1\n"
     lacking.clear()
     assert "Unexpected error" in run_here(capsys, ["gui"], 1).err
-
-
-# The system libraries that Qt needs on Linux: which, and whether they are there
