@@ -23,7 +23,8 @@ from app.records.filing import Filed, file_check
 from app.records.report import check_target, write_report
 from app.safety.journal import Act, Outcome
 from app.safety.left_active import note_go
-from app.settings.profiles import NO_PROFILE, ManualLine, Profile, read_profile
+from app.settings.profile_file import read_profile
+from app.settings.profiles import NO_PROFILE, ManualLine, Profile
 from app.terminal import console
 from app.terminal.connection import LOST, connected
 from app.terminal.records import Records, opened_store, refuse_another, say_not_kept

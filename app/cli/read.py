@@ -11,7 +11,15 @@ from importlib import import_module
 from app.engine.conversation import STATUS_KEYS, Interrupted
 from app.engine.procedure import EngineView, Inspect, Pause, Procedure
 from app.engine.target import sets_rate
-from app.procedures.read import ANSWERED_TWICE, NO_REPLY, Readings, contradictions, read_everything
+from app.procedures.read import (
+    ANSWERED_TWICE,
+    LIVE_KEYS,
+    NO_REPLY,
+    SETTING_KEYS,
+    Readings,
+    contradictions,
+    read_everything,
+)
 from app.terminal import console
 from app.terminal.connection import connected
 from app.text.i18n import tr
@@ -22,8 +30,6 @@ from protocol.translatable import marked
 
 # Longer than two modules that hear the same question are apart.
 SECOND_ANSWER_S = 0.05
-# What shows the result.
-_LOADED_LATE = ("app.limits.limits", "app.preflight.reading_object")
 # The key of what is said of the line, or of the conversation.
 LINE = "link"
 _UNREADABLE = {command.key for command in SETTINGS if not command.reads_back}
@@ -54,16 +60,14 @@ def run(args: argparse.Namespace) -> int:
                 opened.run(read_everything(read))
                 # A second answer may still come for as long as this takes.
                 args.say_left_active()
-                for name in _LOADED_LATE:
-                    import_module(name)
+                # What shows the result: it is needed only now.
+                import_module("app.preflight.reading_object" if args.json else "app.limits.limits")
                 is_doubled = opened.run(is_answered_twice(read.answered_at))
                 is_streaming = opened.conversation.is_streaming
             except Interrupted as error:
                 ended = error
     finally:
         args.say_left_active()  # also where nobody answers
-    from app.preflight.reading_object import LIVE_KEYS, SETTING_KEYS, reading_object
-
     values = dict(read.values)
     # Why a value is not known, by its key; "status" stands for all of the status.
     errors = {key: _no_reply(unanswered.attempts, unanswered.waited_s) for key, unanswered in read.errors.items()}
@@ -89,20 +93,25 @@ def run(args: argparse.Namespace) -> int:
         errors[LINE] = ANSWERED_TWICE if ended is None else ended.message
 
     round_trip_s = None if opened.link is None else opened.link.round_trip_median_s
-    answer = reading_object(
-        port=args.port,
-        baud_rate=rate,
-        round_trip_s=round_trip_s,
-        values=values,
-        errors={key: why.in_english() for key, why in sorted(errors.items())},
-    )
-    page = [tr("{port}, {rate} baud", port=args.port, rate=rate)]
-    if round_trip_s is not None:
-        page = [join_names((*page, f"{1000 * round_trip_s:.1f} ms"))]
-    live_keys = (*STATUS_KEYS, "cell_voltage_v", "charging", "light_v", "boot_count")
-    rows = console.columns([_row(key, values, errors) for key in (*live_keys, *SETTING_KEYS)], indent=2)
-    page += ["", tr("Status"), *rows[: len(live_keys)], "", tr("Settings"), *rows[len(live_keys) :]]
-    console.emit(args, answer, page)
+    if args.json:
+        from app.preflight.reading_object import reading_object
+
+        answer = reading_object(
+            port=args.port,
+            baud_rate=rate,
+            round_trip_s=round_trip_s,
+            values=values,
+            errors={key: why.in_english() for key, why in sorted(errors.items())},
+        )
+        console.emit(args, answer, ())
+    else:
+        page = [tr("{port}, {rate} baud", port=args.port, rate=rate)]
+        if round_trip_s is not None:
+            page = [join_names((*page, f"{1000 * round_trip_s:.1f} ms"))]
+        live_keys = (*STATUS_KEYS, "cell_voltage_v", "charging", "light_v", "boot_count")
+        rows = console.columns([_row(key, values, errors) for key in (*live_keys, *SETTING_KEYS)], indent=2)
+        page += ["", tr("Status"), *rows[: len(live_keys)], "", tr("Settings"), *rows[len(live_keys) :]]
+        console.emit(args, None, page)
     if ended is not None:
         console.notify(ended.sentence)
         return console.NO_LINK

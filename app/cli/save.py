@@ -11,9 +11,9 @@ from pathlib import Path
 from typing import NamedTuple
 
 from app.engine.target import is_simulated
-from app.preflight.reading_object import SETTING_KEYS
-from app.procedures.read import NO_REPLY, read_settings
-from app.settings.profiles import MAX_NAME_LENGTH, Profile, profile_text
+from app.procedures.read import NO_REPLY, SETTING_KEYS, read_settings
+from app.settings.profile_file import MAX_NAME_LENGTH, profile_text
+from app.settings.profiles import Profile
 from app.settings.values import fingerprint
 from app.system.files import write_whole
 from app.terminal import console

@@ -18,8 +18,7 @@ from app.cli.act import permit_for
 from app.cli.read import is_answered_twice
 from app.cli.save import read_module
 from app.engine.conversation import Interrupted
-from app.preflight.reading_object import SETTING_KEYS
-from app.procedures.read import ANSWERED_TWICE
+from app.procedures.read import ANSWERED_TWICE, SETTING_KEYS
 from app.procedures.write import (
     SettingChange,
     WriteContext,

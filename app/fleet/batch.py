@@ -28,7 +28,8 @@ from app.preflight.verdict import Verdict
 from app.procedures.write import SettingChange, WriteContext, why_not_verified, write_all
 from app.records.filing import judge_check, keep_check, local_now
 from app.records.report import check_target
-from app.settings.profiles import Profile, read_profile
+from app.settings.profile_file import read_profile
+from app.settings.profiles import Profile
 from app.settings.values import SETTINGS_BY_KEY, fingerprint
 from app.store.fact_store import Facts, Store
 from app.store.rows import MessageText, ModuleProvisioned

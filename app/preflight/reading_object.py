@@ -6,9 +6,8 @@ from typing import Annotated, Any, Literal
 from msgspec import Meta, Struct
 
 from app.engine.conversation import STATUS_KEYS
+from app.procedures.read import LIVE_KEYS, SETTING_KEYS
 from protocol.fields import Value
-
-LIVE_KEYS = ("boot_count", "cell_voltage_v", "charging", "light_v")
 
 
 class PartJson(Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
@@ -43,9 +42,6 @@ class SettingsJson(PartJson, frozen=True, kw_only=True):
     freefall_trigger: bool | None
     serial_output: bool | None
     baud_rate: Literal[4800, 9600, 19200, 38400, 57600, 115200] | None
-
-
-SETTING_KEYS = SettingsJson.__struct_fields__
 
 
 class ReadJson(PartJson, frozen=True, kw_only=True):

@@ -37,6 +37,18 @@ READABLE: tuple[Command, ...] = (
     *(command for command in COMMANDS if command.can_be_asked and command not in _APART),
     BOOT_COUNT,
 )
+# Beside the status, what a reading has: the values, and all settings, the most important first.
+LIVE_KEYS = ("boot_count", "cell_voltage_v", "charging", "light_v")
+SETTING_KEYS = (
+    "attitude_threshold_deg",
+    "freefall_acceleration_g",
+    "freefall_time_s",
+    "light_threshold_v",
+    "attitude_trigger",
+    "freefall_trigger",
+    "serial_output",
+    "baud_rate",
+)
 
 NO_REPLY = marked("no reply")
 ANSWERED_TWICE = message(marked("Questions are answered twice. Two modules on this line?"))

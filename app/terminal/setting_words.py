@@ -4,7 +4,7 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 from app.procedures.write import SettingChange
-from app.settings.profiles import read_profile
+from app.settings.profile_file import read_profile
 from app.settings.values import parse_value
 from app.terminal.console import Refused, did_you_mean
 from app.text.i18n import tr

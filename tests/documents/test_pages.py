@@ -10,7 +10,8 @@ import pytest
 
 from app.guided.results import GuidedKind
 from app.limits.limits import SETTING_BOUNDS
-from app.settings.profiles import LIMITS, NO_PROFILE, parse_profile
+from app.settings.profile_file import parse_profile
+from app.settings.profiles import LIMITS, NO_PROFILE
 from app.settings.values import SETTINGS_BY_KEY
 from protocol.catalogue import COMMANDS
 from protocol.messages import Frame

@@ -220,7 +220,7 @@ class PageJob(NoticeList):
 
     def read_profile(self, path: Path) -> "Profile | None":
         """Read a profile; None where the file is none, which is said."""
-        from app.settings.profiles import ProfileRefused, read_profile  # the first paint does not wait for TOML
+        from app.settings.profile_file import ProfileRefused, read_profile  # the first paint does not wait for TOML
 
         try:
             return read_profile(path)

@@ -20,7 +20,8 @@ from app.procedures.history import History
 from app.records.filing import local_now
 from app.records.record import sign
 from app.records.report import report_html
-from app.settings.profiles import LIMITS, NO_PROFILE, Profile, ProfileRefused, parse_profile
+from app.settings.profile_file import ProfileRefused, parse_profile
+from app.settings.profiles import LIMITS, NO_PROFILE, Profile
 from app.trigger_records.history import sentence
 from protocol.messages import TriggerRecord
 from tests.support.records.preflight_rig import Fault, check

@@ -10,19 +10,16 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from app.guided.results import GuidedKind
-from app.settings import profiles as profile_file
-from app.settings.profiles import (
-    LIMITS,
+from app.settings import profile_file
+from app.settings.profile_file import (
     MAX_TEST_DAYS,
-    ActivatedBy,
-    ManualLine,
-    Profile,
     ProfileRefused,
     parse_profile,
     profile_text,
     read_profile,
     save_profile,
 )
+from app.settings.profiles import LIMITS, ActivatedBy, ManualLine, Profile
 from app.settings.values import SETTINGS_BY_KEY
 from protocol.fields import Quantity
 

@@ -22,7 +22,8 @@ from app.records.record import SignedRecord, stored_record
 from app.records.report import suggested_name, write_report
 from app.records.verification import RecordState, Verification, verify_file
 from app.safety.journal import Act
-from app.settings.profiles import ActivatedBy, Profile, save_profile
+from app.settings.profile_file import save_profile
+from app.settings.profiles import ActivatedBy, Profile
 from app.store.fact_store import StoreError, not_kept
 from app.system.files import CANNOT_READ, CANNOT_WRITE
 from app.text.i18n import tr

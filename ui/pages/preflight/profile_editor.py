@@ -8,8 +8,9 @@ from PySide6.QtWidgets import QCheckBox, QComboBox, QFormLayout, QLabel, QLineEd
 
 from app.guided.results import TITLES, GuidedKind
 from app.preflight.checks import CHECKS
-from app.settings import profiles
-from app.settings.profiles import LIMITS, ActivatedBy, ManualLine, Profile, ProfileRefused
+from app.settings import profile_file
+from app.settings.profile_file import ProfileRefused
+from app.settings.profiles import LIMITS, NO_PROFILE, ActivatedBy, ManualLine, Profile
 from app.text.i18n import tr
 from app.text.messages import in_brackets, not_written
 from ui.files.file_dialogs import AskPath, ask_path
@@ -30,7 +31,7 @@ class ProfileEditor(QWidget):
         self.setObjectName("profile_editor")
         self.ask_save: AskPath = ask_path
         self._path, self._folder = path, folder
-        one = self._original = profile or profiles.NO_PROFILE
+        one = self._original = profile or NO_PROFILE
         content = named(QWidget(), "profile_editor_content")
         self._form = QFormLayout(content)
         self._form.setFieldGrowthPolicy(QFormLayout.FieldGrowthPolicy.AllNonFixedFieldsGrow)
@@ -61,10 +62,10 @@ class ProfileEditor(QWidget):
             line.setPlaceholderText(limit.shown.format(limit.usual))  # what holds while it is empty
             line.show_text(f"{one.limits[name]:.10g}" if name in one.limits else "")
         self._form.addRow(named(QLabel(tr("Guided tests")), "profile_caption", "caption"))
-        days = NumberKind.of(1, profiles.MAX_TEST_DAYS, 1, tr("days"), 0)
+        days = NumberKind.of(1, profile_file.MAX_TEST_DAYS, 1, tr("days"), 0)
         self.tests: dict[GuidedKind, NumberLine] = {}
         for test, title in TITLES.items():
-            most = f"{profiles.MAX_TEST_DAYS} {days.unit}"
+            most = f"{profile_file.MAX_TEST_DAYS} {days.unit}"
             line = self.tests[test] = self._add_number(f"profile_test_{test.value}", f"{tr(title)} ≤", days, "1", most)
             line.show_number(one.tests_within_days.get(test))
         self._form.addRow(named(QLabel(tr("Manual checks")), "profile_manual_caption", "caption"))
@@ -126,7 +127,7 @@ class ProfileEditor(QWidget):
         )
 
     def refresh(self) -> None:
-        if len(self.manual) < profiles.MAX_ITEMS and (not self.manual or self.manual[-1][0].text().strip()):
+        if len(self.manual) < profile_file.MAX_ITEMS and (not self.manual or self.manual[-1][0].text().strip()):
             self._add_manual(ManualLine(""))  # one more is typed there
         lines = (*self.limits.values(), *self.tests.values())
         # Said also where the field is out of sight.
@@ -151,10 +152,10 @@ class ProfileEditor(QWidget):
     def _save_to(self, path: Path) -> None:
         if self._path is not None:
             with suppress(ProfileRefused):  # another page may have written its settings meanwhile
-                self._original = profiles.read_profile(self._path)
+                self._original = profile_file.read_profile(self._path)
         profile = self.profile
         try:
-            profiles.save_profile(path, profile._replace(name=profile.name or path.stem), source=self._path)
+            profile_file.save_profile(path, profile._replace(name=profile.name or path.stem), source=self._path)
         except (ProfileRefused, OSError, ValueError) as error:
             self.strip.show_notice(Notice(Meaning.DANGER, not_written(path, error), dismiss=self.refresh))
         else:

@@ -28,7 +28,8 @@ from PySide6.QtWidgets import (
 from app.engine.procedure import Job
 from app.procedures.light import Band, CalibrationFault, Proposal, measure_light, propose
 from app.settings.form import FORM_COMMANDS, Match, RowState, compare
-from app.settings.profiles import Profile, save_profile
+from app.settings.profile_file import save_profile
+from app.settings.profiles import Profile
 from app.settings.values import DEFAULTS, fingerprint, value_text
 from app.text.i18n import tr
 from app.text.messages import join_sentences, labelled

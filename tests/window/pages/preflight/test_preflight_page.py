@@ -15,7 +15,8 @@ from app.guided.results import GuidedKind
 from app.preflight.checks import CheckResult
 from app.preflight.verdict import Standing, Verdict
 from app.records.verification import RecordState, verify_file
-from app.settings.profiles import ActivatedBy, ManualLine, read_profile
+from app.settings.profile_file import read_profile
+from app.settings.profiles import ActivatedBy, ManualLine
 from app.store.rows import PreflightCheck
 from app.system.files import data_folder
 from protocol.catalogue import BY_NAME
