@@ -67,9 +67,6 @@ class NoticeBar(QFrame):
         self._passing_end.timeout.connect(lambda: self.show_passing(""))
         self.hide()
 
-    def show_notice(self, notice: Notice | None) -> None:
-        self.show_notices([] if notice is None else [notice])
-
     def show_notices(self, notices: Sequence[Notice]) -> None:
         """The gravest first, which is shown unless a person went on to another one since it came."""
         if notices and notices[0].key not in {notice.key for notice in self.notices}:

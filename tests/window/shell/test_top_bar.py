@@ -276,7 +276,7 @@ def test_a_name_on_a_button_is_whole(qtbot: QtBot) -> None:
     """Qt takes "&" for the mark of a key: R&D-1 would read as RD-1, which may be another module."""
     bar = NoticeBar()
     qtbot.addWidget(bar)
-    bar.show_notice(Notice(Meaning.ATTENTION, "", (Choice("same_module", "It is R&D-1", bar.hide),)))
+    bar.show_notices([Notice(Meaning.ATTENTION, "", (Choice("same_module", "It is R&D-1", bar.hide),))])
     button = given(bar.button("same_module"))
     assert (button.text(), screen_reader.name_of(button)) == ("It is R&&D-1", "It is R&D-1")
     assert button.shortcut().isEmpty()
@@ -289,7 +289,7 @@ def test_the_close_button_never_takes_the_place_of_another(qtbot: QtBot) -> None
     buttons = tuple(Choice(key, key, lambda: None) for key in ("one", "two"))
     shown = []
     for choices, dismiss in ((buttons, None), ((), bar.hide), (buttons[:1], bar.hide), (buttons[:1], None)):
-        bar.show_notice(Notice(Meaning.ATTENTION, "Something", choices, dismiss))
+        bar.show_notices([Notice(Meaning.ATTENTION, "Something", choices, dismiss)])
         let_lay_out(bar)
         shown.append(places(bar))
     assert "notice_dismiss" in shown[1]

@@ -132,7 +132,7 @@ class GuidedPanel(QWidget):
             self.live.setText(self._live_text())
         if work.stage is Stage.CONFIRMING:
             self.activate.refresh()
-        self.notice_bar.show_notice(self._notice())
+        self.notice_bar.show_notices(self._notices())
         is_asked_again = work.stage is Stage.DONE and bool(work.test.statement) and not work.owes_lock
         self.primary.setEnabled(work.can_start or bool(work.confirm_words) or is_asked_again)
 
@@ -182,7 +182,7 @@ class GuidedPanel(QWidget):
         self.steps.setText("\n".join(lines))
         self.steps.setVisible(stage is not Stage.DONE)
         meaning = Meaning.DANGER if test.is_active else Meaning.INFORMATION
-        self.safety.show_notice(Notice(meaning, test.precautions) if stage is Stage.READY else None)
+        self.safety.show_notices([Notice(meaning, test.precautions)] if stage is Stage.READY else [])
         self.made_safe.setVisible(stage is Stage.READY and bool(test.statement))
         self.made_safe.setText(tr(test.statement) if test.statement else "")
         with QSignalBlocker(self.made_safe):
@@ -217,23 +217,23 @@ class GuidedPanel(QWidget):
         self.advice.setVisible(bool(advice))
         self.table.setVisible(bool(measured))
 
-    def _notice(self) -> Notice | None:
+    def _notices(self) -> list[Notice]:
         work, lock = self.work, self._ports.current.lock
         locking = lock.notice()
         if locking is not None:
-            return locking
+            return [locking]
         if self.module.activation.state is Activation.ACTIVE and not work.is_running:
-            return Notice(Meaning.DANGER, tr("The module is ACTIVE: lock it first."))
+            return [Notice(Meaning.DANGER, tr("The module is ACTIVE: lock it first."))]
         if work.stage is Stage.DONE and lock.is_reported and work.test.is_active:
             # No success beside a test that was cancelled or has failed.
-            return Notice(Meaning.INFORMATION, tr(SENTENCES[Outcome.CONFIRMED]))
+            return [Notice(Meaning.INFORMATION, tr(SENTENCES[Outcome.CONFIRMED]))]
         text = work.trouble
         if text is None and work.stage is Stage.DONE and isinstance(work.outcome, GuidedResult):
             if not work.tested_as:
                 text = tr("Without a name the result counts for no check.")
             elif work.tested_as != self.module.name:
                 text = tr("The result is that of {module}.", module=work.tested_as)
-        return None if text is None else Notice(Meaning.ATTENTION, text)
+        return [] if text is None else [Notice(Meaning.ATTENTION, text)]
 
     # What a person does
 

@@ -132,7 +132,7 @@ class ProfileEditor(QWidget):
         lines = (*self.limits.values(), *self.tests.values())
         # Said also where the field is out of sight.
         wrong = [one.accessibleName() + in_brackets(one.accessibleDescription()) for one in lines if one.is_wrong]
-        self.strip.show_notice(Notice(Meaning.ATTENTION, wrong[0]) if wrong else None)
+        self.strip.show_notices([Notice(Meaning.ATTENTION, wrong[0])] if wrong else [])
         self.setWindowModified(bool(wrong) or self.profile != self._unedited)  # closing the window asks, too
         self.save.setEnabled(not wrong and (self.isWindowModified() or self._path is None))
         self.save_as.setEnabled(not wrong)
@@ -141,7 +141,7 @@ class ProfileEditor(QWidget):
         keep = Choice("keep", tr("Cancel"), self.refresh)
         discard = Choice("discard", tr("Discard edits"), lambda: self.closed.emit(None), is_step=True)
         if self.isWindowModified():
-            self.strip.show_notice(Notice(Meaning.ATTENTION, tr("Unsaved edits."), (keep, discard)))
+            self.strip.show_notices([Notice(Meaning.ATTENTION, tr("Unsaved edits."), (keep, discard))])
         else:
             self.closed.emit(None)
 
@@ -157,6 +157,6 @@ class ProfileEditor(QWidget):
         try:
             profile_file.save_profile(path, profile._replace(name=profile.name or path.stem), source=self._path)
         except (ProfileRefused, OSError, ValueError) as error:
-            self.strip.show_notice(Notice(Meaning.DANGER, not_written(path, error), dismiss=self.refresh))
+            self.strip.show_notices([Notice(Meaning.DANGER, not_written(path, error), dismiss=self.refresh)])
         else:
             self.closed.emit(path)
