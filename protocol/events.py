@@ -77,15 +77,15 @@ class Unanswered(NamedTuple):
 
 
 class EndReason(Enum):
-    """Why a conversation ended. The first three are told by the link, the others by its owner."""
+    """Why a conversation ended. The first four are told by the link, the others by its owner."""
 
     RESTARTED = "restarted"  # the module was switched on
     SILENT = "silent"  # nothing valid came although something was asked: the module may have been exchanged meanwhile
     # Something that does not change by itself was answered differently than before, or by two modules.
     CONTRADICTED = "contradicted"
+    SLEPT = "slept"  # the computer slept, or the program stood still for seconds
     PORT_LOST = "port lost"
     CLOSED = "closed"
-    SLEPT = "slept"  # the computer slept, or the program stood still for seconds
     ANOTHER = "another"  # a person said that another module is connected now
     RATE_CHANGED = "rate changed"  # the port continues at another baud rate
 

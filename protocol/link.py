@@ -81,7 +81,9 @@ class LinkMisused(RuntimeError):
 class _Flight:
     """The request in flight. Times are the link's `now`."""
 
-    def __init__(self, request: Request, now: float, *, is_own: bool, limit_s: float, behind: Request | None) -> None:
+    def __init__(
+        self, request: Request, now: float, *, is_own: bool, limit_s: float, behind: "_Flight | None" = None
+    ) -> None:
         self.request = request
         self.is_own = is_own  # the link's own question, not its owner's
         self.behind = behind  # what waits for the answer, where this is a fence
@@ -102,10 +104,9 @@ class _Flight:
         """What its owner is told if it is not answered."""
         if self.is_own:
             return []
-        waited_s = now - self.first_at if self.attempts else 0.0
         if self.behind is not None:
-            return [Unanswered(self.behind, 0, waited_s, now)]
-        return [Unanswered(self.request, self.attempts, waited_s, now)]
+            return self.behind.unanswered(now)
+        return [Unanswered(self.request, self.attempts, now - self.first_at if self.attempts else 0.0, now)]
 
 
 _Step = Callable[[_Flight, float], None]
@@ -172,6 +173,10 @@ class Link:
         """Whether sets and acts may be sent: a report may be too old on a slow line."""
         return self.lag_s is not None and self.lag_s <= timing.SLOW_S
 
+    def has_stood_still(self, now: float) -> bool:
+        """Whether this program did since the last `tick`, so that another module may answer now."""
+        return now - self._turned_at > self.silence_s
+
     def ask(
         self,
         request: Request,
@@ -179,7 +184,7 @@ class Link:
         *,
         is_fenced: bool = False,
         is_deliberate: bool = False,
-        limit_s: float | None = None,
+        limit_s: float = inf,
     ) -> list[Event]:
         """Send `request`, unless it sets 16 or 17 too early (`FlagAnswers.free_at`), or the module may have restarted.
 
@@ -194,7 +199,7 @@ class Link:
             raise LinkMisused(f"{request.command.name} is dangerous and was not asked for by an explicit act")
         is_change = not request.is_repeatable and request != LOCK
         # Not sent rather than sent later: what its owner has just found out would be old by then.
-        if now < self.flags.free_at(request) or (is_change and (self._boots_are_due or self._stood_still(now))):
+        if now < self.flags.free_at(request) or (is_change and (self._boots_are_due or self.has_stood_still(now))):
             return [Unanswered(request, 0, 0.0, now)]
         self._take_off(request, now, is_own=False, is_fenced=is_fenced, limit_s=limit_s)
         return self._take_events()
@@ -233,11 +238,10 @@ class Link:
         if self._parser.pending and now >= self._last_byte_at + timing.QUIET_S:
             for piece in self._parser.flush():
                 self._digest(piece, now)
-        has_stood_still = self._stood_still(now)
-        self._turned_at = now
         flight = self._flight
-        if self.is_begun and (has_stood_still or (flight is not None and now >= self._silent_at(flight))):
-            self._end(EndReason.SILENT, now)
+        if self.is_begun and (self.has_stood_still(now) or (flight is not None and now >= self._silent_at(flight))):
+            self._end_silent(now)
+        self._turned_at = now
         self._advance(now)
         if self._flight is None and now >= self._own_due_at():
             is_heartbeat_due = now >= self._heartbeat_sent_at + timing.HEARTBEAT_EVERY_S
@@ -260,10 +264,6 @@ class Link:
         events, self._events = self._events, []
         return events
 
-    def _stood_still(self, now: float) -> bool:
-        """Whether this program stood still, so that another module may answer now."""
-        return now - self._turned_at > self.silence_s
-
     def _own_due_at(self) -> float:
         if not self.is_begun:
             return self._begin_at
@@ -277,17 +277,14 @@ class Link:
 
     # Sending
 
-    def _take_off(
-        self, request: Request, now: float, *, is_own: bool, is_fenced: bool, limit_s: float | None = None
-    ) -> None:
+    def _take_off(self, request: Request, now: float, *, is_own: bool, is_fenced: bool, limit_s: float = inf) -> None:
         stale = self._stale
         stale.drop_expired(now)
         needs_fence = is_fenced or stale.could_answer(request, now) or stale.owes(request)
         is_own_fence = request in FENCES and not stale.could_be_late(request, now)
-        behind = None
+        self._flight = flight = _Flight(request, now, is_own=is_own, limit_s=limit_s)
         if needs_fence and not is_own_fence and request != LOCK:  # LOCK must not wait, and the state is read afterwards
-            request, behind = stale.fence(now), request
-        self._flight = _Flight(request, now, is_own=is_own, limit_s=inf if limit_s is None else limit_s, behind=behind)
+            self._flight = _Flight(stale.fence(now), now, is_own=is_own, limit_s=limit_s, behind=flight)
         self._advance(now)
 
     def _advance(self, now: float) -> None:
@@ -354,7 +351,7 @@ class Link:
     def _fall_silent(self, flight: _Flight, now: float) -> None:
         # Nobody answers, also if something streams: it does not hear us.
         if self.is_begun:
-            self._end(EndReason.SILENT, now)
+            self._end_silent(now)
         else:
             self._give_up(flight, now)
 
@@ -413,7 +410,7 @@ class Link:
         # Only the reply to what was sent once, before the silence, proves that it is still the same module.
         is_proof = is_answer and flight is not None and flight.is_once
         if self.is_begun and now - self._valid_at >= self.silence_s and not is_proof:
-            self._end(EndReason.SILENT, now)
+            self._end_silent(now)
             is_answer = False
         self._valid_at = now
         if flight is not None and is_answer:
@@ -421,8 +418,6 @@ class Link:
                 self.flags.on_answer(flight.request, piece.raw, now)
             self._on_answer(flight, piece, now)
         else:
-            if piece.raw[2] in FLAG_CODES:
-                self.flags.on_other(piece.raw, now)
             self._on_other(piece, now)
 
     def _note(self, frame: Frame, message: Message | None, role: Role, now: float) -> None:
@@ -469,7 +464,7 @@ class Link:
         # It was answered: send what waited for that, tell the owner, or begin a conversation.
         self._drop_flight(is_answered=True)
         if flight.behind is not None:
-            self._open(flight, now)
+            self._open(flight.behind, now)
         elif not flight.is_own:
             request, attempts, rejected, strays = flight.request, flight.attempts, self._rejected, self._strays
             self._rejected = self._strays = 0
@@ -482,11 +477,11 @@ class Link:
             _log.debug("began: boot count %d", messages[0].raw)
             self._events.append(Began(messages[0].raw, now))
 
-    def _open(self, fence: _Flight, now: float) -> None:
+    def _open(self, waiting: _Flight, now: float) -> None:
         # No earlier reply can follow: send what waited for that.
-        if fence.behind is not None:
-            self._flight = _Flight(fence.behind, now, is_own=fence.is_own, limit_s=fence.limit_s, behind=None)
-            self._advance(now)
+        waiting.wanted_at = now
+        self._flight = waiting
+        self._advance(now)
 
     def _finish_records(self, flight: _Flight, now: float) -> None:
         self._stale.expect_late(flight.request, flight.sent_at, count=0)
@@ -498,6 +493,8 @@ class Link:
         copied = stale.copied(raw, now)
         # A copy does not stand for a reply that is still to come.
         late = stale.pop_late(raw) if copied is None else None
+        if raw[2] in FLAG_CODES:
+            self.flags.on_other(now, is_late=late is not None)
         asked = late.request if late is not None else copied.request if copied is not None else None
         message, role = decode(raw, asked), Role.UNSOLICITED
         if copied is not None:
@@ -560,7 +557,7 @@ class Link:
             flight.is_past = True
         elif flight.behind is not None:
             self._drop_flight()
-            self._open(flight, now)  # the boot count is fence enough
+            self._open(flight.behind, now)  # the boot count is fence enough
         elif flight.is_once or flight.attempts >= timing.TRIES:
             self._give_up(flight, now)
 
@@ -591,6 +588,10 @@ class Link:
             # The vendor gives the module a second for its own answer, counted from the request.
             return max(silent_at, flight.first_at + timing.ANSWER_S)
         return max(silent_at, flight.first_at + self.silence_s / 2)
+
+    def _end_silent(self, now: float) -> None:
+        has_slept = now - self._turned_at > timing.SLEPT_S
+        self._end(EndReason.SLEPT if has_slept else EndReason.SILENT, now)
 
     def _drop_flight(self, *, is_answered: bool = False) -> _Flight | None:
         flight = self._flight

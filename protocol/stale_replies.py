@@ -171,7 +171,6 @@ class FlagAnswers:
     def __init__(self, now: float) -> None:
         self._opened_at = now
         self._last_at = -inf  # when the last frame of either was sent or came
-        self._unanswered: list[Request] = []
         self._is_told_apart = False  # the last one was a 17 that was answered under 17
         self.has_repeated = False  # an acknowledgement came twice
 
@@ -190,26 +189,18 @@ class FlagAnswers:
     def on_sent(self, request: Request, now: float) -> None:
         if request.command in TRIGGER_FLAGS:
             self._note(now)
-            self._unanswered.append(request)
 
     def on_answer(self, request: Request, raw: bytes, now: float) -> None:
         """Note the acknowledgement of the set in flight."""
         self._note(now)
-        if request in self._unanswered:  # not after a restart
-            self._unanswered.remove(request)
         self._is_told_apart = request.command is FREEFALL_TRIGGER and raw[2] == FREEFALL_TRIGGER.code
 
-    def on_other(self, raw: bytes, now: float) -> None:
-        """Note a frame of theirs that nobody waits for: a late answer, or a copy."""
+    def on_other(self, now: float, *, is_late: bool) -> None:
+        """Note a frame of theirs that nobody waits for: a late answer, or else a copy."""
         self._note(now)
-        late = next((request for request in self._unanswered if answers(raw, request)), None)
-        if late is not None:
-            self._unanswered.remove(late)
-        else:
-            self.has_repeated = True
+        self.has_repeated |= not is_late
 
     def begin_again(self) -> None:
-        self._unanswered.clear()
         self.has_repeated = False
         self._is_told_apart = False
 

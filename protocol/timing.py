@@ -17,6 +17,7 @@ REPEATED_S = 5.0  # a bridge that repeats what it passes on has done so within t
 DOUBLED_S = 0.02  # a doubled answer follows within this time; a restart's second heartbeat only after 50 ms
 RESTART_S = 0.3  # two unasked heartbeats within this time are a restart ("间隔50ms", plus the adapter's delay)
 
+SLEPT_S = 5.0  # after a longer turn of its owner the computer slept, or the program stood still
 SHORTEST_SILENCE_S = 0.45  # so half a second is always noticed
 LONGEST_SILENCE_S = ANSWER_S
 SILENCE_ROUND_TRIPS = 20

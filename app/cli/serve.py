@@ -67,7 +67,7 @@ def run(args: argparse.Namespace) -> int:
         def send_lock(then: Callable[[Locked], None]) -> None:
             nonlocal locking
             if locking is None or locking.is_done:
-                locking = Job(lock(records.journal), outlives=True)
+                locking = Job(lock(records.journal), conversation=None)
                 submit(locking, lambda job: then(job.outcome()), is_urgent=True)
 
         def on_batch(batch: Batch) -> None:

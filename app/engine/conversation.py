@@ -86,15 +86,6 @@ class Interrupted(UserError):
         self.is_unsent = is_unsent
 
 
-class NoModule(UserError):
-    """No module answers, so there is no conversation in which to do it."""
-
-    code = ErrorCode.NO_LINK
-
-    def __init__(self) -> None:
-        super().__init__(marked("No module answers."))
-
-
 # What is known
 
 

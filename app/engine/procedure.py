@@ -12,11 +12,9 @@ tests.
 
 A `Job` is a procedure that runs in one conversation, and how far it is. When the conversation ends `Interrupted` is
 raised at its yield: it may return what it has found, but not yield, so that nothing that it wants to undo reaches the
-module that answers next. So no procedure asks whether the module is still the same one. Two kinds of jobs go on:
-
-    expects      the end of the conversation, for one of these reasons, is its result (plug test, batch): afterwards it
-                 may ask questions
-    outlives     it belongs to the port, not to a conversation: LOCK, and whatever searches the baud rate
+module that answers next. So no procedure asks whether the module is still the same one. Two kinds of jobs go on: one
+that expects the end of the conversation for this reason, which is its result (plug test, batch), and may ask questions
+afterwards; and one of the port, not of a conversation: LOCK, and whatever searches the baud rate.
 
 `Cancelled` is raised at a yield when a person cancels. After it a procedure may yield to undo what it changed.
 """
@@ -75,14 +73,14 @@ class LockRepeat:
 class Ask(NamedTuple):
     """One exchange; see `Link.ask`, which decides how often a question is repeated and how long is waited.
 
-    `limit_s`: give up after this time; for the acknowledgement of LOCK and the search for the baud rate only.
+    `limit_s`: give up after this time; for LOCK, which waits for no answer.
     `repeat`: LOCK is sent whenever it is due while the answer is awaited.
     """
 
     request: Request
     is_fenced: bool = False
     is_deliberate: bool = False
-    limit_s: float | None = None
+    limit_s: float = inf
     repeat: LockRepeat | None = None
 
 
@@ -156,20 +154,18 @@ class Job(Generic[Result]):
         procedure: Procedure[Result],
         on_progress: Callable[[Report], None] | None = None,
         *,
-        conversation: int | None = None,
+        conversation: int | None,
         expects: frozenset[EndReason] = frozenset(),
-        outlives: bool = False,
     ) -> None:
         """`conversation`: the number of the one in which it was decided; in another one it ends with `Interrupted` and
-        sends nothing. None: the one that goes on when it is submitted, or else the next one."""
+        sends nothing. None: it is a job of the port."""
         self.conversation = conversation
-        self.outlives = outlives
         self.is_urgent = False
         self.is_started = False
         # The procedure has returned or raised; `is_done` follows when the worker has handed that over.
         self.has_ended = False
         # It may use the line without a conversation. If it has outlasted its own it sends questions only.
-        self.is_free = outlives
+        self.is_free = conversation is None
         self.asks_only = False
         # When an activation of this job left the computer.
         self.activated_at: float | None = None

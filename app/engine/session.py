@@ -14,7 +14,7 @@ import logging
 from collections.abc import Callable
 from typing import Any
 
-from app.engine.conversation import Conversation, ConversationView, Interrupted, NoModule, StatusSample
+from app.engine.conversation import Conversation, ConversationView, Interrupted, StatusSample
 from app.engine.procedure import Ask, Cancelled, EngineView, Job, LinkView, Procedure, UseRate
 from app.engine.target import is_shared, sets_rate
 from app.engine.transport import Line
@@ -28,10 +28,6 @@ _log = logging.getLogger(__name__)
 MAX_STEP_S = 0.02
 # How long to gather a stream while no answer is awaited.
 BATCH_S = 0.008
-# After a longer turn the computer slept, or the program stood still: nobody knows what happened meanwhile.
-LONGEST_TURN_S = 5.0
-# How long a job waits for a conversation to begin.
-NO_MODULE_S = 2.0
 # Of the last rejected bytes, by which it is told what else is on the line.
 MAX_NOISE_BYTES = 512
 
@@ -62,9 +58,8 @@ class Session:
         self.conversation: Conversation | None = None
         # A module may have been left active by what was interrupted. The owner resets it.
         self.owes_lock = False
-        self._looked_at = clock()
         # Who shares it watches for shorter silences, and answers one reader after the other.
-        self._link = Link(self._looked_at, LONGEST_SILENCE_S if self._is_shared else SHORTEST_SILENCE_S)
+        self._link = Link(clock(), LONGEST_SILENCE_S if self._is_shared else SHORTEST_SILENCE_S)
         self._make_background = background
         self._make_first = first
         # The first one runs, the others wait for it.
@@ -92,8 +87,6 @@ class Session:
         """
         now = job.submitted_at = self.clock()
         if not is_urgent:
-            if self._is_going and job.conversation is None and not job.outlives:
-                job.conversation = self.conversations
             self._jobs.append(job)
             return
         _log.debug("an urgent job overtakes %d", len(self._jobs))
@@ -149,7 +142,6 @@ class Session:
     def step(self, longest_s: float = MAX_STEP_S) -> None:
         """Wait at most `longest_s` for bytes, and do what is due."""
         now = self.clock()
-        self._notice_sleep(now)
         self._serve(now)
         wait_s = max(0.0, min(longest_s, self._next_due(now) - now))
         # An answer that somebody waits for is not kept back for the bytes behind it.
@@ -157,8 +149,6 @@ class Session:
         if not data and self.clock() - now > wait_s:
             data = self.line.read(0.0, 0.0)  # in time, though this thread was kept waiting after the driver had nothing
         now = self.clock()
-        if self._notice_sleep(now):
-            data = b""  # it may be from before the sleep
         self._digest(self._link.receive(data, now), now)
         self._serve(now)  # before the link asks for itself: nothing comes between a check and its frame
         self._digest(self._link.tick(now), now)
@@ -176,30 +166,24 @@ class Session:
         self._background = None
         self.line.close()
 
-    def _notice_sleep(self, now: float) -> bool:
-        """Whether the computer slept since it was last looked at. Then nothing that was decided before is done."""
-        turn_s, self._looked_at = now - self._looked_at, now
-        if turn_s <= LONGEST_TURN_S:
-            return False
-        _log.debug("a turn took %.1f s", turn_s)
-        self._end_conversation(EndReason.SLEPT, now)
-        self.line.use_rate(self.line.baud_rate)  # bytes in the driver may be from before the sleep
-        return True
-
     def _all(self) -> list[Job[Any]]:
         return [*self._jobs, self._background] if self._background is not None else list(self._jobs)
 
+    @property
+    def _asked(self) -> Ask | None:
+        """What the job in flight asked, until it is told of the outcome."""
+        return None if self._asking is None else self._asking.pending_ask
+
     def _next_due(self, now: float) -> float:
         dues = [self._link.next_deadline(now), *(job.pauses_until for job in self._all())]
-        if self._jobs and not self._jobs[0].is_started:
-            dues.append(self._jobs[0].submitted_at + NO_MODULE_S)
-        ask = None if self._asking is None else self._asking.pending_ask
-        if ask is not None and ask.repeat is not None and ask.repeat.is_repeating(now):
-            dues.append(ask.repeat.next_at)
+        repeat = None if self._asked is None else self._asked.repeat
+        if repeat is not None and repeat.is_repeating(now):
+            dues.append(repeat.next_at)
         return min(dues)
 
     def _serve(self, now: float) -> None:
-        is_more = True
+        # Else what the port holds is read first; then the conversation ends.
+        is_more = not self._link.has_stood_still(now)
         while is_more:
             for job in self._all():
                 if job.pop_cancel():
@@ -209,30 +193,23 @@ class Session:
                 job.tick(now)
             self._start_next(now)
             # LOCK that is due does not wait for the answer to the question in flight.
-            ask = None if self._asking is None else self._asking.pending_ask
-            if ask is not None and ask.repeat is not None and ask.repeat.is_due(now):
-                ask.repeat.note_sent(now)
-                self._digest(self._link.lock_again(now, ask.repeat.sent), now)
+            repeat = None if self._asked is None else self._asked.repeat
+            if repeat is not None and repeat.is_due(now):
+                repeat.note_sent(now)
+                self._digest(self._link.lock_again(now, repeat.sent), now)
             is_more = self._serve_next(now)
 
     def _start_next(self, now: float) -> None:
-        """Start the next job, if it may be started: in a conversation, and only in the one it was decided in."""
+        """Start the next job, unless it was decided in another conversation."""
         self._drop_ended()
         while self._jobs and not self._jobs[0].is_started:
             job = self._jobs[0]
-            if job.outlives:
+            if job.is_free or (self._is_going and job.conversation == self.conversations):
                 job.start(now, self._view)
-            elif self._is_going and job.conversation in (None, self.conversations):
-                job.conversation = self.conversations
-                job.start(now, self._view)
-            elif job.conversation is not None:
+            else:
                 # Why the conversation is over in which it was decided.
                 ended = None if self.conversation is None else self.conversation.ended
                 job.stop(Interrupted(EndReason.CLOSED if ended is None else ended.reason), now)
-            elif now - job.submitted_at >= NO_MODULE_S:
-                job.stop(NoModule(), now)
-            else:
-                return
             self._drop_ended()
 
     def _drop_ended(self) -> None:
@@ -292,8 +269,7 @@ class Session:
     def _free_line(self, now: float) -> None:
         # Nothing that is in flight is waited for any more. Who asked a question asks it again when it is his turn; of a
         # set or an act he is told what became of it.
-        ask = None if self._asking is None else self._asking.pending_ask
-        if ask is not None and ask.request.is_repeatable:
+        if self._asked is not None and self._asked.request.is_repeatable:
             self._asking = None
         self._digest(self._link.abandon(now), now)
 
@@ -336,8 +312,7 @@ class Session:
                 case Ended():
                     self._on_ended(event, now)
                 case Sent():
-                    request, job = event.request, self._asking
-                    ask = None if job is None else job.pending_ask
+                    request, job, ask = event.request, self._asking, self._asked
                     if job is not None and ask is not None and ask.request == request:
                         self._has_left = True
                         if request == ACTIVATION.set(True):
@@ -368,7 +343,7 @@ class Session:
         if asking is not None and not asking.is_free:
             self._asking = None
         for job in self._all():
-            if job.is_free or job.has_ended or (not job.is_started and job.conversation is None):
+            if job.is_free or job.has_ended:
                 continue
             if job.activated_at is not None:
                 # Unless the module reported LOCKED after a LOCK that was sent since then.

@@ -1736,10 +1736,6 @@
         <translation>{port} 上没有模块应答。</translation>
     </message>
     <message>
-        <source>No module answers.</source>
-        <translation>没有模块应答。</translation>
-    </message>
-    <message>
         <source>No new trigger record</source>
         <translation>没有新的触发记录</translation>
     </message>

@@ -103,7 +103,7 @@ class OpenPort:
     def run(self, procedure: Procedure[Result], *, outlives: bool = False) -> Result:
         """Run a procedure, in the conversation in which the module was greeted, and return its result. Raises its
         exception, such as `Interrupted`, and `Signalled`. `outlives`: it belongs to the port, not to a conversation."""
-        job = self.worker.submit(Job(procedure, conversation=self.number or None, outlives=outlives))
+        job = self.worker.submit(Job(procedure, conversation=None if outlives else self.number))
         self._jobs.append(job)
         self._is_running = True
         while not job.is_done:
@@ -157,7 +157,7 @@ class OpenPort:
         if not self._jobs:
             return False
         state.signal = None
-        job: Job[Locked | None] = Job(lock_it(), outlives=True)
+        job: Job[Locked | None] = Job(lock_it(), conversation=None)
         self._owed = job
         self.worker.submit(job, is_urgent=True)
         ends_at = steady_time() + STOP_LIMIT_S
@@ -200,7 +200,7 @@ class OpenPort:
         # In the worker's thread.
         from app.procedures.lock import lock
 
-        self._owed = owed = Job(lock(self._journal, is_owed=True), outlives=True)
+        self._owed = owed = Job(lock(self._journal, is_owed=True), conversation=None)
         return owed
 
     def _receive(self, batch: Batch) -> None:

@@ -10,6 +10,7 @@ import serial
 
 from app.engine.procedure import Job
 from app.engine.worker import Worker
+from app.procedures.find import await_module
 from app.procedures.read import READABLE, read_everything
 from tests.bench.kit import Figure
 from tests.support.processes import PROGRAM, ran, run_module
@@ -49,9 +50,10 @@ def _worker_s(port: str, rounds: int) -> list[float]:
     worker.start()
     try:
         worker.open(port, BAUD_RATE)
+        assert worker.submit(Job(await_module(), conversation=None)).wait(_LIMIT_S), "no module answers"
         for _ in range(rounds + 1):
             began = time.perf_counter()
-            job = worker.submit(Job(read_everything()))
+            job = worker.submit(Job(read_everything(), conversation=1))
             assert job.wait(_LIMIT_S), "not everything was answered"
             assert not job.outcome().errors
             took.append(time.perf_counter() - began)

@@ -80,7 +80,7 @@ class PortLock(QObject):
         self._shown_count = 0
         self._repeat = repeat = LockRepeat()
         pressed_in = self._find_number() or None
-        self._job = Job(lock(self._find_journal(), repeat, pressed_in=pressed_in), outlives=True)
+        self._job = Job(lock(self._find_journal(), repeat, pressed_in=pressed_in), conversation=None)
         self._submit(self._job, self._end)
         if self.is_possible:
             self.notified.emit(waiting_sentence(1))
@@ -88,7 +88,7 @@ class PortLock(QObject):
 
     def make_owed(self) -> Job[Locked]:
         """The job of an owed LOCK, for the worker and in its thread."""
-        return Job(lock(self._find_journal(), is_owed=True), outlives=True)
+        return Job(lock(self._find_journal(), is_owed=True), conversation=None)
 
     def give_up(self) -> None:
         """Stop repeating LOCK: the module is being activated on purpose, and what was confirmed before says nothing."""

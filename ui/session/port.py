@@ -259,7 +259,7 @@ class Port(QObject):
             self.interruptions.keep(Remainder(name, text))
 
         change = change_baud(rate, module.journal, permit=permit, armed=armed)
-        self._changing_rate = Job(change, outlives=True)
+        self._changing_rate = Job(change, conversation=None)
         self.submit(self._changing_rate, end)
 
     def submit(self, job: Job[Any], then: Callable[[Job[Any]], None], *, is_urgent: bool = False) -> Job[Any]:
@@ -315,7 +315,7 @@ class Port(QObject):
                 _log.info("No module was found at any baud rate: %s", job.outcome().tried)
                 self._await_module()  # says what is on the line instead
 
-        self._finding = Job(find_rate(rate), outlives=True)
+        self._finding = Job(find_rate(rate), conversation=None)
         self.submit(self._finding, end)
 
     def _await_module(self) -> None:
@@ -326,7 +326,7 @@ class Port(QObject):
             if opening == self._opening and job.error is None:
                 self._silence = job.outcome()
 
-        self.submit(Job(await_module(), outlives=True), end)
+        self.submit(Job(await_module(), conversation=None), end)
 
     def _on_batch(self, batch: Batch) -> None:
         is_current = batch.connection.opening >= self._opening

@@ -140,6 +140,7 @@ class ThreadlessWorker(worker.Worker):
         return True
 
 
+BEGINS_S = 2.0
 INSTANT_S = 1e-6
 """Time that passes after the port is opened."""
 
@@ -166,10 +167,18 @@ class AnyRig:
         on_progress: Callable[[Report], None] | None = None,
         *,
         is_urgent: bool = False,
+        outlives: bool = False,
+        conversation: int | None = None,
         **more: Any,
     ) -> Job[Result]:
-        """Submit it; `more`: as of `Job`."""
-        job = Job(procedure, on_progress, **more)
+        """Submit it, in the conversation that goes on, or begins; `outlives`: as a job of the port. `more`: as of
+        `Job`."""
+        if not outlives and conversation is None:
+            end_s = self.clock.now_s + BEGINS_S
+            while not self.conversation.is_going and self.clock.now_s < end_s:
+                self.step(self.max_step_s)
+            conversation = self.conversation.number
+        job = Job(procedure, on_progress, conversation=conversation, **more)
         self.session.run(job, is_urgent=is_urgent)
         return job
 

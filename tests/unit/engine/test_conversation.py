@@ -65,7 +65,7 @@ def test_e04_a_flag_is_not_known_while_a_copy_of_the_other_ones_answer_may_come(
     talk.apply(acknowledged(TRIGGER.set(True)))
     assert "attitude_trigger" not in talk.view(NOW + 2.9).values
     assert talk.view(NOW + 3.1).values["attitude_trigger"].value is True
-    flags.on_other(encode_reply(0x16, 0), NOW + 4.0)
+    flags.on_other(NOW + 4.0, is_late=False)
     assert "attitude_trigger" not in talk.view(NOW + 60.0).values, "it came twice"
 
 

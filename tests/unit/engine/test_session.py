@@ -5,11 +5,12 @@ from typing import Any
 
 import pytest
 
+from app.engine.conversation import Interrupted
 from app.engine.procedure import Ask, Cancelled, Pause, Procedure, wait_for
 from app.procedures.lock import lock
 from app.procedures.read import read_everything
 from protocol.catalogue import ACTIVATION, BY_NAME, HEARTBEAT, HEARTBEAT_REPLY, LOCK, STATUS, Request
-from protocol.events import Answered, Unanswered
+from protocol.events import Answered, EndReason, Unanswered
 from tests.support.line.frames import lose
 from tests.support.line.sim_line import Rig, settled_rig
 from tests.unit.protocol.link_bench import BOOTS
@@ -40,6 +41,10 @@ def asked(rig: Rig) -> list[Request]:
     return [request for request in rig.line.requests if request not in (BOOTS, HEARTBEAT.query())]
 
 
+def rest() -> Procedure[None]:
+    yield Pause(2.0)
+
+
 # Waiting for bytes
 
 
@@ -63,7 +68,7 @@ def test_an_answer_that_came_while_the_computer_was_busy_is_in_time() -> None:
 @pytest.mark.promise("f")
 def test_bytes_that_were_read_when_the_computer_had_slept_are_nobodys() -> None:
     rig = settled_rig()
-    frames = rig.session.link_view().counters.frames
+    resting = rig.job(rest())
 
     def sleep(longest_s: float, gather_s: float) -> bytes:
         rig.clock.now_s += 60.0
@@ -71,8 +76,9 @@ def test_bytes_that_were_read_when_the_computer_had_slept_are_nobodys() -> None:
 
     rig.line.read = sleep  # type: ignore[method-assign]
     rig.session.step()
-    assert not rig.conversation.is_going
-    assert rig.session.link_view().counters.frames == frames
+    assert rig.conversation.ended is not None
+    assert rig.conversation.ended.reason is EndReason.SLEPT
+    assert isinstance(resting.error, Interrupted), "it did not go on with what was so before"
 
 
 # Whose turn it is

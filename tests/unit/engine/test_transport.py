@@ -173,7 +173,7 @@ def test_unplugged_in_the_middle_of_everything(worker: Worker, batches: Batches,
     batches.until(
         lambda batch: batch.conversation.is_going and batch.conversation.known("active", batch.at) is not None
     )
-    job = worker.submit(Job(read_everything()))
+    job = worker.submit(Job(read_everything(), conversation=1))
     module.process.kill()  # its pseudo-terminal goes with it
     lost = batches.until(lambda batch: trouble_of(batch) is PortErrorKind.LOST)
     assert "active" in lost.conversation.values

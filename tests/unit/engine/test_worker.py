@@ -45,7 +45,7 @@ def test_it_stops_whatever_is_under_way(options: str, batches: Batches, sim: str
     worker = Worker(batches)
     worker.start()
     worker.open(sim + options, 115200, lambda: watch(StreamSwitch()))
-    job = worker.submit(Job(read_history()))
+    job = worker.submit(Job(read_history(), conversation=None))
     batches.until(is_open)
     assert worker.stop(PATIENCE_S)
     assert job.is_done
@@ -193,8 +193,8 @@ class _OwingWorker(_TurnedWorker):
 
     def __init__(self, monkeypatch: pytest.MonkeyPatch, *, is_lost: bool = True) -> None:
         super().__init__(monkeypatch)
-        self._make_lock = lambda: Job(lock(), outlives=True)
-        self.submit(Job(activating()))
+        self._make_lock = lambda: Job(lock(), conversation=None)
+        self.submit(Job(activating(), conversation=1))
         self.turn_for(0.5)
         assert self.line.bench.module.state.is_active
         if is_lost:
@@ -237,7 +237,7 @@ def test_it_is_not_sent_to_another_adapter_or_after_a_minute(
     owed = batches[-1].owed_lock
     assert owed is not None, "it stands beside LOCK"
     assert owed.is_due(batches[-1].at) is (after_s < OWED_FOR_S)
-    worker.submit(Job(lock(), outlives=True), is_urgent=True)
+    worker.submit(Job(lock(), conversation=None), is_urgent=True)
     worker.turn_for(0.5)
     assert worker.batches[-1].owed_lock is None
 
@@ -245,11 +245,11 @@ def test_it_is_not_sent_to_another_adapter_or_after_a_minute(
 @pytest.mark.promise("j")
 def test_a_lock_that_is_pressed_while_the_port_is_away_is_owed(monkeypatch: pytest.MonkeyPatch) -> None:
     worker = _TurnedWorker(monkeypatch)
-    worker._make_lock = lambda: Job(lock(), outlives=True)
+    worker._make_lock = lambda: Job(lock(), conversation=None)
     worker.line.bench.module.state.is_active = True
     worker.line.bench.unplug()
     worker.turn_for(0.2)
-    pressed = worker.submit(Job(lock(), outlives=True), is_urgent=True)
+    pressed = worker.submit(Job(lock(), conversation=None), is_urgent=True)
     worker.turn_for(0.1)
     assert pressed.is_done
     assert worker.batches[-1].owed_lock is not None
@@ -268,9 +268,9 @@ def test_a_lock_goes_out_although_the_port_is_closed_at_once(options: str, leave
     worker.start()
     try:
         worker.open(f"sim://lock-and-leave?active=yes&uptime=60{options}", 115200)
-        assert worker.submit(Job(await_module())).wait(PATIENCE_S)
-        reading = worker.submit(Job(read_everything()))
-        locking = worker.submit(Job(lock(), outlives=True), is_urgent=True)
+        assert worker.submit(Job(await_module(), conversation=None)).wait(PATIENCE_S)
+        reading = worker.submit(Job(read_everything(), conversation=1))
+        locking = worker.submit(Job(lock(), conversation=None), is_urgent=True)
         leave(worker)
         assert locking.wait(PATIENCE_S)
         assert reading.wait(PATIENCE_S)
