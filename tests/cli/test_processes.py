@@ -154,27 +154,7 @@ def test_messages_do_not_go_to_the_output_where_theirs_is_closed() -> None:
     assert json.loads(run.stdout)["error"]["code"] == "no_port"
 
 
-# What is loaded, and what is missing
-
-
-LOADED = """
-import sys; before = set(sys.modules); import app.__main__ as program
-code = program.main(sys.argv[2:])
-unused = set(sys.argv[1].split()) & set(sys.modules) - before
-sys.exit(f"{code} {unused}" if code or unused else 0)
-"""
-
-
-@posix
-def test_nothing_is_loaded_that_is_not_used() -> None:
-    for words in (["--help"], ["--version"], ["decode", "41", "75", "32", "07", "0A", "00", "01", "44"]):
-        run = ran_code(LOADED, "serial numpy PySide6 app.engine.worker", *words, **STRICT)
-        assert (run.returncode, run.stderr) == (0, ""), words
-    unused = "importlib.metadata email zipfile hashlib xml logging.handlers json sqlite3 concurrent.futures numpy"
-    with run_module() as module:
-        words = ["read", "--port", module.port]
-        run = ran_code(LOADED, f"{unused} PySide6 cryptography dataclasses", *words, **STRICT)
-    assert (run.returncode, run.stderr) == (0, "")
+# What is missing
 
 
 WITHOUT = """
