@@ -20,7 +20,7 @@ from app.terminal.records import nothing_done, other_module, records_of, refuse_
 from app.terminal.results import Byte, Count, Hex, Result
 from app.text.csv_cells import csv_text
 from app.text.i18n import tr
-from app.text.messages import in_brackets, join_names, join_sentences, labelled, saved_text
+from app.text.messages import ErrorCode, in_brackets, join_names, join_sentences, labelled, saved_text
 from app.trigger_records.history import (
     FIELDS,
     PossiblyOther,
@@ -95,6 +95,8 @@ def run(args: argparse.Namespace) -> int:
     if not history.is_answered:
         console.notify(labelled(tr("Trigger records"), tr("no reply")))
         return console.PARTIAL
+    if not history.is_confirmed:
+        console.notify(tr("The readings differ: records may be missing. Read again."))
     if args.module:
         with records_of(args.port) as kept:
             refuse_another(opened.conversation, kept, args)
@@ -111,16 +113,14 @@ def run(args: argparse.Namespace) -> int:
                 say_not_kept(trouble)
                 return console.PARTIAL
             if isinstance(visit, PossiblyOther):
-                console.notify(join_sentences((other_module(visit.why), nothing_done())))
-                is_whole = False
-            else:
-                new = visit.new
-                said = tr(
-                    "{module}: {new} new; records: {count}.", module=args.module, new=new, count=len(visit.records)
-                )
-                console.note(said)
-    if not history.is_confirmed:
-        console.notify(tr("The readings differ: records may be missing. Read again."))
+                raise console.Refused(join_sentences((other_module(visit.why), nothing_done())), ErrorCode.REFUSED)
+            said = tr(
+                "{module}: {new} new; records: {count}.",
+                module=args.module,
+                new=visit.new,
+                count=len(visit.records),
+            )
+            console.note(said)
     return console.SUCCESS if is_whole else console.PARTIAL
 
 
