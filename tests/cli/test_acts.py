@@ -18,7 +18,7 @@ from app.engine.ports import PortInfo
 from app.procedures.act import Performed
 from app.safety.journal import REQUESTS, Act, Outcome
 from app.safety.last_known import keep_away
-from app.safety.left_active import KnownAs
+from app.safety.left_active import KnownAs, all_left
 from app.simulator.bench import SimulatedBench
 from app.simulator.endpoints import TcpEndpoint
 from app.store.fact_store import FILE_NAME, open_file, utc_now
@@ -29,7 +29,7 @@ from tests.support.cli_line import Program, bench_of, sets
 from tests.support.line.frames import lose
 from tests.support.patience import in_time
 from tests.support.processes import PROGRAM, ran, ran_code, run_module
-from tests.support.records.stored import audit, begin, kept_settings, left_in, open_store, settle
+from tests.support.records.stored import audit, begin, kept_settings, open_store, settle
 from tests.unit.simulator.test_simulator_servers import posix_only, pty, serving
 
 pytest_plugins = ["tests.support.cli_fixtures"]
@@ -237,7 +237,7 @@ def leave(port: str, module: str = "", act: Act = Act.ACTIVATE, outcome: Outcome
 
 def left() -> list[str]:
     with closing(open_store()) as store:
-        return sorted(one.module for one in left_in(store))
+        return sorted(one.module for one in store.read(all_left))
 
 
 @pytest.mark.parametrize(

@@ -8,13 +8,14 @@ from pathlib import Path
 
 import pytest
 
+from app.modules.names import modules
 from app.safety.journal import Act, Outcome
 from app.simulator.bench import SimulatedBench
 from app.simulator.module import invent_records
 from protocol.catalogue import BY_NAME
 from tests.support.cli_line import Program, bench_of, exchange, faults, sets
 from tests.support.line.frames import at_frame, lose
-from tests.support.records.stored import audit, modules_in, open_store
+from tests.support.records.stored import audit, open_store
 
 pytest_plugins = ["tests.support.cli_fixtures"]
 pytestmark = pytest.mark.usefixtures("speaks_english", "user_files", "no_waiting")
@@ -159,7 +160,7 @@ def test_of_records_that_came_before_the_end_nothing_is_kept(port: str, dps_s: P
     printed = dps_s(["history", "--port", port, "--json", "--module", "M-07"], 3)
     assert json.loads(printed.out)["error"]["code"] == "interrupted"
     with closing(open_store()) as store:
-        assert not modules_in(store)
+        assert not store.read(modules)
 
 
 @pytest.mark.parametrize("words", ["history --json", "preflight --enable-triggers", "preflight --activate --yes"])

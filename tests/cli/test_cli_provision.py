@@ -4,12 +4,14 @@ import json
 import signal
 from collections.abc import Callable, Iterable
 from contextlib import closing
+from functools import partial
 from pathlib import Path
 from typing import Any
 
 import pytest
 
 from app.cli.commands import BY_NAME
+from app.modules.names import modules, remember
 from app.simulator.bench import SimulatedBench
 from app.simulator.module import Memory
 from app.store.fact_store import Facts, StoreError, StoreErrorKind
@@ -17,7 +19,7 @@ from app.store.rows import Content, ModuleProvisioned, PreflightCheck, Row
 from app.terminal import console
 from app.terminal.console import Refused
 from tests.support.cli_line import bench_of, falls_after, run_here, sets
-from tests.support.records.stored import checks_of, modules_in, open_store, register
+from tests.support.records.stored import checks_of, open_store
 
 pytest_plugins = ["tests.support.cli_fixtures"]
 pytestmark = pytest.mark.usefixtures("speaks_english", "no_waiting", "qapp")  # it prints
@@ -109,7 +111,7 @@ def test_a_batch_names_what_is_ready_and_sets_aside_what_is_not(
     assert (_verdicts("M-001"), _verdicts("M-002"), _verdicts(None)) == (["READY"], ["READY"], ["NO-GO"])
     assert (tmp_path / "labels.pdf").read_bytes().startswith(b"%PDF-")
     with closing(open_store()) as store:
-        assert {known.name: known.boot_count for known in modules_in(store)} == {"M-001": 4, "M-002": 7}
+        assert {known.name: known.boot_count for known in store.read(modules)} == {"M-001": 4, "M-002": 7}
         kept = store.read(lambda facts: facts.of_kind(PreflightCheck))
     named = [check.content.document for check in kept if check.row.module is not None]
     assert all(len(json.loads(document)["record"]["frames"]) > 60 for document in named)
@@ -149,7 +151,7 @@ def test_a_name_that_another_program_gives_meanwhile_is_not_given_twice(
 ) -> None:
     def give() -> None:
         with closing(open_store()) as store:
-            register(store, "M-002")
+            store.write(partial(remember, name="M-002")).result()
 
     lines = batch(*ALLOWED, "--names", "M-001..M-003", plugs=plugs, at=at, act=give, code=1)
     assert [line.split()[:2] for line in lines if line.startswith("M-002 ")] == [["M-002", "open"]]
@@ -180,7 +182,7 @@ def test_a_module_that_is_exchanged_meanwhile_gets_no_name(batch: Batch, port: s
     assert any(line.startswith("SET ASIDE") for line in lines)
     assert _verdicts("M-001") == []
     with closing(open_store()) as store:
-        assert not modules_in(store)
+        assert not store.read(modules)
 
 
 @pytest.mark.promise("i")

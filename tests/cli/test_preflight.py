@@ -13,12 +13,13 @@ from app.safety.journal import Act, Outcome
 from app.simulator.bench import SimulatedBench
 from app.store.acts import unnamed_fired
 from app.store.fact_store import Store
+from app.trigger_records.history import KeptTriggers
 from protocol.catalogue import ACTIVATION, Request
 from tests.files.records.test_record import signed_record
 from tests.support.cli_line import Program, bench_of, faults, sets
 from tests.support.line.frames import at_each_frame
 from tests.support.processes import PROGRAM, ran, run_module
-from tests.support.records.stored import audit, checks_of, open_store, records_of
+from tests.support.records.stored import audit, checks_of, open_store
 
 pytest_plugins = ["tests.support.cli_fixtures"]
 pytestmark = pytest.mark.usefixtures("speaks_english", "no_waiting")
@@ -115,7 +116,7 @@ def test_a_new_trigger_is_noticed_and_a_word_for_the_records_is_kept(port: str, 
     bench.module.activate(is_active=False)
     bench.set_world(bay_is_open=False)
     assert result(code=1) == "fail"
-    assert len(records_of(kept, "M-07")) == 3
+    assert len(kept.read(lambda facts: KeptTriggers(facts).records("M-07"))) == 3
 
 
 def test_a_report_that_cannot_be_written_is_said(

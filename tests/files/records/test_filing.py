@@ -11,7 +11,7 @@ from typing import Any
 
 import pytest
 
-from app.modules.names import remember
+from app.modules.names import remember, remembered
 from app.preflight.checks import CheckResult, Person
 from app.preflight.verdict import Verdict
 from app.procedures.history import History
@@ -28,7 +28,7 @@ from app.trigger_records.history import KeptTriggers, TriggersReading, Visit, fi
 from tests.support.patience import PATIENCE_S
 from tests.support.processes import running
 from tests.support.records.preflight_rig import FAULTS, Fault, check, loses
-from tests.support.records.stored import checks_of, open_store, remembered_in
+from tests.support.records.stored import checks_of, open_store
 
 RECORD = record_of(bytes.fromhex("41 75 35 01 01 00 6C 02 3C 05 A0 00 01 0C EB 7E"))
 _FILER = """
@@ -154,7 +154,7 @@ def test_what_may_be_another_module_becomes_no_part_of_this_ones_history(store: 
     ):
         filed = file_one(store, "M-07", is_same_module=is_same_module)
         assert filed.assessment.result("boot_count") is result
-        known = remembered_in(store, "M-07")
+        known = store.read(partial(remembered, name="M-07"))
         assert known is not None
         assert (known.boot_count, "freefall_time_s" in known.settings) == (boot_count, visits > 0)
         assert visits_of(store, "M-07") == visits

@@ -13,7 +13,7 @@ import pytest
 from app.procedures.act import perform
 from app.procedures.lock import Locked, lock
 from app.safety.journal import Act, Outcome
-from app.safety.left_active import KnownAs
+from app.safety.left_active import KnownAs, all_left
 from app.safety.permit import Interlock
 from app.store.acts import StoreJournal, Where, note_report, note_said_safe
 from app.store.fact_store import FILE_NAME, Store
@@ -21,7 +21,7 @@ from app.store.rows import ActIntended
 from protocol.catalogue import Hazard
 from tests.support.line.sim_line import Rig, settled_rig
 from tests.support.patience import PATIENCE_S
-from tests.support.records.stored import audit, begin, journal_in, left_in, open_store, settle
+from tests.support.records.stored import audit, begin, open_store, settle
 
 FRAME = bytes.fromhex("42 61 25 01 00 26")
 PORT = "/dev/ttyUSB0"
@@ -74,7 +74,8 @@ def test_what_is_left_active(acts: list[tuple[Act, Outcome | None]], left: list[
                 if outcome is not None:
                     settle(store, entry, act, outcome, port=port, known_as=known_as)
     with closing(open_store(tmp_path)) as store:
-        assert [(one.port, one.is_lock_unconfirmed) for one in left_in(store)] == [(PORT, is_lock) for is_lock in left]
+        found = store.read(all_left)
+    assert [(one.port, one.is_lock_unconfirmed) for one in found] == [(PORT, is_lock) for is_lock in left]
 
 
 @pytest.mark.promise("l")
@@ -83,11 +84,11 @@ def test_what_the_module_reports_and_a_person_says(store: Store) -> None:
     for is_active, count in ((False, 0), (True, 1), (True, 1), (False, 0), (True, 1)):
         store.write(partial(note_report, where=here._replace(port="sim://"), is_active=True))
         store.write(partial(note_report, where=here, is_active=is_active))
-        assert len(left_in(store)) == count
-    (left,) = left_in(store)
+        assert len(store.write(all_left).result()) == count
+    (left,) = store.write(all_left).result()
     assert (left.module, left.run, left.port, left.adapter) == (*here.known_as, PORT, "usb 1")
     store.write(lambda facts: note_said_safe(facts, left, "window"))
-    assert left_in(store) == ()
+    assert store.write(all_left).result() == ()
     (said,) = audit(store)
     assert (said.act, said.outcome, said.frame) == (Act.LOCK, Outcome.CONFIRMED, b"")
     assert said.detail == {"reported_by": "person"}
@@ -126,7 +127,7 @@ def locked_by(rig: Rig, journal: StoreJournal) -> Locked:
 
 @pytest.mark.promise("j")
 def test_lock_is_sent_reported_and_done_before_anything_is_written(store: Store) -> None:
-    rig, journal = settled_rig(active=True), journal_in(store, port="p")
+    rig, journal = settled_rig(active=True), StoreJournal(store, lambda: Where("p", "window"))
     with held(store):
         assert locked_by(rig, journal).is_locked
         assert not rig.bench.module.state.is_active
@@ -139,7 +140,7 @@ def test_lock_is_sent_reported_and_done_before_anything_is_written(store: Store)
 
 @pytest.mark.promise("j")
 def test_lock_overtakes_and_cancels_an_act_that_waits_for_the_disk(store: Store) -> None:
-    rig, journal = settled_rig(), journal_in(store, port="p")
+    rig, journal = settled_rig(), StoreJournal(store, lambda: Where("p", "window"))
     with held(store):
         acting = rig.job(perform(Act.ACTIVATE, journal, permit=rig.permit(Act.ACTIVATE)))
         rig.step_for(0.5)
@@ -152,7 +153,7 @@ def test_lock_overtakes_and_cancels_an_act_that_waits_for_the_disk(store: Store)
 
 @pytest.mark.promise("h")
 def test_a_locked_store_refuses_acts_but_not_lock(store: Store, tmp_path: Path) -> None:
-    rig, journal = settled_rig(active=True), journal_in(store, port="p")
+    rig, journal = settled_rig(active=True), StoreJournal(store, lambda: Where("p", "window"))
     with closing(sqlite3.connect(tmp_path / FILE_NAME)) as other:
         other.execute("BEGIN EXCLUSIVE")
         assert locked_by(rig, journal).is_locked

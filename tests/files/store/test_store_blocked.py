@@ -14,7 +14,8 @@ from app.modules.names import modules
 from app.safety.journal import Act, Outcome
 from app.store.fact_store import Store, StoreError, open_file
 from app.store.rows import Judgement
-from tests.support.records.stored import audit, records_of
+from app.trigger_records.history import KeptTriggers
+from tests.support.records.stored import audit
 from tests.support.window.fakes_ui import simulated, window
 from tests.support.window.fakes_ui import store_of as window_store
 from tests.support.window.preflight_window import OnBench, on_bench
@@ -51,7 +52,7 @@ def test_a_judgement_that_could_not_be_kept_is_said_and_tried_again(
         bench.click(page.strip.button("judge_again"))
         bench.until(lambda: not page.work._judging)
         (module,) = store.read(modules)
-        (record,) = records_of(store, module.name)
+        (record,) = store.read(lambda facts: KeptTriggers(facts).records(module.name))
         assert (record.judgement, record.note) == (Judgement.BENCH_TEST, "tipped on the table")
         assert said(bench) == ""
 

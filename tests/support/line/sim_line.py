@@ -53,15 +53,9 @@ class SimulatedLine:
         # When the module told last whether it is ACTIVE, and whether it is.
         self.told_active: tuple[float, bool] | None = None
         self._parser = StreamParser()
-        self._silent_until_s = -inf
         bench.wire.clear(clock())
         self._check()
         self.baud_rate = self.bench.wire.host_baud = baud_rate
-
-    def lead_to(self, other: SimulatedBench, silent_s: float) -> None:
-        """Another module is at its end from now on; what is sent to it for this long is lost."""
-        other.wire.host_baud, self.bench, self.plug_number = self.baud_rate, other, other.plug_number
-        self._silent_until_s = self.clock.now_s + silent_s
 
     @property
     def requests(self) -> list[Request]:
@@ -94,8 +88,7 @@ class SimulatedLine:
         self.sent += data
         for at in range(0, len(data), 6):
             self._on_leaving(decode_request(data[at : at + 6]))
-        if self.clock.now_s >= self._silent_until_s:
-            self.bench.wire.write(data, self.clock.now_s)
+        self.bench.wire.write(data, self.clock.now_s)
 
     def use_rate(self, baud_rate: int) -> None:
         self._check()

@@ -1,10 +1,9 @@
 """Stores, stations and reports of tests: as the program makes them, waited for."""
 
 import sqlite3
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from concurrent.futures import Future
-from contextlib import closing, contextmanager
-from datetime import UTC, datetime, timedelta
+from contextlib import closing
 from functools import cache
 from pathlib import Path
 from types import MappingProxyType
@@ -13,15 +12,12 @@ from typing import Any, NamedTuple
 from cryptography.hazmat.primitives.asymmetric.ed25519 import Ed25519PrivateKey
 
 from app.modules.labels import A4
-from app.modules.names import Remembered, modules, remember, remembered
 from app.records.filing import CheckLine, checks_in
 from app.safety.journal import Act, Outcome
-from app.safety.left_active import KnownAs, LeftActive, all_left
 from app.store import acts
-from app.store.fact_store import Clock, Facts, Store, connect, utc_now
+from app.store.fact_store import Clock, Facts, Store, utc_now
 from app.store.rows import ActEnded, ActIntended, Content, DeployIntended, Row, SettingsSeen
 from app.store.station import Station
-from app.trigger_records.history import KeptTriggers, SeenRecord
 from tests.support.patience import PATIENCE_S
 
 
@@ -74,10 +70,6 @@ def audit(store: Store, *which: Act) -> tuple[AuditEntry, ...]:
     return tuple(entry for entry in found if not which or entry.act in which)
 
 
-def journal_in(store: Store, *, port: str, adapter: str = "", known_as: KnownAs = acts.UNNAMED) -> acts.StoreJournal:
-    return acts.StoreJournal(store, lambda: acts.Where(port, "window", adapter, known_as))
-
-
 def begin(store: Store, act: Act, frame: bytes, detail: Mapping[str, object], *, port: str, **where: Any) -> str:
     """`where`: other fields of `acts.Where`."""
     here = acts.Where(port, **({"origin": "window"} | where))
@@ -92,26 +84,6 @@ def settle(
     store.write(lambda facts: acts.settle(facts, intent, act, here, outcome, result)).result(PATIENCE_S)
 
 
-def left_in(store: Store) -> tuple[LeftActive, ...]:
-    return store.write(all_left).result(PATIENCE_S)
-
-
-def modules_in(store: Store) -> list[Remembered]:
-    return store.write(modules).result(PATIENCE_S)
-
-
-def remembered_in(store: Store, name: str) -> Remembered | None:
-    return store.write(lambda facts: remembered(facts, name)).result(PATIENCE_S)
-
-
-def register(store: Store, name: str) -> None:
-    store.write(lambda facts: remember(facts, name)).result(PATIENCE_S)
-
-
-def records_of(store: Store, name: str) -> tuple[SeenRecord, ...]:
-    return store.write(lambda facts: KeptTriggers(facts).records(name)).result(PATIENCE_S)
-
-
 def checks_of(store: Store, name: str | None) -> tuple[CheckLine, ...]:
     return store.write(lambda facts: checks_in(facts, name)).result(PATIENCE_S)
 
@@ -120,20 +92,6 @@ def kept_settings(store: Store) -> list[dict[str, object]]:
     """As they were found, newest first."""
     kept = store.write(lambda facts: facts.of_kind(SettingsSeen)).result(PATIENCE_S)
     return [dict(one.content.settings) for one in reversed(kept)]
-
-
-@contextmanager
-def plain_facts(folder: Path) -> Iterator[Facts]:
-    """Facts in a file without a store's thread: each is there at once."""
-    folder.mkdir(parents=True, exist_ok=True)
-    with closing(connect(folder / "dps-s.sqlite")) as connection:
-        last = [datetime(2026, 1, 1, tzinfo=UTC)]
-
-        def tick() -> datetime:
-            last[0] = max(utc_now(), last[0] + timedelta(microseconds=1))
-            return last[0]
-
-        yield Facts(connection, "a" * 64, tick)
 
 
 def tamper(path: Path, *statements: str) -> None:

@@ -4,6 +4,9 @@ import csv
 import io
 import random
 from collections.abc import Iterator
+from contextlib import closing
+from datetime import timedelta
+from itertools import count
 from pathlib import Path
 
 import pytest
@@ -11,7 +14,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from app.modules.names import remembered
-from app.store.fact_store import Facts
+from app.store.fact_store import Facts, connect, utc_now
 from app.store.rows import Judgement, TriggerRecordSeen
 from app.trigger_records.history import (
     CSV_HEAD,
@@ -27,7 +30,6 @@ from app.trigger_records.history import (
 )
 from protocol.messages import encode_long
 from tests.support.line.sim_line import settled_rig
-from tests.support.records.stored import plain_facts
 
 WORKED = bytes.fromhex("41 75 35 01 01 00 6C 02 3C 05 A0 00 01 0C EB 7E")
 
@@ -39,8 +41,10 @@ def raw(boot: int, uptime: int, source: int = 2, *, charge: int = 1, serial: int
 
 @pytest.fixture
 def facts(tmp_path: Path) -> Iterator[Facts]:
-    with plain_facts(tmp_path) as one:
-        yield one
+    """In a file without a store's thread: each is there at once, and later than the one before."""
+    later = count()
+    with closing(connect(tmp_path / "dps-s.sqlite")) as connection:
+        yield Facts(connection, "a" * 64, lambda: utc_now() + timedelta(microseconds=next(later)))
 
 
 # Sentences

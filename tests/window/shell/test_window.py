@@ -3,6 +3,7 @@ names that a scanner types.
 """
 
 import json
+from functools import partial
 from itertools import product
 from pathlib import Path
 
@@ -13,11 +14,11 @@ from PySide6.QtWidgets import QApplication, QFileDialog, QLabel, QPushButton
 from pytestqt.qtbot import QtBot
 
 from app.diagnosis.link_state import Phase
+from app.modules.names import remember
 from app.safety.journal import Act
 from app.trigger_records.history import read_triggers
 from protocol.events import EndReason
 from tests.support.processes import ran_code
-from tests.support.records.stored import register
 from tests.support.window.fake_ports import fake_window
 from tests.support.window.fakes_ui import EMPTY_PAGE, connect, simulated, store_of, window
 from tests.support.window.rig import Rig, on_fake_time
@@ -217,7 +218,7 @@ def test_a_scanned_name_is_taken_as_it_was_typed_wherever_a_module_is_named(
         naming = assembly.ports.module
         for number, page in product(range(len(known) + 1), ("preflight", "triggers")):
             for name in known[:number]:
-                register(store_of(assembly.storage), name)
+                store_of(assembly.storage).write(partial(remember, name=name)).result()
             main.go_to(page)
             shown = given(main.stack.currentWidget())
             field = shown.findChildren(ModuleField)[0]
