@@ -11,7 +11,6 @@ from PySide6.QtWidgets import (
     QAbstractScrollArea,
     QAbstractSpinBox,
     QComboBox,
-    QGroupBox,
     QHeaderView,
     QLabel,
     QLineEdit,
@@ -34,9 +33,8 @@ OVER_THE_PAGE = ("connect_panel",)
 Measured = tuple[str, float, float, str]
 
 
-def cut_off(root: QWidget, texts: list[str] | None = None) -> list[str]:
-    """Return a line for every visible widget below `root` that does not fit, once all is laid out. What was measured
-    is added to `texts`."""
+def cut_off(root: QWidget) -> list[str]:
+    """Return a line for every visible widget below `root` that does not fit, once all is laid out."""
     let_lay_out(root)
     found: list[str] = []
     for widget in (root, *visible_in(root)):
@@ -48,8 +46,6 @@ def cut_off(root: QWidget, texts: list[str] | None = None) -> list[str]:
             is_told = bool(text) and text.replace("&", "") in told + also
             if needs_px > has_px + SLACK_PX and not is_told:
                 found.append(f"{name}: {text!r} needs {needs_px:.0f} px, has {has_px:.0f}")
-            if texts is not None:
-                texts.append(text)
         found += [f"{name}: {fault}" for fault in faults_of_place(widget)]
     return found
 
@@ -91,8 +87,6 @@ def measured(widget: QWidget) -> Iterator[Measured]:
         case QTabBar():
             for index in range(widget.count()):
                 yield widget.tabText(index), along(widget.tabText(index), metrics), widget.tabRect(index).width(), ""
-        case QGroupBox():
-            yield widget.title(), along(widget.title(), metrics), widget.width(), ""
         case QHeaderView() if widget.orientation() is Qt.Orientation.Horizontal:
             for section in range(widget.count()):
                 if not widget.isSectionHidden(section):

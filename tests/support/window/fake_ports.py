@@ -114,10 +114,6 @@ class FakeWorker:
         self.values |= {key: Known(value, How.READ, now) for key, value in values.items()}
         self.hand_over()
 
-    def read_all(self, **values: Value) -> None:
-        """As after everything that can be read was read."""
-        self.say(**SETTINGS | values)
-
     def end(self, reason: EndReason, *, error: Exception | None = None) -> None:
         """The conversation ends, and with it every job but LOCK."""
         if self.number > 0 and self.ended is None:

@@ -31,7 +31,6 @@ from ui.pages.preflight.guided import GuidedPanel
 from ui.pages.preflight.page import PreflightPage
 from ui.pages.settings.page import SettingsPage
 from ui.services.context import PageEntry
-from ui.session.port import Port
 from ui.session.ports import Ports
 from ui.shell.main_window import MainWindow
 from ui.widgets.step_button import gestures
@@ -99,15 +98,6 @@ class Rig(Driver):
         """The requests that were not queries, except `serial_output`."""
         acts = [request for request in self.requests if request.hazard is not Hazard.NONE]
         return [request for request in acts if request.command is not SERIAL_OUTPUT]
-
-    def add_port(self) -> Port:
-        """One more, beside the first."""
-
-        def make_worker(callback: Callable[[Batch], None], make_lock: Callable[[], Job[Any]]) -> ThreadlessWorker:
-            self.workers.append(ThreadlessWorker(callback, self.clock, make_lock))
-            return self.workers[-1]
-
-        return self.assembly.ports.add(make_worker)
 
     def turn(self, longest_s: float = TURN_S) -> None:
         """One step of the line, the window and its timers; no time passes while the disk or a task is at work."""

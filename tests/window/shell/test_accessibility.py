@@ -6,17 +6,15 @@ import gc
 import re
 from collections import Counter
 from collections.abc import Iterator
-from itertools import pairwise
 from pathlib import Path
-from typing import Any, cast
+from typing import Any
 
 import pytest
 import shiboken6
-from PySide6.QtCore import QObject, QPoint, QRect, QSize, Qt
+from PySide6.QtCore import QObject, QSize, Qt
 from PySide6.QtGui import QAccessible, QAccessibleInterface, QAction, QKeySequence
 from PySide6.QtWidgets import (
     QAbstractButton,
-    QAbstractScrollArea,
     QApplication,
     QLabel,
     QLineEdit,
@@ -32,7 +30,7 @@ from app.settings.form import RowState, SettingDraft
 from app.text.i18n import CHINESE, read_messages, tr
 from tests.support.processes import ROOT
 from tests.support.thorough import IS_THOROUGH
-from tests.support.window.controls import controls_in, place, takes_tab
+from tests.support.window.controls import controls_in, takes_tab
 from tests.support.window.cut_off import cut_off, texts_of
 from tests.support.window.fakes_ui import window
 from tests.support.window.screen_reader import name_of
@@ -47,7 +45,7 @@ from ui.services.page import Page
 from ui.shell.main_window import SMALLEST
 from ui.style.appearance import Spoken
 from ui.style.icons import Icon
-from ui.style.theme import Choice, Space
+from ui.style.theme import Choice
 from ui.widgets.controls import Shortcut, control, in_column
 from ui.widgets.step_button import is_in_sight
 
@@ -79,8 +77,6 @@ UNTRANSLATED = re.compile(r"sim:[\u200b/]+\w+|postgresql:\S+|[0-9A-Z]{4}-[0-9A-Z
 FULL_HD_AT_200 = QSize(960, 540)
 BY_OTHER_KEYS = ("_less", "_more")
 """Beside a number field, whose arrow keys do the same: a stop of Tab would only be in the way."""
-FROM_CANCEL_ON = ("ritual_", "_cancel", "_go", "_ask")
-"""Cancel has the focus at every step, and one Tab leads to what comes next, wherever the two stand."""
 
 
 @pytest.mark.parametrize("size", [SMALL_SCREEN, *([SMALLEST] if IS_THOROUGH else [])])
@@ -88,14 +84,13 @@ def test_the_walk(qtbot: QtBot, qapp: QApplication, tmp_path: Path, size: QSize)
     """All that is asked of what stands in the window: a few walks, because it is the walk that takes time."""
     faults: dict[str, str] = {}
     controls = 0
-    texts: list[str] = []
     with walking(qtbot, qapp, tmp_path, theme=Choice.SUNLIGHT, size=size) as walk:
         for stop in walk.stops():
             assert walk.window.size() == size, stop.name
-            found = faults_in(stop.root, texts)
+            found = faults_in(stop.root)
             if found:  # a value that came meanwhile may not be laid out yet: what stays is a fault
                 walk.settle()
-                again = faults_in(stop.root, texts)
+                again = faults_in(stop.root)
                 found = [fault for fault in found if fault in again]
             controls += len(controls_in(stop.root))
             if stop.name in {entry.key for entry in PAGES}:
@@ -105,14 +100,7 @@ def test_the_walk(qtbot: QtBot, qapp: QApplication, tmp_path: Path, size: QSize)
                 faults.setdefault(fault, stop.name)
         for name in living_garbage(walk.window):
             faults.setdefault(f"the collector would free {name}", "the end")
-        for fault in nameless(walk.window):
-            faults.setdefault(fault, "out of sight")
-        own = [
-            button for button in walk.window.findChildren(QAbstractButton) if type(button).__module__.startswith("ui.")
-        ]
-    assert {type(one).__name__ for one in own} >= {"PortButton", "HoldButton"}  # they paint themselves
     assert controls > 500
-    assert len(set(texts)) > 400
     assert not faults, "\n".join(f"{name}: {fault}" for fault, name in faults.items())
 
 
@@ -126,7 +114,7 @@ def test_large_text(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
     with walking(qtbot, qapp, folder, theme=Choice.SUNLIGHT) as walk:  # whose letters are bold
         for stop in walk.stops():
             assert walk.window.size() == SMALL_SCREEN, stop.name
-            found = [*cut_off(stop.root), *sideways(stop.root), *parted(stop.root)]
+            found = [*cut_off(stop.root), *sideways(stop.root)]
             if stop.name.startswith(("settings", "preflight", "connect")):  # where a person works down a long page
                 found += main_out_of_sight(stop.root)
             if stop.name == "settings":
@@ -183,10 +171,11 @@ def cut_off_in_any_state(walk: Walk) -> list[str]:
     return found
 
 
-def faults_in(root: QWidget, texts: list[str]) -> list[str]:
-    """What is wrong with all that is in sight. The texts that were measured are added to `texts`."""
-    return [*cut_off(root, texts), *unnamed(root), *out_of_order(root),
-            *unheard(root), *sideways(root), *misnamed(root)]  # fmt: skip
+def faults_in(root: QWidget) -> list[str]:
+    """What is wrong with all that is in sight."""
+    return [
+        *cut_off(root), *unnamed(root), *unreached(root), *unheard(root), *sideways(root), *misnamed(root),
+    ]  # fmt: skip
 
 
 def sideways(root: QWidget) -> list[str]:
@@ -198,20 +187,6 @@ def sideways(root: QWidget) -> list[str]:
 def main_out_of_sight(root: QWidget) -> list[str]:
     buttons = (one for one in root.findChildren(QPushButton) if one.property("role") == "primary" and one.isVisible())
     return [f"{button.objectName()} is out of sight" for button in buttons if not is_in_sight(button)]
-
-
-def parted(root: QWidget) -> list[str]:
-    """Captions that stand in another row than their field, and not above it either."""
-    found = []
-    for caption in root.findChildren(QLabel):
-        field = cast("QWidget | None", caption.buddy())
-        if field is not None and caption.isVisible() and field.isVisible():
-            here, there = place(caption), place(field)
-            is_beside = here.top() <= there.bottom() and there.top() <= here.bottom()
-            is_above = here.bottom() < there.top() and here.left() < there.left() + Space.XL
-            if not is_beside and not is_above:
-                found.append(f"{caption.objectName()} stands apart from its field")
-    return found
 
 
 def unnamed(root: QWidget) -> list[str]:
@@ -228,16 +203,6 @@ def unnamed(root: QWidget) -> list[str]:
               and not isinstance(part.parentWidget(), Spoken)]  # fmt: skip
     names = Counter(control.objectName() for control in controls)
     return found + [f"{count} controls are called {name}" for name, count in names.items() if count > 1]
-
-
-def nameless(root: QWidget) -> list[str]:
-    """Also the buttons that no stop has in sight."""
-    return [
-        f"{button.objectName()!r} with {button.text() or button.toolTip()!r} has no name"
-        for button in root.findChildren(QAbstractButton)
-        if (button.text() or button.toolTip()) and not (button.objectName() and name_of(button))
-        and not button.objectName().startswith("qt_")
-    ]  # fmt: skip
 
 
 _SKIPPED = frozenset({QAccessible.Role.Client, QAccessible.Role.Border, QAccessible.Role.NoRole})
@@ -283,20 +248,9 @@ def misnamed(root: QWidget) -> list[str]:
     return found
 
 
-def out_of_order(root: QWidget) -> list[str]:
-    """Everything is reached by Tab, in the order in which one reads."""
-    # LOCK, added to a dialog that is shown, has its keys: Tab begins with the dialog's own controls.
-    chain = list(tab_chain(root))
-
-    def is_from_cancel(widget: QWidget) -> bool:
-        return any(part in widget.objectName() for part in FROM_CANCEL_ON)
-
-    found = [
-        f"Tab goes from {one.objectName()} back to {other.objectName()}"
-        for one, other in pairwise(chain)
-        if goes_back(one, other, root) and not (is_from_cancel(one) and is_from_cancel(other))
-    ]
-    return found + [
+def unreached(root: QWidget) -> list[str]:
+    """What is enabled and not reached by Tab."""
+    return [
         f"{one.objectName()} is not reached by Tab"
         for one in controls_in(root)
         if one.isEnabled() and not takes_tab(one) and not one.objectName().endswith(BY_OTHER_KEYS)
@@ -325,32 +279,6 @@ def tab_chain(window: QWidget) -> list[QWidget]:
         if one.isVisible() and one.isEnabled() and takes_tab(one)
         and one.focusProxy() is None and not one.objectName().startswith("qt_")
     ]  # fmt: skip
-
-
-def place_of(widget: QWidget, root: QWidget) -> QRect:
-    """Return its place in `root`; a widget that is scrolled out of sight is placed at the edge of its scroll area."""
-    place = QRect(widget.mapTo(root, QPoint(0, 0)), widget.size())
-    parent = widget.parentWidget()
-    while parent is not None and parent is not root:
-        if isinstance(parent, QAbstractScrollArea):
-            area = QRect(parent.mapTo(root, QPoint(0, 0)), parent.size())
-            place.moveTop(min(max(place.top(), area.top()), area.bottom() - 1))
-            place.setBottom(min(place.bottom(), area.bottom()))
-        parent = parent.parentWidget()
-    return place
-
-
-def goes_back(one: QWidget, other: QWidget, root: QWidget) -> bool:
-    """Return whether Tab goes against the reading order: up without going right, or left within a row."""
-    if one.isAncestorOf(other) or other.isAncestorOf(one):
-        return False
-    around = one.parentWidget()
-    while around is not None and around is not root and not around.isAncestorOf(other):
-        around = around.parentWidget()
-    here, there = place_of(one, around or root), place_of(other, around or root)
-    is_above = there.bottom() <= here.top() and there.left() < here.right()
-    is_left = there.right() <= here.left() and there.top() < here.bottom() and here.top() < there.bottom()
-    return is_above or is_left
 
 
 MAX_STOPS = 200

@@ -7,7 +7,6 @@ import json
 import logging
 import sys
 import threading
-import weakref
 from collections import Counter, deque
 from collections.abc import Callable, Iterator
 from contextlib import ExitStack, contextmanager
@@ -18,7 +17,7 @@ from unittest.mock import patch
 
 import pytest
 import serial
-from PySide6.QtCore import QCoreApplication, QEvent, QObject
+from PySide6.QtCore import QEvent, QObject
 from PySide6.QtWidgets import QApplication
 from pytestqt.qtbot import QtBot
 
@@ -167,21 +166,6 @@ def test_no_process_stays_behind(sticks_in: str) -> None:
     said = [line for line in ended.stderr.splitlines() if "propagateSizeHints" not in line]
     assert (ended.returncode, said) == (1, [])  # it was not seen that a module answers
     assert json.loads(ended.stdout.splitlines()[0])["took_s"] < CLOSING_S + MACHINE_S
-
-
-# The parts
-
-
-def test_a_closed_window_is_freed_with_all_its_pages(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
-    def closed() -> "weakref.ref[object]":
-        with window(qapp, tmp_path, entries=PAGES) as assembly:
-            qtbot.waitUntil(lambda: assembly.window.has_pages)
-            return weakref.ref(assembly.window)
-
-    left = closed()
-    QCoreApplication.sendPostedEvents(None, QEvent.Type.DeferredDelete)
-    gc.collect()
-    assert left() is None
 
 
 def notice_of(assembly: Assembly) -> str:

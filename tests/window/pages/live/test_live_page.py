@@ -16,7 +16,6 @@ from app.procedures.light import LightDirection
 from app.procedures.stream import StreamSwitch
 from app.recordings.excerpt import ACTIVE, TRIGGERED
 from app.recordings.library import RecordingLibrary
-from app.samples.samples import Series
 from app.system.clock import steady_time
 from protocol.events import Began, Ended, EndReason
 from tests.support.records.recordings_made import CLOSED, LOST, OPEN, WAIT_S, batch, received, report, settle, talk
@@ -180,14 +179,6 @@ def test_every_sample_is_kept_with_its_flags() -> None:
     assert span.is_whole
 
 
-def test_voltage_and_light_are_kept_once_for_each_reading() -> None:
-    data = LiveData()
-    one, other = talk(1.0, cell_voltage_v=3.9, light_v=0.3), talk(2.0, cell_voltage_v=3.92, light_v=0.3)
-    take(data, batch(1.0, view=one), batch(1.02, view=one), batch(2.0, view=other), batch(3.0, view=over(other)))
-    assert [round(value, 2) for value in data.cell.window(0, 9).value.tolist()] == [3.9, 3.92]
-    assert len(data.light) == 2
-
-
 @pytest.mark.parametrize(
     ("flags", "acting", "unproven"),
     [
@@ -236,14 +227,6 @@ def test_the_end_of_a_conversation_is_a_mark_behind_which_nothing_of_it_holds(re
     # The next one may be another module: that it is locked is no news.
     assert marks == [(2.0, word), (4.0, "answers again")]
     assert (data.acting.fires.value, data.unproven.fires.value) == (None, None)
-
-
-def test_a_span_with_dropped_samples_is_marked() -> None:
-    data = LiveData()
-    data.tilt, data.acceleration, data._flags = (Series(100) for _ in range(3))
-    data.on_batch(batch(20.0, *(report(n / 10) for n in range(200))))
-    assert not data.excerpt(0.0, 20.0).is_whole
-    assert data.excerpt(15.0, 20.0).is_whole
 
 
 NEXT = OPEN._replace(opening=7)

@@ -23,7 +23,6 @@ from app.recordings.session_file import Opening
 from protocol.messages import Status
 from tests.files.recordings.test_damage import chunks_in
 from tests.support.flights.made_flights import crash, made_flight, ordinary_flight, write_csv, write_logs
-from tests.support.patience import in_time
 from tests.support.records.recordings_made import NOON, PORT, Note, batch, recorder_in, report, talk, write_session
 from tests.support.window.controls import moved, places
 from tests.support.window.cut_off import cut_off
@@ -176,17 +175,6 @@ def test_each_file_that_cannot_be_read_is_named_and_nothing_is_proposed_without_
     desk.key(Qt.Key.Key_Delete)
     desk.wait_read()
     assert desk.said() == "The vendor's defaults fire in 0 of 1"
-
-
-def test_a_thousand_logs_that_were_read_are_chosen_at_once(desk: Desk) -> None:
-    flight = summarise(tilted("", 20))
-    desk.page.work.logs = {f"{number}": LogFile(f"{number}", flight=flight) for number in range(1000)}
-    desk.page.refresh_list()
-    with in_time(0.5):
-        desk.page.table.selectAll()
-        desk.page.work.logs["one more"] = LogFile("one more", flight=flight)
-        desk.page.refresh_list()
-    assert len(desk.page.table.chosen()) == 1000
 
 
 def test_cancel_is_immediate_and_late_results_change_nothing(
