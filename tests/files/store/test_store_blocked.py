@@ -16,16 +16,16 @@ from app.store.fact_store import Store, StoreError, open_file
 from app.store.rows import Judgement
 from app.trigger_records.history import KeptTriggers
 from tests.support.records.stored import audit
+from tests.support.window.desk import Desk, desk
 from tests.support.window.fakes_ui import simulated, window
 from tests.support.window.fakes_ui import store_of as window_store
-from tests.support.window.preflight_window import OnBench, on_bench
 from tests.window.pages.triggers.test_triggers_page import JUDGED, fire, name_kept, said, texts
 
 WAITS_S = 20.0
 """Of SQLite: so long a write waits for the program that holds the store."""
 
 
-def store_of(bench: OnBench) -> Store:
+def store_of(bench: Desk) -> Store:
     store = bench.assembly.storage.store
     assert isinstance(store, Store)
     return store
@@ -35,7 +35,7 @@ def store_of(bench: OnBench) -> Store:
 def test_a_judgement_that_could_not_be_kept_is_said_and_tried_again(
     qtbot: QtBot, qapp: QApplication, tmp_path: Path
 ) -> None:
-    with on_bench(qtbot, qapp, tmp_path, "again", "triggers") as bench:
+    with desk(qtbot, qapp, tmp_path, "triggers", name="again") as bench:
         fire(bench)
         page, store = bench.triggers, store_of(bench)
         name_kept(bench, "M-07")

@@ -148,7 +148,7 @@ class Rig(Driver):
 @contextmanager
 def on_fake_time(
     kind: type[Made], qtbot: QtBot, qapp: QApplication, folder: Path, name: str, entries: tuple[PageEntry, ...],
-    query: str = "", ports: ListedPorts | None = None, /, **options: object,
+    ports: ListedPorts | None = None, /, **options: object,
 ) -> Iterator[Made]:  # fmt: skip
     """Open a window, with its pages made, and make a module for it; the worker runs in the window's thread, as far as
     `turn` says."""
@@ -178,8 +178,7 @@ def on_fake_time(
         simulated(name, **options) as bench,
         window(qapp, folder, listed=ports, entries=entries) as assembly,
     ):
-        url = f"sim://{name}{query}"
-        rigs.append(kind(qtbot, assembly, bench, url, clock, workers, requests, lines, devices))
+        rigs.append(kind(qtbot, assembly, bench, f"sim://{name}", clock, workers, requests, lines, devices))
         while not assembly.window.has_pages:
             Rig.turn(rigs[0], 0)
         yield rigs[0]

@@ -93,8 +93,6 @@ class Walk(Rig):
         page.work.fill({"attitude_threshold_deg": 30})
         page.refresh()
         yield self._stop("settings, edited")
-        page.scroll_area.verticalScrollBar().setValue(page.scroll_area.verticalScrollBar().maximum())
-        yield self._stop("settings, end")
         page.work.revert()
         profile = self.folder / "H6.toml"
         profile.write_text(PROFILE, encoding="utf-8")
@@ -122,9 +120,6 @@ class Walk(Rig):
         ended = (Standing.GO, Standing.READY, Standing.NO_GO, Standing.VOID)
         self.until(lambda: page.banner.announcement.standing in ended)
         yield self._stop("preflight, verdict")
-        bar = page.list.verticalScrollBar()
-        bar.setValue(bar.maximum())
-        yield self._stop("preflight, end")
         page.show_view("guided")
         for kind in GuidedKind:
             page.guided.choose(kind)
@@ -246,7 +241,7 @@ def walking(
     """Show the whole window with two adapters listed and a simulated module."""
     ports = ListedPorts(ADAPTER, SECOND_ADAPTER)
     set_language(language)
-    with on_fake_time(Walk, qtbot, qapp, folder, f"walk{folder.name}", PAGES, "", ports, history=3) as walk:
+    with on_fake_time(Walk, qtbot, qapp, folder, f"walk{folder.name}", PAGES, ports, history=3) as walk:
         walk.folder = folder
         walk.assembly.appearance.choose(theme)
         walk.window.resize(size)

@@ -32,9 +32,9 @@ from tests.support.processes import ROOT
 from tests.support.thorough import IS_THOROUGH
 from tests.support.window.controls import controls_in, takes_tab
 from tests.support.window.cut_off import cut_off, texts_of
+from tests.support.window.desk import desk, type_into
 from tests.support.window.fakes_ui import window
 from tests.support.window.screen_reader import name_of
-from tests.support.window.settings_bench import desk, type_into
 from tests.support.window.steps import given
 from tests.support.window.walk import PROFILE, SMALL_SCREEN, Walk, walking
 from ui.core.preferences import MAX_ZOOM_PERCENT, Preferences

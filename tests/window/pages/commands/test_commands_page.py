@@ -18,8 +18,8 @@ from app.store.fact_store import StoreError, StoreErrorKind
 from protocol.messages import Source
 from tests.support.line.frames import lose
 from tests.support.records.stored import audit as audited
+from tests.support.window.desk import Desk, desk
 from tests.support.window.fakes_ui import simulated, store_of
-from tests.support.window.settings_bench import Desk, desk
 from tests.support.window.steps import given, notice_text, settle
 from ui.acts.act_row import ActRow, outcome_meaning
 from ui.acts.ritual_widget import RitualWidget

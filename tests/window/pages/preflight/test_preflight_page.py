@@ -21,17 +21,8 @@ from app.store.rows import PreflightCheck
 from app.system.files import data_folder
 from protocol.catalogue import BY_NAME
 from tests.support.records.stored import add
+from tests.support.window.desk import NOBODY, Desk, confirm_name, desk, kept, name_module, press_row, said
 from tests.support.window.fakes_ui import store_of
-from tests.support.window.preflight_window import (
-    NOBODY,
-    OnBench,
-    confirm_name,
-    kept,
-    name_module,
-    on_bench,
-    press_row,
-    said,
-)
 from tests.support.window.steps import choosing, drop, find, given, notice_text
 from ui.pages.triggers.page import TriggersPage
 from ui.style.theme import Meaning
@@ -49,12 +40,12 @@ text = "<b>Pack date</b>"
 
 
 @pytest.mark.module(cell=3.6)
-def test_run_fail_repair_run_again_print(tmp_path: Path, rig: OnBench) -> None:
-    page = rig.preflight
+def test_run_fail_repair_run_again_print(tmp_path: Path, one: Desk) -> None:
+    page = one.preflight
     assert not page.export.isEnabled()
-    name_module(rig, "M-07")
-    assert rig.check(is_enabling=False) is Standing.NO_GO
-    assert rig.acts == []  # questions only
+    name_module(one, "M-07")
+    assert one.check(is_enabling=False) is Standing.NO_GO
+    assert one.acts == []  # questions only
     shown = page.banner.announcement
     assert (shown.word, shown.head) == ("NO-GO", "Do not fly")
     assert "Cell voltage" in shown.lines[1]  # a check is named by what has to be so
@@ -64,31 +55,31 @@ def test_run_fail_repair_run_again_print(tmp_path: Path, rig: OnBench) -> None:
     assert "Charge it" in row.reason.text()
     assert page.list.rows["attitude_trigger"].word.text() == "UNKNOWN"
     assert "Attitude trigger enabled" in page.banner.accessibleName()
-    rig.bench.set_world(cell_v=4.0)
-    press_row(rig, "attitude_trigger")
+    one.bench.set_world(cell_v=4.0)
+    press_row(one, "attitude_trigger")
     share = 0.0
     while page.state.standing is Standing.CHECKING:
         shown = page.banner.announcement
         assert (shown.progress or 0.0) >= share, "the check's own steps, which go one way"
         assert "{" not in shown.head
         share = shown.progress or 0.0
-        rig.turn()
+        one.turn()
     assert page.state.standing is Standing.READY, page.banner.accessibleName()
-    assert [request.command for request in rig.acts] == [
+    assert [request.command for request in one.acts] == [
         BY_NAME["freefall_trigger"], BY_NAME["attitude_trigger"],
     ]  # fmt: skip
     shown = page.banner.announcement
     assert (shown.word, shown.head) == ("READY", "Activate before the flight")
     assert any(re.fullmatch(r"M-07 · \d\d:\d\d:\d\d · holds for \d+ min", line) for line in shown.lines)
-    assert kept(rig, "M-07") == ["READY", "NO-GO"]
+    assert kept(one, "M-07") == ["READY", "NO-GO"]
     target = tmp_path / "report.pdf"
     page.ask_path = choosing(target)
-    rig.click(page.export)
-    rig.until(lambda: "report.pdf" in said(rig))
+    one.click(page.export)
+    one.until(lambda: "report.pdf" in said(one))
     opened: list[str] = []
     page.result.open_in_system = lambda url: opened.append(url.toLocalFile())
     for choice in ("open", "folder"):
-        rig.click(given(page.strip.button(choice)))
+        one.click(given(page.strip.button(choice)))
     assert opened == [str(target), str(tmp_path)]
     for suffix in (".pdf", ".json"):
         assert verify_file(target.with_suffix(suffix), NOBODY).state is RecordState.INTACT
@@ -97,7 +88,7 @@ def test_run_fail_repair_run_again_print(tmp_path: Path, rig: OnBench) -> None:
 # What a person says
 
 
-def change_threshold(bench: OnBench) -> None:
+def change_threshold(bench: Desk) -> None:
     """Nobody at this window did: what was known of the module is over."""
     port = bench.assembly.ports.current
     before = port.module.number
@@ -106,7 +97,7 @@ def change_threshold(bench: OnBench) -> None:
     bench.until(lambda: port.module.number > before and port.module.is_read)
 
 
-def use_profile(bench: OnBench, folder: Path, text: str) -> Path:
+def use_profile(bench: Desk, folder: Path, text: str) -> Path:
     path = folder / "hexa.toml"
     path.write_text(text, encoding="utf-8")
     bench.preflight.form.ask_open = choosing(path)
@@ -114,165 +105,165 @@ def use_profile(bench: OnBench, folder: Path, text: str) -> Path:
     return path
 
 
-def test_manual_items_are_ticked_by_a_person(tmp_path: Path, rig: OnBench) -> None:
-    use_profile(rig, tmp_path, PROFILE)
-    page = rig.preflight
+def test_manual_items_are_ticked_by_a_person(tmp_path: Path, one: Desk) -> None:
+    use_profile(one, tmp_path, PROFILE)
+    page = one.preflight
     needed, other = page.list.manual
-    assert rig.check() is Standing.NO_GO
+    assert one.check() is Standing.NO_GO
     assert "Bridle free" in page.banner.accessibleName()
-    rig.click(needed.done)
+    one.click(needed.done)
     assert page.banner.announcement.standing is Standing.VOID  # the record no longer says what is ticked
-    assert rig.check() is Standing.READY
+    assert one.check() is Standing.READY
     manual = given(page.signed).record.manual
-    assert [(one.text, one.is_done, one.is_required) for one in manual] == [
+    assert [(item.text, item.is_done, item.is_required) for item in manual] == [
         ("Bridle free", True, True),
         ("<b>Pack date</b>", None, False),
     ]
-    rig.click(other.bad)
-    rig.click(page.run)
+    one.click(other.bad)
+    one.click(page.run)
     assert not other.done.isEnabled()
-    rig.wait_standing(Standing.NO_GO)
+    one.wait_standing(Standing.NO_GO)
     assert other.word.text() == "Not OK"
-    later = lambda: rig.clock() + 1000.0  # noqa: E731
-    rig.assembly.ports.clock = rig.assembly.ports.current._clock = later
+    later = lambda: one.clock() + 1000.0  # noqa: E731
+    one.assembly.ports.clock = one.assembly.ports.current._clock = later
     page.tick()  # a quarter of an hour later the ticks are of another flight
     assert [row.word.text() for row in page.list.manual] == ["skipped", "skipped"]
 
 
 @pytest.mark.module(is_connected=False)
-def test_what_was_entered_stays_when_a_module_gets_its_name_and_goes_with_another(tmp_path: Path, rig: OnBench) -> None:
-    page, port = rig.preflight, rig.assembly.ports.current
-    use_profile(rig, tmp_path, PROFILE)
+def test_what_was_entered_stays_when_a_module_gets_its_name_and_goes_with_another(tmp_path: Path, one: Desk) -> None:
+    page, port = one.preflight, one.assembly.ports.current
+    use_profile(one, tmp_path, PROFILE)
 
     def enter() -> None:
         page.form.aircraft.setText("H6-12")
         page.form.commit()
-        rig.click(page.list.manual[0].done)
+        one.click(page.list.manual[0].done)
 
     def shown() -> tuple[bool | None, str]:
         assert page.form.committed[1] == page.form.aircraft.text()
         return page.list.manual[0].state, page.form.aircraft.text()
 
     enter()
-    rig.connect()
+    one.connect()
     assert shown() == (None, "")
     enter()
-    name_module(rig, "M-07")
+    name_module(one, "M-07")
     assert shown() == (True, "H6-12")
-    rig.check()
+    one.check()
     for name, of_it in (("M-08", ""), ("M-07", "H6-12")):
-        name_module(rig, name)
+        name_module(one, name)
         assert shown() == (None, of_it)
-    rig.restart()
+    one.restart()
     assert shown() == (None, "")
-    confirm_name(rig)
+    confirm_name(one)
     assert shown() == (None, "H6-12")
     port.treat_as_another()
-    rig.until(lambda: not port.module.name)
+    one.until(lambda: not port.module.name)
     assert shown() == (None, "")
 
 
 @pytest.mark.module("preflight", "triggers", reads_triggers=True, history=2, boots=37)
-def test_records_and_boot_count_need_a_word_of_a_person(rig: OnBench) -> None:
-    page, window = rig.preflight, rig.assembly.window
-    name_module(rig, "M-07")
-    assert rig.check() is Standing.NO_GO
-    press_row(rig, "trigger_records")  # nobody has seen them: one click never calls them reviewed
+def test_records_and_boot_count_need_a_word_of_a_person(one: Desk) -> None:
+    page, window = one.preflight, one.assembly.window
+    name_module(one, "M-07")
+    assert one.check() is Standing.NO_GO
+    press_row(one, "trigger_records")  # nobody has seen them: one click never calls them reviewed
     triggers = find(window, TriggersPage)
-    rig.until(lambda: triggers.isVisible() and len(triggers.table.chosen()) == 2)
+    one.until(lambda: triggers.isVisible() and len(triggers.table.chosen()) == 2)
     assert page.state.standing is Standing.NO_GO
-    assert [one.seen.judgement for one in triggers.table.chosen()] == [None, None]
+    assert [row.seen.judgement for row in triggers.table.chosen()] == [None, None]
     window.go_to("preflight")
-    rig.until(lambda: given(page.list.rows["trigger_records"].act).text() == "Mark as reviewed")
-    press_row(rig, "trigger_records")
-    rig.wait_standing(Standing.READY, Standing.NO_GO)
+    one.until(lambda: given(page.list.rows["trigger_records"].act).text() == "Mark as reviewed")
+    press_row(one, "trigger_records")
+    one.wait_standing(Standing.READY, Standing.NO_GO)
     assert (page.state.assessment and page.state.assessment.result("trigger_records")) is CheckResult.PASS
-    rig.bench.module.memory.boot_count = 11
-    rig.restart()
-    rig.wait_standing(Standing.NOT_CHECKED)
-    assert rig.assembly.ports.module.name == ""
-    confirm_name(rig)  # beside what speaks against it
-    assert rig.check() is Standing.READY
+    one.bench.module.memory.boot_count = 11
+    one.restart()
+    one.wait_standing(Standing.NOT_CHECKED)
+    assert one.assembly.ports.module.name == ""
+    confirm_name(one)  # beside what speaks against it
+    assert one.check() is Standing.READY
     assert given(page.state.assessment).result("boot_count") is CheckResult.PASS
 
 
-def test_changed_settings_are_approved_by_a_person_once_for_the_module(rig: OnBench) -> None:
-    page = rig.preflight
-    name_module(rig, "M-07")
-    assert rig.check() is Standing.READY
-    change_threshold(rig)
-    name_module(rig, "M-07")
-    assert rig.check() is Standing.NO_GO
+def test_changed_settings_are_approved_by_a_person_once_for_the_module(one: Desk) -> None:
+    page = one.preflight
+    name_module(one, "M-07")
+    assert one.check() is Standing.READY
+    change_threshold(one)
+    name_module(one, "M-07")
+    assert one.check() is Standing.NO_GO
     assert given(page.list.rows["fingerprint"].act).text() == "Approve these settings"
-    press_row(rig, "fingerprint")
-    rig.wait_standing(Standing.READY, Standing.NO_GO)
+    press_row(one, "fingerprint")
+    one.wait_standing(Standing.READY, Standing.NO_GO)
     assert page.state.standing is Standing.READY
     row = page.list.rows["fingerprint"]
     code = row.limit.text()  # the report said "none approved" of what was just approved
     assert row.measured.text() == f"{code}, confirmed by a person"
-    assert rig.check() is Standing.READY  # they are the approved ones now
+    assert one.check() is Standing.READY  # they are the approved ones now
 
 
-def test_what_a_profile_approves_is_changed_in_the_profile(tmp_path: Path, rig: OnBench) -> None:
+def test_what_a_profile_approves_is_changed_in_the_profile(tmp_path: Path, one: Desk) -> None:
     approved = 'approved_fingerprint = "JFKY-2WSC"  # in May\n[['
-    page = rig.preflight
-    change_threshold(rig)
-    profile = use_profile(rig, tmp_path, PROFILE.replace("[[", approved, 1))
+    page = one.preflight
+    change_threshold(one)
+    profile = use_profile(one, tmp_path, PROFILE.replace("[[", approved, 1))
     for item in page.list.manual:
-        rig.click(item.done)
-    assert rig.check() is Standing.NO_GO
+        one.click(item.done)
+    assert one.check() is Standing.NO_GO
     code = page.list.rows["fingerprint"].measured.text()
     text = profile.read_text(encoding="utf-8")
     profile.write_text("[", encoding="utf-8")  # somebody edits it
-    press_row(rig, "fingerprint")
+    press_row(one, "fingerprint")
     assert "hexa.toml is not a profile" in notice_text(page.strip)
     assert profile.read_text(encoding="utf-8") == "["
     profile.write_text(text, encoding="utf-8")
-    press_row(rig, "fingerprint")
-    rig.wait_standing(Standing.CHECKING)
-    rig.wait_standing(Standing.READY, Standing.NO_GO)
+    press_row(one, "fingerprint")
+    one.wait_standing(Standing.CHECKING)
+    one.wait_standing(Standing.READY, Standing.NO_GO)
     assert (page.state.assessment and page.state.assessment.result("fingerprint")) is CheckResult.PASS
     assert [item.state for item in page.list.manual] == [True] * len(page.list.manual)  # what was ticked before it
     assert page.state.standing is Standing.READY
     assert f'approved_fingerprint = "{code}"' in profile.read_text(encoding="utf-8")
     assert "# in May" in profile.read_text(encoding="utf-8")
     profile.write_text(f"{text}[limits]\ntilt_max_deg = 4\n", encoding="utf-8")  # in a text editor
-    rig.wait(1.0)  # the button lies elsewhere since the verdict
-    assert rig.check() is Standing.NO_GO
+    one.wait(1.0)  # the button lies elsewhere since the verdict
+    assert one.check() is Standing.NO_GO
     assert page.list.rows["tilt"].limit.text() == "≤ 4°"
 
 
-def test_ctrl_return_is_always_the_main_button(tmp_path: Path, rig: OnBench) -> None:
-    page, target = rig.preflight, tmp_path / "report.pdf"
+def test_ctrl_return_is_always_the_main_button(tmp_path: Path, one: Desk) -> None:
+    page, target = one.preflight, tmp_path / "report.pdf"
     page.ask_path = choosing(target)
 
     def press() -> None:
-        rig.wait(0.6)  # a step is dead for half a second
-        find(rig.assembly.window, Shortcut, "preflight_run_key").activated.emit()
+        one.wait(0.6)  # a step is dead for half a second
+        find(one.assembly.window, Shortcut, "preflight_run_key").activated.emit()
 
     press()  # enable the triggers and check
-    rig.wait_standing(Standing.READY)
-    assert len(rig.acts) == 2
+    one.wait_standing(Standing.READY)
+    assert len(one.acts) == 2
     press()  # ask to activate, which sends nothing
     assert page.activation.confirm.is_asking
     page.activation.confirm.withdraw()
-    assert len(rig.acts) == 2
-    rig.bench.module.activate(is_active=True)
-    rig.wait_standing(Standing.GO)
+    assert len(one.acts) == 2
+    one.bench.module.activate(is_active=True)
+    one.wait_standing(Standing.GO)
     press()  # export the report
-    rig.until(target.exists)
-    assert len(rig.acts) == 2
+    one.until(target.exists)
+    assert len(one.acts) == 2
 
 
-def test_what_a_profile_says_is_put_into_settings_and_not_written(tmp_path: Path, rig: OnBench) -> None:
-    page, used = rig.preflight, list[object]()
+def test_what_a_profile_says_is_put_into_settings_and_not_written(tmp_path: Path, one: Desk) -> None:
+    page, used = one.preflight, list[object]()
     page.exchange.used.connect(used.append)
-    use_profile(rig, tmp_path, "[settings]\nattitude_threshold_deg = 65\n")
-    assert rig.check() is Standing.NO_GO
-    before = list(rig.acts)
-    press_row(rig, "attitude_threshold")
+    use_profile(one, tmp_path, "[settings]\nattitude_threshold_deg = 65\n")
+    assert one.check() is Standing.NO_GO
+    before = list(one.acts)
+    press_row(one, "attitude_threshold")
     assert used == [{"attitude_threshold_deg": 65}]
-    assert rig.acts == before
+    assert one.acts == before
 
 
 def test_without_a_store_the_verdict_stands_and_says_that_it_was_not_kept(
@@ -280,7 +271,7 @@ def test_without_a_store_the_verdict_stands_and_says_that_it_was_not_kept(
 ) -> None:
     data_folder().parent.mkdir(parents=True, exist_ok=True)
     data_folder().write_text("a file where the folder should be", encoding="utf-8")
-    with on_bench(qtbot, qapp, tmp_path, "homeless", "preflight") as bench:
+    with desk(qtbot, qapp, tmp_path, "preflight", name="homeless") as bench:
         assert bench.check() is Standing.READY
         assert "Not kept." in said(bench)
 
@@ -288,73 +279,71 @@ def test_without_a_store_the_verdict_stands_and_says_that_it_was_not_kept(
 # Its records
 
 
-def test_what_was_typed_last_is_on_the_report_and_a_dropped_one_is_intact_or_altered(
-    tmp_path: Path, rig: OnBench
-) -> None:
-    page, target = rig.preflight, tmp_path / "report.pdf"
-    assert rig.check() is Standing.READY
+def test_what_was_typed_last_is_on_the_report_and_a_dropped_one_is_intact_or_altered(tmp_path: Path, one: Desk) -> None:
+    page, target = one.preflight, tmp_path / "report.pdf"
+    assert one.check() is Standing.READY
     page.ask_path = choosing(target)
     # The field still has the focus: the report waits for the record that says it.
-    rig.find(QLineEdit, "preflight_aircraft").setText("H6-12")
-    rig.click(page.export)
-    rig.until(lambda: "Saved to" in said(rig))
+    one.find(QLineEdit, "preflight_aircraft").setText("H6-12")
+    one.click(page.export)
+    one.until(lambda: "Saved to" in said(one))
     saved = given(verify_file(target, NOBODY).record)
     assert (saved.aircraft, saved.verdict, page.state.standing) == ("H6-12", Verdict.READY, Standing.READY)
-    rig.assembly.window.go_to("triggers")
-    drop(rig.assembly.window, target)
-    rig.until(lambda: "INTACT" in said(rig))
-    assert rig.assembly.window.navigation.chosen == "preflight"
+    one.assembly.window.go_to("triggers")
+    drop(one.assembly.window, target)
+    one.until(lambda: "INTACT" in said(one))
+    assert one.assembly.window.navigation.chosen == "preflight"
     record = target.with_suffix(".json")
     record.write_text(record.read_text(encoding="utf-8").replace('"measured":3.9', '"measured":4.1'), "utf-8")
-    drop(rig.assembly.window, record)
-    rig.until(lambda: "ALTERED" in said(rig))
+    drop(one.assembly.window, record)
+    one.until(lambda: "ALTERED" in said(one))
     assert given(page.strip.notice).meaning is Meaning.DANGER
     nonsense = tmp_path / "x.json"
     nonsense.write_text("[" * 100_000, encoding="utf-8")
-    drop(rig.assembly.window, nonsense)
-    rig.until(lambda: "No pre-flight record" in said(rig))
-    drop(rig.assembly.window, tmp_path / "gone.pdf")
-    rig.until(lambda: "cannot be read" in said(rig))
+    drop(one.assembly.window, nonsense)
+    one.until(lambda: "No pre-flight record" in said(one))
+    drop(one.assembly.window, tmp_path / "gone.pdf")
+    one.until(lambda: "cannot be read" in said(one))
 
 
-def test_what_is_simulated_void_or_has_no_name_makes_no_curve(rig: OnBench) -> None:
-    history, store = rig.preflight.past, store_of(rig.assembly.storage)
+def test_what_is_simulated_void_or_has_no_name_makes_no_curve(one: Desk) -> None:
+    history, store = one.preflight.past, store_of(one.assembly.storage)
     for cell_v, is_void, is_simulated in ((4.0, False, False), (1.0, False, True), (2.0, True, False)):
         check = PreflightCheck(
             verdict="GO", is_void=is_void, is_simulated=is_simulated, cell_voltage_v=cell_v, document="{}"
         )
         for module in ("M-07", None):  # what has no name may be of several modules
             add(store, check, module).result()
-    rig.preflight.show_view("past")
-    rig.until(lambda: len(history.checks) == 3)
+    one.preflight.show_view("past")
+    one.until(lambda: len(history.checks) == 3)
     assert history.trend.values == ()
-    rig.preflight.show_view("checks")
-    name_module(rig, "M-07")
-    rig.until(lambda: "M-07" in rig.assembly.ports.known_names())
-    rig.preflight.show_view("past")
-    rig.until(lambda: history.trend.values == (4.0,))
+    one.preflight.show_view("checks")
+    name_module(one, "M-07")
+    one.until(lambda: "M-07" in one.assembly.ports.known_names())
+    one.preflight.show_view("past")
+    one.until(lambda: history.trend.values == (4.0,))
     shown = [history.table.model().index(row, 1).data() for row in range(3)]
     assert shown == ["GO (void)", "GO (simulated)", "GO"]
 
 
 @pytest.mark.module(cell=3.6)
-def test_past_checks_and_what_they_measured(qtbot: QtBot, tmp_path: Path, rig: OnBench) -> None:
-    page = rig.preflight
-    name_module(rig, "M-07")
-    rig.find(QLineEdit, "preflight_aircraft").setText("H6-12")
-    assert rig.check() is Standing.NO_GO
-    rig.bench.set_world(cell_v=4.0)
-    assert rig.check() is Standing.READY
+def test_past_checks_and_what_they_measured(qtbot: QtBot, tmp_path: Path, one: Desk) -> None:
+    page = one.preflight
+    name_module(one, "M-07")
+    one.find(QLineEdit, "preflight_aircraft").setText("H6-12")
+    assert one.check() is Standing.NO_GO
+    one.bench.set_world(cell_v=4.0)
+    assert one.check() is Standing.READY
     page.show_view("past")
     history = page.past
-    rig.until(lambda: [check.verdict for check in history.checks] == ["READY", "NO-GO"])
+    one.until(lambda: [check.verdict for check in history.checks] == ["READY", "NO-GO"])
     assert history.trend.values == (3.6, 4.0)
     assert "3.60 V to 4.00 V" in history.trend.accessibleName()
     target = tmp_path / "again.pdf"
     page.ask_path = choosing(target)
     history.table.selectRow(1)
-    rig.click(history.export)
-    rig.until(lambda: not page.result.is_busy)
+    one.click(history.export)
+    one.until(lambda: not page.result.is_busy)
     assert verify_file(target, NOBODY).state is RecordState.INTACT
     page.show_view("past")
     qtbot.keyClick(page, Qt.Key.Key_Escape)
@@ -384,8 +373,8 @@ def _type(qtbot: QtBot, field: QLineEdit, text: str) -> None:
 
 
 @pytest.mark.module(is_connected=False)
-def test_a_profile_is_edited_saved_and_used(qtbot: QtBot, tmp_path: Path, rig: OnBench) -> None:
-    path, page = tmp_path / "hexa.toml", rig.preflight
+def test_a_profile_is_edited_saved_and_used(qtbot: QtBot, tmp_path: Path, one: Desk) -> None:
+    path, page = tmp_path / "hexa.toml", one.preflight
     path.write_text(EDITED, encoding="utf-8")
     before = read_profile(path)
     page.form.use_profile(path)
@@ -415,7 +404,7 @@ def test_a_profile_is_edited_saved_and_used(qtbot: QtBot, tmp_path: Path, rig: O
     assert editor.manual[1][1].nextInFocusChain() is editor.manual[2][0]
     _type(qtbot, editor.manual[0][0], "")
     path.write_text(EDITED.replace("= 60", "= 45"), encoding="utf-8")  # by the Settings page
-    rig.click(editor.save)
+    one.click(editor.save)
     assert page.editor is None
     assert 'name = "Survey hexacopter"  # the big one' in path.read_text(encoding="utf-8")
     wanted = before._replace(
@@ -432,35 +421,35 @@ def test_a_profile_is_edited_saved_and_used(qtbot: QtBot, tmp_path: Path, rig: O
 
 
 @pytest.mark.module(is_connected=False)
-def test_edits_are_discarded_only_when_that_is_said(qtbot: QtBot, tmp_path: Path, rig: OnBench) -> None:
-    page, window = rig.preflight, rig.assembly.window
+def test_edits_are_discarded_only_when_that_is_said(qtbot: QtBot, tmp_path: Path, one: Desk) -> None:
+    page, window = one.preflight, one.assembly.window
     page.edit_profile()
     editor = given(page.editor)
     qtbot.keyClicks(editor.name, "H6")
     assert page.on_escape()
     assert not window.close()
     assert "Profile: Unsaved edits." in notice_text(window.notice_bar)
-    rig.click(given(window.notice_bar.button("stay")))
+    one.click(given(window.notice_bar.button("stay")))
     record = tmp_path / "x.json"
     record.write_text("{}", encoding="utf-8")
     drop(window, record)
     assert notice_text(editor.strip) == "Unsaved edits."
-    rig.click(given(editor.strip.button("keep")))
+    one.click(given(editor.strip.button("keep")))
     assert (editor.isVisible(), editor.name.text()) == (True, "H6")
     editor.ask_save = choosing(tmp_path / "none" / "x.toml")
-    rig.click(editor.save)
+    one.click(editor.save)
     assert editor.strip.notice is not None  # the folder is not there
     page.edit_profile()
     assert page.editor is editor
     editor.ask_save = choosing(tmp_path / "x.toml")
-    rig.click(editor.save)
+    one.click(editor.save)
     assert read_profile(tmp_path / "x.toml").name == "H6"
     assert page.form.path == tmp_path / "x.toml"
     page.edit_profile()
     editor = given(page.editor)
     qtbot.keyClicks(editor.limits["tilt_max_deg"], "99")  # the field was empty, as its number still is
-    rig.click(editor.cancel)
-    rig.click(given(editor.strip.button("discard")))
+    one.click(editor.cancel)
+    one.click(given(editor.strip.button("discard")))
     assert page.editor is None
     assert page.list.isVisible()
     assert read_profile(tmp_path / "x.toml").name == "H6"

@@ -12,8 +12,8 @@ from app.settings.form import RowState
 from protocol.catalogue import BY_NAME
 from protocol.events import EndReason
 from tests.support.line.frames import lose, refuse
+from tests.support.window.desk import Desk, choose, notice, pick, say_name, state, type_into, write, written
 from tests.support.window.fake_ports import fake_window
-from tests.support.window.settings_bench import Desk, choose, notice, pick, say_name, state, type_into, write, written
 from tests.support.window.steps import given, notice_text
 
 TILT, TIME = "attitude_threshold_deg", "freefall_time_s"

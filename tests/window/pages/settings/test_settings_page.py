@@ -17,9 +17,7 @@ from protocol.catalogue import BY_NAME
 from tests.support.line.frames import lose, refuse
 from tests.support.records.stored import kept_settings
 from tests.support.window import walk
-from tests.support.window.fakes_ui import page_entries, store_of
-from tests.support.window.rig import on_fake_time
-from tests.support.window.settings_bench import (
+from tests.support.window.desk import (
     Desk,
     choose,
     notice,
@@ -32,6 +30,8 @@ from tests.support.window.settings_bench import (
     write,
     written,
 )
+from tests.support.window.fakes_ui import page_entries, store_of
+from tests.support.window.rig import on_fake_time
 from tests.support.window.steps import choosing, given, let_lay_out, notice_text
 from ui.pages.settings.page import SettingsPage
 from ui.style.theme import Meaning

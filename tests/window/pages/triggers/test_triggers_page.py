@@ -12,7 +12,7 @@ from pytestqt.qtbot import QtBot
 from app.preflight.verdict import Standing
 from app.store.rows import Judgement
 from tests.support.line.frames import lose
-from tests.support.window.preflight_window import OnBench, confirm_name, name_module, on_bench
+from tests.support.window.desk import Desk, confirm_name, desk, name_module
 from tests.support.window.steps import choosing, given, notice_text
 from ui.pages.triggers.page import COLUMNS
 from ui.style.theme import Meaning
@@ -22,40 +22,40 @@ EXAMPLE = bytes.fromhex("01 00 6C 02 3C 05 A0 00 01 03 EB".replace(" ", ""))
 """D4 to D14 of the vendor's worked example."""
 
 
-def name_kept(bench: OnBench, name: str) -> None:
+def name_kept(bench: Desk, name: str) -> None:
     name_module(bench, name, "triggers")
     bench.until(lambda: not bench.triggers.work.is_busy)
 
 
-def read(bench: OnBench) -> None:
+def read(bench: Desk) -> None:
     """Until it is kept, too."""
     bench.read_triggers()
     bench.until(lambda: not bench.triggers.work.is_busy)
 
 
-def texts(bench: OnBench, row: int) -> list[str]:
+def texts(bench: Desk, row: int) -> list[str]:
     return [str(bench.triggers.table.filter.index(row, column).data()) for column in range(len(COLUMNS))]
 
 
-def told(bench: OnBench, row: int) -> str:
+def told(bench: Desk, row: int) -> str:
     return str(bench.triggers.table.filter.index(row, 0).data(Qt.ItemDataRole.ToolTipRole))
 
 
-def said(bench: OnBench) -> str:
+def said(bench: Desk) -> str:
     return notice_text(bench.triggers.strip)
 
 
-def choose(bench: OnBench, key: str) -> None:
+def choose(bench: Desk, key: str) -> None:
     bench.until(lambda: bench.triggers.strip.button(key) is not None)
     bench.click(given(bench.triggers.strip.button(key)))
 
 
-def fire(bench: OnBench, number: int = 1) -> None:
+def fire(bench: Desk, number: int = 1) -> None:
     """Trigger records of the worked example, as if it had fired."""
     bench.bench.module.memory.records.extend([EXAMPLE] * number)
 
 
-def note(bench: OnBench, row: int, text: str) -> None:
+def note(bench: Desk, row: int, text: str) -> None:
     page = bench.triggers
     page.table.selectRow(row)
     page.detail.note.setText(text)
@@ -66,98 +66,98 @@ def note(bench: OnBench, row: int, text: str) -> None:
 
 
 @pytest.mark.module(is_connected=False)
-def test_without_a_module_of_one_that_never_fired_and_of_a_silent_one(rig: OnBench) -> None:
-    page, empty = rig.triggers, rig.triggers.list.empty
+def test_without_a_module_of_one_that_never_fired_and_of_a_silent_one(one: Desk) -> None:
+    page, empty = one.triggers, one.triggers.list.empty
     assert "Connect or choose" in empty.text.text()
     assert (page.read.isEnabled(), page.export.isEnabled()) == (False, False)
     assert (page.count.text(), empty.title.text()) == ("Trigger records", "Not read yet")  # no number yet
-    rig.connect()
+    one.connect()
     assert "as soon as the module answers" in empty.text.text()
-    rig.read_triggers()
+    one.read_triggers()
     assert "has never fired" in empty.text.text()
     assert (page.count.text(), empty.title.text()) == ("Trigger records", "Trigger records: 0")
-    assert rig.acts == []
-    rig.bench.change(mute=True)
-    rig.read_triggers()
-    assert said(rig) == "The module was silent for a moment. Not kept."
+    assert one.acts == []
+    one.bench.change(mute=True)
+    one.read_triggers()
+    assert said(one) == "The module was silent for a moment. Not kept."
     assert (page.list.isEnabled(), page.read.isEnabled()) == (False, False), "greyed until a module answers"
 
 
 @pytest.mark.module("triggers", "preflight")
-def test_a_silent_module_is_told_from_one_that_had_records(rig: OnBench) -> None:
-    empty = rig.triggers.list.empty
-    end = lose(rig.bench, 0x35)
-    rig.read_triggers()
-    assert (said(rig), empty.text.text()) == ("No answer: the records are unknown.", "")
-    rig.triggers.work.job.dismiss()
+def test_a_silent_module_is_told_from_one_that_had_records(one: Desk) -> None:
+    empty = one.triggers.list.empty
+    end = lose(one.bench, 0x35)
+    one.read_triggers()
+    assert (said(one), empty.text.text()) == ("No answer: the records are unknown.", "")
+    one.triggers.work.job.dismiss()
     assert (empty.title.text(), empty.text.text()) == ("Unknown", "No answer: the records are unknown.")
-    name_kept(rig, "M-07")
-    assert said(rig) == "No answer: the records are unknown."
+    name_kept(one, "M-07")
+    assert said(one) == "No answer: the records are unknown."
     end()
-    fire(rig, 3)
-    read(rig)
-    lose(rig.bench, 0x35)
-    rig.read_triggers()
-    assert "It had 3 on 20" in said(rig)
-    assert rig.check() is Standing.NO_GO
+    fire(one, 3)
+    read(one)
+    lose(one.bench, 0x35)
+    one.read_triggers()
+    assert "It had 3 on 20" in said(one)
+    assert one.check() is Standing.NO_GO
 
 
 @pytest.mark.promise("g")
 @pytest.mark.module(reads_triggers=True, active=True)
-def test_the_records_are_read_once_in_sight_and_again_after_a_trigger(rig: OnBench) -> None:
+def test_the_records_are_read_once_in_sight_and_again_after_a_trigger(one: Desk) -> None:
     """With queries only, without a click, and not again after a cancel."""
-    page = rig.triggers
-    rig.until(lambda: page.work.reading is not None and not page.work.is_busy)
+    page = one.triggers
+    one.until(lambda: page.work.reading is not None and not page.work.is_busy)
     page.work.reading = None  # as after a cancel
     page.work.read_unasked()
     assert not page.work.is_busy
-    rig.bench.set_world(tilt_deg=80)
-    rig.until(lambda: page.count.text() == "Trigger records: 1")
-    assert rig.acts == []
+    one.bench.set_world(tilt_deg=80)
+    one.until(lambda: page.count.text() == "Trigger records: 1")
+    assert one.acts == []
 
 
 @pytest.mark.module(boots=37)
-def test_what_was_read_is_not_taken_for_the_records_of_what_answers_later(rig: OnBench) -> None:
-    page = rig.triggers
-    fire(rig, 2)
-    rig.read_triggers()
+def test_what_was_read_is_not_taken_for_the_records_of_what_answers_later(one: Desk) -> None:
+    page = one.triggers
+    fire(one, 2)
+    one.read_triggers()
     assert page.count.text() == "Trigger records: 2"
-    rig.bench.module.memory.boot_count = 11
-    rig.bench.restart()
-    rig.until(lambda: page.work.reading is None and page.count.text() == "Trigger records")
-    fire(rig)
-    rig.reads_triggers = True
-    rig.until(lambda: page.count.text() == "Trigger records: 3")
-    assert rig.acts == []
+    one.bench.module.memory.boot_count = 11
+    one.bench.restart()
+    one.until(lambda: page.work.reading is None and page.count.text() == "Trigger records")
+    fire(one)
+    one.reads_triggers = True
+    one.until(lambda: page.count.text() == "Trigger records: 3")
+    assert one.acts == []
 
 
 @pytest.mark.module(history=4)
-def test_an_unconfirmed_reading_is_reported_and_one_can_be_cancelled(rig: OnBench) -> None:
-    rig.bench.change(lag_ms=300.0)
-    rig.click(rig.triggers.read)
-    choose(rig, "cancel")
-    rig.until(lambda: not rig.triggers.work.is_busy)
-    assert said(rig).startswith("Cancelled")
-    assert rig.triggers.work.reading is None
-    rig.bench.change(lag_ms=0.0, corrupt=0.05)
-    rig.read_triggers()
-    assert "The readings differ" in said(rig)
-    assert given(rig.triggers.strip.notice).meaning is Meaning.ATTENTION
+def test_an_unconfirmed_reading_is_reported_and_one_can_be_cancelled(one: Desk) -> None:
+    one.bench.change(lag_ms=300.0)
+    one.click(one.triggers.read)
+    choose(one, "cancel")
+    one.until(lambda: not one.triggers.work.is_busy)
+    assert said(one).startswith("Cancelled")
+    assert one.triggers.work.reading is None
+    one.bench.change(lag_ms=0.0, corrupt=0.05)
+    one.read_triggers()
+    assert "The readings differ" in said(one)
+    assert given(one.triggers.strip.notice).meaning is Meaning.ATTENTION
 
 
 # What is shown
 
 
-def test_the_worked_example_as_a_row_and_a_sentence(rig: OnBench) -> None:
-    fire(rig)
-    rig.read_triggers()
-    page = rig.triggers
+def test_the_worked_example_as_a_row_and_a_sentence(one: Desk) -> None:
+    fire(one)
+    one.read_triggers()
+    page = one.triggers
     assert page.count.text() == "Trigger records: 1"
-    assert texts(rig, 0) == [
+    assert texts(one, 0) == [
         "1 min 48 s · boot 1", "attitude", "60° 0.5 g 1.60 s", "connected", "no", "0.3 V",
         "4.70 V", "—",
     ]  # fmt: skip
-    assert told(rig, 0) == (
+    assert told(one, 0) == (
         "tipped past 60° 1 min 48 s after power-on of boot 1, serial link connected, 4.70 V (implausible)"
     )
     cell_voltage = page.table.filter.index(0, CELL)
@@ -165,18 +165,18 @@ def test_the_worked_example_as_a_row_and_a_sentence(rig: OnBench) -> None:
     page.table.selectRow(0)
     assert page.detail.cause.text().startswith("Tipped past 60° 1 min 48")
     assert not page.detail.bytes.isVisible()
-    rig.click(page.detail.raw)
+    one.click(page.detail.raw)
     assert EXAMPLE.hex(" ").upper() in page.detail.bytes.text()
-    assert said(rig).startswith("Name the module")
+    assert said(one).startswith("Name the module")
     assert not page.detail.note.isEnabled()
 
 
 def test_another_module_under_the_same_name_is_not_mixed_in(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
-    with on_bench(qtbot, qapp, tmp_path, "first", "triggers", history=3, boots=37) as bench:
+    with desk(qtbot, qapp, tmp_path, "triggers", name="first", history=3, boots=37) as bench:
         name_kept(bench, "M-07")
         bench.read_triggers()
         assert bench.triggers.count.text() == "Trigger records: 3"
-    with on_bench(qtbot, qapp, tmp_path, "second", "triggers", history=2, boots=12, seed=9) as bench:
+    with desk(qtbot, qapp, tmp_path, "triggers", name="second", history=2, boots=12, seed=9) as bench:
         page = bench.triggers
         name_kept(bench, "M-07")
         bench.read_triggers()
@@ -200,7 +200,7 @@ def test_another_module_under_the_same_name_is_not_mixed_in(qtbot: QtBot, qapp: 
 
 
 def test_a_judgement_and_a_note_are_kept(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
-    with on_bench(qtbot, qapp, tmp_path, "judge", "triggers") as bench:
+    with desk(qtbot, qapp, tmp_path, "triggers", name="judge") as bench:
         fire(bench)
         name_kept(bench, "M-07")
         bench.read_triggers()
@@ -214,7 +214,7 @@ def test_a_judgement_and_a_note_are_kept(qtbot: QtBot, qapp: QApplication, tmp_p
         assert "tipped on the table" in told(bench, 0)
         qtbot.keyClicks(page.detail.note, " twice")
         bench.assembly.window.close()
-    with on_bench(qtbot, qapp, tmp_path, "judge", "triggers") as bench:
+    with desk(qtbot, qapp, tmp_path, "triggers", name="judge") as bench:
         page = bench.triggers
         name_kept(bench, "M-07")  # known before it is read
         assert texts(bench, 0)[JUDGED] == "bench test"
@@ -226,41 +226,41 @@ def test_a_judgement_and_a_note_are_kept(qtbot: QtBot, qapp: QApplication, tmp_p
 
 
 @pytest.mark.module(history=3)
-def test_several_records_are_judged_at_once_and_keep_their_notes(rig: OnBench) -> None:
-    name_kept(rig, "M-07")
-    rig.read_triggers()
-    page = rig.triggers
-    note(rig, 0, "in the wind")
+def test_several_records_are_judged_at_once_and_keep_their_notes(one: Desk) -> None:
+    name_kept(one, "M-07")
+    one.read_triggers()
+    page = one.triggers
+    note(one, 0, "in the wind")
     page.table.selectAll()
     assert page.detail.cause.text() == "3 selected"
     assert not page.detail.note.isVisible()
-    rig.click(page.detail.buttons[Judgement.REAL])
-    assert [texts(rig, row)[JUDGED] for row in range(3)] == ["real"] * 3
-    assert ["in the wind" in told(rig, row) for row in range(3)] == [True, False, False]
+    one.click(page.detail.buttons[Judgement.REAL])
+    assert [texts(one, row)[JUDGED] for row in range(3)] == ["real"] * 3
+    assert ["in the wind" in told(one, row) for row in range(3)] == [True, False, False]
 
 
 @pytest.mark.module(history=5)
-def test_what_is_searched_is_shown_sorted_and_saved(tmp_path: Path, rig: OnBench) -> None:
-    fire(rig)
-    page = rig.triggers
-    name_kept(rig, "=M-07")
-    rig.read_triggers()
+def test_what_is_searched_is_shown_sorted_and_saved(tmp_path: Path, one: Desk) -> None:
+    fire(one)
+    page = one.triggers
+    name_kept(one, "=M-07")
+    one.read_triggers()
     page.table.sortByColumn(CELL, Qt.SortOrder.AscendingOrder)
     volts = [row.record.cell_voltage_v for row in page.table.filter.shown()]
     assert volts == sorted(volts)
-    note(rig, 5, "=1+1")
-    search = rig.find(QLineEdit, "triggers_search")
+    note(one, 5, "=1+1")
+    search = one.find(QLineEdit, "triggers_search")
     for searched, count in (("implausible 4.70", 1), ("", 6)):
         search.setText(searched)
         target = tmp_path / f"{count}.csv"
         page.ask_path = choosing(target)
-        rig.click(page.export)
-        rig.until(lambda: not page.work.job.is_busy)
+        one.click(page.export)
+        one.until(lambda: not page.work.job.is_busy)
         rows = list(csv.DictReader(io.StringIO(target.read_text("utf-8-sig"))))
         assert len(rows) == page.table.filter.rowCount() == count
         assert {row["module"] for row in rows} == {"'=M-07"}
         assert all(not row["note"].startswith("=") for row in rows)
-        assert "Saved" in said(rig)
+        assert "Saved" in said(one)
     page.ask_path = choosing(tmp_path / "no folder" / "x.csv")
-    rig.click(page.export)
-    rig.until(lambda: "cannot be written" in said(rig))
+    one.click(page.export)
+    one.until(lambda: "cannot be written" in said(one))
