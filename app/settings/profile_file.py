@@ -15,7 +15,7 @@ from app.guided.results import GuidedKind
 from app.settings.profiles import LIMITS, ActivatedBy, ManualLine, Profile
 from app.settings.values import LONGEST_SHOWN, SETTINGS_BY_KEY, field_of, fitting, is_fingerprint
 from app.system.files import CANNOT_READ, write_whole
-from app.text.messages import UserError, clean, error_text, visible
+from app.text.messages import UserError, clean, error_text, message, visible
 from protocol.catalogue import Command
 from protocol.fields import Value
 from protocol.translatable import marked
@@ -148,7 +148,11 @@ def read_profile(path: Path) -> Profile:
         data = _content(path)
     except (OSError, ValueError) as error:  # ValueError: a NUL in the name
         raise ProfileRefused(CANNOT_READ, file=path, why=error_text(error)) from error
-    profile = parse_profile(data)
+    try:
+        profile = parse_profile(data)
+    except ProfileRefused as refusal:  # of several files, it has to be said which
+        what = message(marked("{file} is not a profile"), file=path.name)
+        raise ProfileRefused(marked("{name}: {value}"), name=what, value=refusal.message) from refusal
     return profile if profile.name.strip() else profile._replace(name=clean(path.stem, longest=MAX_NAME_LENGTH))
 
 

@@ -225,8 +225,7 @@ class PageJob(NoticeList):
         try:
             return read_profile(path)
         except ProfileRefused as refusal:
-            what = tr("{file} is not a profile", file=path.name)
-            self.notify(Meaning.ATTENTION, labelled(what, refusal.sentence))
+            self.notify(Meaning.ATTENTION, refusal.sentence)
             return None
 
 

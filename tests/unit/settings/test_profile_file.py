@@ -124,6 +124,9 @@ def test_a_missing_file_and_a_profile_without_a_name(tmp_path: Path) -> None:
     for none in (tmp_path / "none.toml", tmp_path, Path("a\0b")):
         with pytest.raises(ProfileRefused, match="cannot be read"):
             read_profile(none)
+    (tmp_path / "bad.toml").write_text("junk = [", encoding="utf-8")
+    with pytest.raises(ProfileRefused, match=r"bad\.toml is not a profile: not TOML"):
+        read_profile(tmp_path / "bad.toml")
     (tmp_path / "H6.toml").write_text("[settings]\nfreefall_time_s = 1.2\n", encoding="utf-8")
     assert read_profile(tmp_path / "H6.toml").name == "H6"
 
