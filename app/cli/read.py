@@ -54,14 +54,16 @@ def run(args: argparse.Namespace) -> int:
     read = Readings()
     ended: Interrupted | None = None
     is_doubled = is_streaming = False
+
+    def prepare() -> None:
+        args.say_left_active()
+        # What shows the result.
+        import_module("app.preflight.reading_object" if args.json else "app.limits.limits")
+
     try:
         with connected(args.port, args.baud) as opened:
             try:
-                opened.run(read_everything(read))
-                # A second answer may still come for as long as this takes.
-                args.say_left_active()
-                # What shows the result: it is needed only now.
-                import_module("app.preflight.reading_object" if args.json else "app.limits.limits")
+                opened.run(read_everything(read), meanwhile=prepare)
                 is_doubled = opened.run(is_answered_twice(read.answered_at))
                 is_streaming = opened.conversation.is_streaming
             except Interrupted as error:

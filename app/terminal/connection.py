@@ -100,12 +100,16 @@ class OpenPort:
                     advice = tr("Check the address and the network.")
                 raise NoLink(join_sentences((late, advice)), what=late, hint=advice)
 
-    def run(self, procedure: Procedure[Result], *, outlives: bool = False) -> Result:
+    def run(
+        self, procedure: Procedure[Result], *, outlives: bool = False, meanwhile: Callable[[], object] = bool
+    ) -> Result:
         """Run a procedure, in the conversation in which the module was greeted, and return its result. Raises its
-        exception, such as `Interrupted`, and `Signalled`. `outlives`: it belongs to the port, not to a conversation."""
+        exception, such as `Interrupted`, and `Signalled`. `outlives`: it belongs to the port, not to a conversation.
+        `meanwhile` is called while it waits for answers."""
         job = self.worker.submit(Job(procedure, conversation=None if outlives else self.number))
         self._jobs.append(job)
         self._is_running = True
+        meanwhile()
         while not job.is_done:
             self.wait()
         # What the procedure saw is taken in before its result is used.
