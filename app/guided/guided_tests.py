@@ -157,6 +157,8 @@ TILT_STEPS = 6
 # Longest time on an active module.
 TILT_LONGEST_S = 300.0
 TILT_SLOWLY = marked("Tilt it slowly {direction} until it fires")
+# After a try that does not count. Said here, too: whoever holds it level again by then would not see that it was said.
+TILT_SLOWER = marked("Too fast. Tilt it slowly {direction} until it fires")
 
 
 class TiltDirection(Enum):
@@ -219,13 +221,14 @@ def measure_tilt(threshold: float, _steps: PersonSteps) -> Procedure[GuidedResul
 def _turn(watch: StatusWatch, threshold: float, number: int, direction: TiltDirection) -> Procedure[Turn]:
     """Repeat a direction that was moved too fast; the last try counts."""
     step = Report(number, TILT_STEPS, marked("Hold it level."), (("direction", message(direction.value)),))
+    tilt = TILT_SLOWLY
     turn = Turn()
     for _ in range(TILT_TRIES):
         yield from watch.begin(step)
         report = yield from watch.next()
         while report.tilt_deg > LEVEL_WITHIN_DEG or report.triggered:
             report = yield from watch.next()
-        yield from watch.begin(step._replace(doing=TILT_SLOWLY))
+        yield from watch.begin(step._replace(doing=tilt))
         turn = yield from _until_fired(watch, threshold)
         if turn.fired is not None:
             yield from watch.begin(step._replace(doing=marked("It fired. Level it slowly.")))
@@ -234,6 +237,7 @@ def _turn(watch: StatusWatch, threshold: float, number: int, direction: TiltDire
         if is_sharp or turn.stays_triggered:
             break
         step = step._replace(doing=marked("Too fast. Hold it level."))
+        tilt = TILT_SLOWER
     return turn
 
 

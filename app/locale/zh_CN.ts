@@ -3102,6 +3102,10 @@
         <translation>太快。请水平握住。</translation>
     </message>
     <message>
+        <source>Too fast. Tilt it slowly {direction} until it fires</source>
+        <translation>太快。{direction}缓慢倾斜，直到触发</translation>
+    </message>
+    <message>
         <source>Too few readings: measure again.</source>
         <translation>读数太少：请重新测量。</translation>
     </message>

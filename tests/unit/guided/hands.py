@@ -31,7 +31,7 @@ class Hands:
         if text in self.said[-1:]:
             return
         self.said.append(text)
-        if text.startswith("Tilt it slowly {direction}"):
+        if "ilt it slowly {direction}" in text:
             self.goes_to_deg = 100.0
         elif text.startswith(("It fired", "Hold it level.", "Too fast")):
             self.goes_to_deg = 0.0

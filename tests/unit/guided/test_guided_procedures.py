@@ -97,6 +97,10 @@ def test_moved_too_fast_it_is_done_again_and_stays_unclear(monkeypatch: pytest.M
     assert done.verdict is GuidedVerdict.UNCLEAR
     assert rows(done)["Fires, forward"][1] == "unclear"
     assert said.index("Hold it level.") < said.index("Too fast. Hold it level.")
+    tilts = [text for text in said if "until it fires" in text]
+    assert ["Too fast" in text for text in tilts[:4]] == [False, True, True, False], (
+        "level again, it may be said at once"
+    )
     named = [text for text in said for direction in TiltDirection if direction.value in text]
     assert not named, "else what to do after it fired reads as the direction"
 
