@@ -12,14 +12,14 @@ from pytestqt.qtbot import QtBot
 
 from app.engine.conversation import ConversationView, How, Interrupted, Known, StatusSample
 from app.engine.ports import PortInfo
-from app.engine.procedure import Job, LinkView
+from app.engine.procedure import Job
 from app.engine.target import Target
 from app.engine.transport import PortError, PortErrorKind
-from app.engine.worker import Batch, Connection, OwedLock, PortState
+from app.engine.worker import Batch, Connection, PortState
 from app.records.filing import Filed
 from app.safety.journal import NoJournal
 from app.store.fact_store import StoreError, StoreErrorKind
-from protocol.events import Ended, EndReason, Event
+from protocol.events import Ended, EndReason
 from protocol.fields import Value
 from tests.support.window.fakes_ui import ListedPorts, window
 from ui.core.port_watcher import PortWatcher
@@ -68,8 +68,6 @@ class FakeWorker:
         self.values: dict[str, Known] = {}
         self.ended: Ended | None = None
         self.publish_every_s = self.stream_hz = 0.0
-        self.owed_lock: OwedLock | None = None
-        self.is_stopped = False
 
     # Called by the window
 
@@ -92,7 +90,6 @@ class FakeWorker:
         self.end(EndReason.ANOTHER)
 
     def stop(self, _deadline_s: float = 2.0) -> bool:
-        self.is_stopped = True
         return True
 
     # Called by the test
@@ -114,11 +111,11 @@ class FakeWorker:
         self.values |= {key: Known(value, How.READ, now) for key, value in values.items()}
         self.hand_over()
 
-    def end(self, reason: EndReason, *, error: Exception | None = None) -> None:
+    def end(self, reason: EndReason) -> None:
         """The conversation ends, and with it every job but LOCK."""
         if self.number > 0 and self.ended is None:
             self.ended = Ended(reason, self._clock())
-        self.end_jobs(error or Interrupted(reason))
+        self.end_jobs(Interrupted(reason))
 
     def unplug(self) -> None:
         trouble = PortError(PortErrorKind.LOST, self.connection.port, "unplugged")
@@ -151,15 +148,8 @@ class FakeWorker:
             stream_hz=self.stream_hz,
         )
 
-    def hand_over(
-        self,
-        *,
-        finished: tuple[Job[Any], ...] = (),
-        samples: tuple[StatusSample, ...] = (),
-        events: tuple[Event, ...] = (),
-        link: LinkView | None = None,
-    ) -> None:
-        self.callback(Batch(self._clock(), self.connection, self.view, link, samples, events, finished, self.owed_lock))
+    def hand_over(self, *, finished: tuple[Job[Any], ...] = (), samples: tuple[StatusSample, ...] = ()) -> None:
+        self.callback(Batch(self._clock(), self.connection, self.view, None, samples, finished=finished))
 
     def wanted(self, *, is_urgent: bool) -> list[Job[Any]]:
         return [job for job, urgent in self.jobs if urgent is is_urgent]

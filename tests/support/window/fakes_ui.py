@@ -24,9 +24,6 @@ from ui.services.page import Page
 from ui.services.storage import Storage
 from ui.style.icons import Icon
 
-WAIT_MS = round(PATIENCE_S * 1000)
-
-
 ADAPTER = PortInfo("/dev/ttyUSB0", "CP2102 USB to UART", "Silicon Labs", "0001", 0x10C4, 0xEA60, "1-1")
 SECOND_ADAPTER = PortInfo("/dev/ttyACM0", "USB Single Serial", "QinHeng", "5523", 0x1A86, 0x55D3, "1-2")
 

@@ -12,7 +12,6 @@ from PySide6.QtWidgets import QAbstractButton, QApplication, QWidget
 from pytestqt.qtbot import QtBot
 
 from tests.support.window.controls import visible_in
-from tests.support.window.fakes_ui import WAIT_MS
 from ui.shell.main_window import MainWindow
 from ui.style import appearance
 from ui.style.theme import Theme
@@ -169,5 +168,5 @@ class Driver(ABC):
         self.until(lambda: button.isVisible() and button.isEnabled())
         press(self.qtbot, button)
 
-    def until(self, is_so: Callable[[], object], timeout_ms: int = WAIT_MS) -> None:
-        self.qtbot.waitUntil(lambda: bool(is_so()), timeout=timeout_ms)
+    def until(self, is_so: Callable[[], object]) -> None:
+        self.qtbot.waitUntil(lambda: bool(is_so()))

@@ -5,7 +5,6 @@ and nothing grows with any event.
 import gc
 import json
 import logging
-import sys
 import threading
 from collections import Counter, deque
 from collections.abc import Callable, Iterator
@@ -13,7 +12,6 @@ from contextlib import ExitStack, contextmanager
 from functools import partial
 from pathlib import Path
 from typing import Any
-from unittest.mock import patch
 
 import pytest
 import serial
@@ -27,7 +25,7 @@ from app.safety.journal import Act
 from app.system.uncaught import catch_uncaught_errors
 from tests.support.patience import MACHINE_S, PATIENCE_S, in_time
 from tests.support.processes import ran_code
-from tests.support.window.fake_ports import VALUES, FakePorts, FakeWorker, fake_window
+from tests.support.window.fake_ports import VALUES, fake_window
 from tests.support.window.fakes_ui import ADAPTER, connect, simulated, window
 from tests.support.window.steps import find, notice_text, press
 from ui.core.preferences import Preferences
@@ -37,7 +35,6 @@ from ui.services.storage import Storage
 
 CLOSING_S = 0.5
 CALLS = ("open", "reset_input_buffer", "read", "write", "close")
-POSIX_ONLY = pytest.mark.skipif(sys.platform == "win32", reason="pseudo-terminals are POSIX")
 _READ_S = 0.01
 
 
@@ -168,11 +165,6 @@ def test_no_process_stays_behind(sticks_in: str) -> None:
     assert json.loads(ended.stdout.splitlines()[0])["took_s"] < CLOSING_S + MACHINE_S
 
 
-def notice_of(assembly: Assembly) -> str:
-    return notice_text(assembly.window.notice_bar)
-
-
-@POSIX_ONLY
 def test_an_error_in_the_worker_closes_the_port_and_is_shown(
     qtbot: QtBot, qapp: QApplication, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -185,7 +177,7 @@ def test_an_error_in_the_worker_closes_the_port_and_is_shown(
         connect(qtbot, assembly, "sim://struck")
         assembly.armed.act = Act.ZERO
         monkeypatch.setattr(Session, "step", fail)
-        qtbot.waitUntil(lambda: "KeyError: 'bug'" in notice_of(assembly))
+        qtbot.waitUntil(lambda: "KeyError: 'bug'" in notice_text(assembly.window.notice_bar))
         press(qtbot, assembly.window.notice_bar.button("copy_details"))
         assert "Traceback" in QApplication.clipboard().text()
         assert not assembly.ports.current.is_open
@@ -198,24 +190,6 @@ BOUNDED = ("Marker", "Mark", "StepPoint", "ReferenceType")
 """Kept in bounded queues, for the time line; `sqlite3.Connection` keeps up to 200 weak references to
 its cursors."""
 PACKAGES = ("app", "protocol", "ui")
-
-
-@contextmanager
-def connected(qtbot: QtBot, qapp: QApplication, folder: Path) -> Iterator[tuple[Assembly, FakeWorker, FakePorts]]:
-    """The window with all pages on a port that the test unplugs."""
-    logging.disable()  # pytest keeps the records of a test
-    try:
-        with (
-            patch("ui.session.port.FOLLOW_EVERY_MS", 0),
-            fake_window(qapp, folder, ADAPTER) as (fakes, assembly),
-        ):
-            qtbot.waitUntil(lambda: assembly.window.has_pages)
-            assembly.ports.connect_to(Target(ADAPTER.device, 115200, ADAPTER.identity))
-            worker = fakes.workers[-1]
-            worker.say(**VALUES)
-            yield assembly, worker, fakes
-    finally:
-        logging.disable(logging.NOTSET)
 
 
 def census(root: QObject) -> Counter[str]:
@@ -244,9 +218,17 @@ def entries_of(owner: object) -> dict[str, int]:
     }
 
 
-def test_no_object_stays_behind(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
-    with connected(qtbot, qapp, tmp_path) as (assembly, worker, fakes):
+def test_no_object_stays_behind(
+    qtbot: QtBot, qapp: QApplication, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("ui.session.port.FOLLOW_EVERY_MS", 0)
+    monkeypatch.setattr("logging.root.manager.disable", logging.CRITICAL)  # pytest keeps the records of a test
+    with fake_window(qapp, tmp_path, ADAPTER) as (fakes, assembly):
         window, connector = assembly.window, assembly.ports
+        qtbot.waitUntil(lambda: window.has_pages)
+        connector.connect_to(Target(ADAPTER.device, 115200, ADAPTER.identity))
+        (worker,) = fakes.workers
+        worker.say(**VALUES)
 
         def unplug() -> None:
             opened = len(worker.opened)

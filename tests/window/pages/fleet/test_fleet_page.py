@@ -35,7 +35,7 @@ from tests.support.records.stored import add, open_store
 from tests.support.thorough import some
 from tests.support.window.fake_ports import SETTINGS, VALUES, FakePorts, FakeWorker, fake_services, show_alone, stand
 from tests.support.window.fakes_ui import ADAPTER, SECOND_ADAPTER, page_entries, store_of, window
-from tests.support.window.steps import given, let_lay_out, notice_text
+from tests.support.window.steps import Driver, given, let_lay_out, notice_text
 from ui.main import Assembly
 from ui.pages.fleet.archive_panel import ArchivePanel
 from ui.pages.fleet.board import LOCK, MODULE, NEXT, STATE, TRIGGERS_CELL, VERDICT, Board
@@ -50,7 +50,7 @@ from ui.widgets.notices import Notice
 
 
 @dataclass
-class Desk:
+class Desk(Driver):
     qtbot: QtBot
     ports: FakePorts
     page: FleetPage
@@ -58,12 +58,16 @@ class Desk:
     modules: list[tuple[Port, FakeWorker]] = field(default_factory=list)
 
     @property
+    def root(self) -> FleetPage:
+        return self.page
+
+    @property
     def board(self) -> Board:
         return self.page.board
 
     @property
     def notice(self) -> str:
-        return "" if self.page.notice_bar.notice is None else notice_text(self.page.notice_bar)
+        return notice_text(self.page.notice_bar)
 
     def plug_in(self, count: int, **values: Value) -> None:
         for number in range(len(self.modules), len(self.modules) + count):
@@ -98,12 +102,6 @@ class Desk:
         evidence = replace(case.evidence, flags={}, ended_at=self.ports.now_s, values=values | SETTINGS)
         assessment = assess(replace(case, evidence=evidence))
         return Filed(assessment, make_record(assessment, at=local_now()), None)
-
-    def wait(self, is_so: Callable[[], object]) -> None:
-        self.qtbot.waitUntil(lambda: bool(is_so()))
-
-    def click(self, button: QPushButton) -> None:
-        self.qtbot.mouseClick(button, Qt.MouseButton.LeftButton)
 
     def press(self, key: str) -> None:
         """A button of the notice."""
@@ -331,7 +329,7 @@ def test_those_that_are_ticked_are_checked_and_enabled_only_where_that_was_press
     assert desk.page.is_checking  # one that is lost stops none of the others
     for _, worker in desk.modules[1:3]:
         worker.end_jobs(Cancelled())
-    desk.wait(lambda: not desk.page.is_checking)
+    desk.until(lambda: not desk.page.is_checking)
     assert desk.page.verdicts == [None] * 3
 
 
@@ -418,7 +416,7 @@ def test_a_profile_is_written_only_where_it_may_and_who_is_not_written_to_is_nam
     desk.settle()
     assert desk.cell(3, NEXT) == "Attitude threshold 60° → 70°"  # another module may be there
     desk.modules[0][1].end_jobs(Cancelled())
-    desk.wait(lambda: not desk.page.profile.is_running)
+    desk.until(lambda: not desk.page.profile.is_running)
     desk.settle()
     assert "1 refused: M-01 (The module is ACTIVE" in desk.notice
     assert "1 offline: M-02" in desk.notice
@@ -453,9 +451,6 @@ def test_a_check_that_is_void_on_its_page_is_void_here(desk: Desk) -> None:
     assert second.module.check is None
 
 
-WAIT_MS = int(PATIENCE_S * 1000)
-
-
 @pytest.fixture
 def assembly(qapp: QApplication, tmp_path: Path) -> Iterator[Assembly]:
     with window(qapp, tmp_path, entries=page_entries("fleet")) as assembly:
@@ -463,7 +458,7 @@ def assembly(qapp: QApplication, tmp_path: Path) -> Iterator[Assembly]:
 
 
 def shown(qtbot: QtBot, assembly: Assembly) -> ArchivePanel:
-    qtbot.waitUntil(lambda: "fleet" in assembly.window._pages, timeout=WAIT_MS)
+    qtbot.waitUntil(lambda: "fleet" in assembly.window._pages)
     assembly.window.go_to("archive")
     page = assembly.window._pages["fleet"]
     assert isinstance(page, FleetPage)
@@ -481,12 +476,12 @@ def test_a_file_brings_what_another_station_knows(qtbot: QtBot, assembly: Assemb
     assembly.window.resize(1024, 600)
     panel = shown(qtbot, assembly)
     panel.ask_file = lambda *given, **_options: given[-1](stick)
-    qtbot.waitUntil(panel.carry.isEnabled, timeout=WAIT_MS)
+    qtbot.waitUntil(panel.carry.isEnabled)
     let_lay_out(assembly.window)
     before = [table.geometry() for table in (panel.modules, panel.life)]
     panel.carry.click()
     model = panel.modules.model()
-    qtbot.waitUntil(lambda: model.rowCount() == 2, timeout=WAIT_MS)
+    qtbot.waitUntil(lambda: model.rowCount() == 2)
     rows = [[model.index(row, column).data() for column in range(model.columnCount())] for row in range(2)]
     assert [row[0] for row in rows] == ["M-01", "M-07"]
     assert "READY" in rows[1][1]
@@ -495,12 +490,12 @@ def test_a_file_brings_what_another_station_knows(qtbot: QtBot, assembly: Assemb
     let_lay_out(assembly.window)
     assert [table.geometry() for table in (panel.modules, panel.life)] == before, "a table moved under the hand"
     panel.modules.selectRow(1)
-    qtbot.waitUntil(lambda: panel.life.model().rowCount() > 2, timeout=WAIT_MS)
+    qtbot.waitUntil(lambda: panel.life.model().rowCount() > 2)
     with closing(sqlite3.connect(stick)) as altered, altered:
         row = "SELECT ?, kind, module, station, made_at, content FROM facts LIMIT 1"
         altered.execute(f"INSERT INTO facts {row}", ("f" * 40,))
     panel.carry.click()
-    qtbot.waitUntil(lambda: "ffffffffffff: altered." in panel.state.text(), timeout=WAIT_MS)
+    qtbot.waitUntil(lambda: "ffffffffffff: altered." in panel.state.text())
 
 
 def test_a_long_history_does_not_hold_the_window_and_what_is_in_sight_of_it_wraps(
@@ -531,7 +526,7 @@ def test_a_service_is_kept_under_the_module_for_which_it_was_begun(qtbot: QtBot,
     for name in ("M-01", "M-02"):
         add(store, SaidNew(is_new=True), name).result(PATIENCE_S)
     panel = shown(qtbot, assembly)
-    qtbot.waitUntil(lambda: panel.modules.model().rowCount() == 2, timeout=WAIT_MS)
+    qtbot.waitUntil(lambda: panel.modules.model().rowCount() == 2)
     panel.modules.selectRow(1)
     panel.enter_service.click()
     assert "M-02" in panel.service.title.text()
@@ -539,9 +534,9 @@ def test_a_service_is_kept_under_the_module_for_which_it_was_begun(qtbot: QtBot,
     add(store, SaidNew(is_new=True), "M-00").result(PATIENCE_S)  # the table is read again meanwhile
     panel.service.save.click()
     kept = lambda: store.read(lambda facts: facts.of_module(Serviced, "M-02"))  # noqa: E731
-    qtbot.waitUntil(lambda: len(kept()) == 1, timeout=WAIT_MS)
+    qtbot.waitUntil(lambda: len(kept()) == 1)
     assert (kept()[0].content.service, kept()[0].content.who) == (ServiceKind.REPACK, "Li Wei")
-    qtbot.waitUntil(lambda: panel.modules.model().rowCount() == 3, timeout=WAIT_MS)
+    qtbot.waitUntil(lambda: panel.modules.model().rowCount() == 3)
     assert [row.name for row in panel.modules.chosen()] == ["M-02"]
 
 
@@ -549,12 +544,12 @@ def test_a_server_that_is_away_is_said_without_the_password(qtbot: QtBot, assemb
     told: list[str] = []
     assembly.ports.notified.connect(told.append)
     panel = shown(qtbot, assembly)
-    qtbot.waitUntil(panel.sync.isEnabled, timeout=WAIT_MS)
+    qtbot.waitUntil(panel.sync.isEnabled)
     panel.server.setText("postgresql://li:secret@127.0.0.1:1/x")
     panel.sync.click()
     assert panel.server.text() == "postgresql://li@127.0.0.1:1/x"
-    qtbot.waitUntil(lambda: "cannot be used" in panel.state.text(), timeout=WAIT_MS)
-    qtbot.waitUntil(lambda: any("cannot be used" in text for text in told), timeout=WAIT_MS)  # on every page
+    qtbot.waitUntil(lambda: "cannot be used" in panel.state.text())
+    qtbot.waitUntil(lambda: any("cannot be used" in text for text in told))  # on every page
     assert "secret" not in panel.state.text() + "".join(told)
     assembly.window.close_now()
     files = [path for path in assembly.storage.folder.rglob("*") if path.is_file()]
@@ -567,7 +562,7 @@ def test_earlier_settings_are_compared_and_used_as_edits(qtbot: QtBot, assembly:
         seen = SettingsSeen(port="P", boot_count=count, settings={"attitude_threshold_deg": angle})
         add(store, seen, "M-07").result(PATIENCE_S)
     panel = shown(qtbot, assembly)
-    qtbot.waitUntil(lambda: panel.life.model().rowCount() == 2, timeout=WAIT_MS)
+    qtbot.waitUntil(lambda: panel.life.model().rowCount() == 2)
     assert panel.settings.text().startswith("Choose an entry")
     assert not panel.use.isEnabled(), "none is chosen"
     panel.life.selectRow(1)

@@ -21,10 +21,9 @@ from protocol.events import Began, Ended, EndReason
 from tests.support.records.recordings_made import CLOSED, LOST, OPEN, WAIT_S, batch, received, report, settle, talk
 from tests.support.window.fakes_ui import connect, page_entries, simulated, window
 from tests.support.window.live_bench import Bench, live_bench
-from tests.support.window.steps import await_child, given, notice_text, press
+from tests.support.window.steps import given, notice_text, press
 from ui.main import PAGES
 from ui.pages.live.data import LiveData
-from ui.pages.live.page import LivePage
 from ui.plots.lanes import measured_lanes
 from ui.session.recording import SessionRecording
 from ui.style.theme import Meaning
@@ -35,19 +34,6 @@ from ui.widgets.readout import Freshness
 def live(qtbot: QtBot, qapp: QApplication) -> Iterator[Bench]:
     with live_bench(qtbot, qapp) as bench:
         yield bench
-
-
-def test_without_a_module_it_says_what_to_do(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
-    with window(qapp, tmp_path, entries=page_entries("live")) as assembly:
-        panel = assembly.window.panel
-        page = await_child(qtbot, assembly.window, LivePage)
-        qtbot.waitUntil(panel.isVisible)
-        qtbot.waitUntil(lambda: not page.choose.isVisible())  # the ports are at hand already
-        panel.hide()
-        qtbot.waitUntil(page.choose.isVisible)
-        assert (page.is_empty, page.empty.text.text()) == (True, "Choose a port.")
-        qtbot.mouseClick(page.choose, Qt.MouseButton.LeftButton)
-        assert panel.isVisible()
 
 
 def test_fresh_then_stale_with_its_age(live: Bench) -> None:
@@ -337,6 +323,8 @@ def test_a_person_switches_the_recording_off_and_on_again(qtbot: QtBot, qapp: QA
         press(qtbot, switch)
         assert (switch.text(), switch.isChecked()) == ("REC off", False)
         assert switch.accessibleName() == "Record: Not recorded"
+        qtbot.waitUntil(lambda: not assembly.ports.current.stream.is_recorded)
+        assert assembly.ports.current.stream.is_wanted, "Live draws it all the same"
         qtbot.waitUntil(lambda: [entry.is_running for entry in library.entries()] == [False])
         size = library.entries()[0].size_bytes
         qtbot.wait(1200)  # more than it takes to flush

@@ -27,7 +27,7 @@ from tests.support.records.recordings_made import NOON, PORT, Note, batch, recor
 from tests.support.window.controls import moved, places
 from tests.support.window.cut_off import cut_off
 from tests.support.window.fake_ports import fake_services, show_alone
-from tests.support.window.fakes_ui import WAIT_MS, connect, page_entries, simulated, window
+from tests.support.window.fakes_ui import connect, page_entries, simulated, window
 from tests.support.window.steps import Driver, await_child, choosing, given, let_lay_out, notice_text, press
 from ui.pages.live.page import LivePage
 from ui.pages.logs import rows as work_module
@@ -522,7 +522,7 @@ def test_opened_with_the_program_it_is_shown_while_a_module_goes_on(
         connect(qtbot, assembly, "sim://beside")
         qtbot.waitUntil(lambda: live.data.has_samples)
         main.files.open(template)
-        qtbot.waitUntil(lambda: page.view.plot is not None, timeout=WAIT_MS)
+        qtbot.waitUntil(lambda: page.view.plot is not None)
         count = len(live.data.tilt)
         qtbot.waitUntil(lambda: len(live.data.tilt) > count + 3)
         assert main.top_bar.lock.isEnabled()

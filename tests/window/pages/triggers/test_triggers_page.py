@@ -12,7 +12,7 @@ from pytestqt.qtbot import QtBot
 from app.preflight.verdict import Standing
 from app.store.rows import Judgement
 from tests.support.line.frames import lose
-from tests.support.window.desk import Desk, confirm_name, desk, name_module
+from tests.support.window.desk import Desk, choose, confirm_name, desk, name_module
 from tests.support.window.steps import choosing, given, notice_text
 from ui.pages.triggers.page import COLUMNS
 from ui.style.theme import Meaning
@@ -43,11 +43,6 @@ def told(bench: Desk, row: int) -> str:
 
 def said(bench: Desk) -> str:
     return notice_text(bench.triggers.strip)
-
-
-def choose(bench: Desk, key: str) -> None:
-    bench.until(lambda: bench.triggers.strip.button(key) is not None)
-    bench.click(given(bench.triggers.strip.button(key)))
 
 
 def fire(bench: Desk, number: int = 1) -> None:
@@ -135,7 +130,7 @@ def test_what_was_read_is_not_taken_for_the_records_of_what_answers_later(one: D
 def test_an_unconfirmed_reading_is_reported_and_one_can_be_cancelled(one: Desk) -> None:
     one.bench.change(lag_ms=300.0)
     one.click(one.triggers.read)
-    choose(one, "cancel")
+    choose(one, "cancel", one.triggers.strip)
     one.until(lambda: not one.triggers.work.is_busy)
     assert said(one).startswith("Cancelled")
     assert one.triggers.work.reading is None
@@ -186,13 +181,13 @@ def test_another_module_under_the_same_name_is_not_mixed_in(qtbot: QtBot, qapp: 
         assert said(bench) == "Not kept. M-07: the records do not follow those of its last visit"
         assert page.count.text() == "Trigger records: 2"  # what was read, not what M-07 had
         number = bench.assembly.ports.module.number
-        choose(bench, "another_module")
+        choose(bench, "another_module", bench.triggers.strip)
         bench.until(lambda: bench.assembly.ports.module.number > number and bench.assembly.ports.module.is_read)
         assert bench.assembly.ports.module.name == ""
         assert bench.assembly.window.notice_bar.button("name_same") is None, "a person has just said that it is not"
         name_kept(bench, "M-07")
         read(bench)
-        choose(bench, "same_module")
+        choose(bench, "same_module", bench.triggers.strip)
         bench.until(lambda: page.count.text() == "Trigger records: 5")
 
 
