@@ -172,14 +172,16 @@ def test_limits_hold_until_they_change_or_the_conversation_ends(tmp_path: Path) 
     assert recording.lights.value is None
 
 
-def test_bytes_of_equal_times_stay_in_order(tmp_path: Path) -> None:
+def test_bytes_of_equal_times_stay_in_order_and_the_rate_is_that_of_the_port(tmp_path: Path) -> None:
     with recorder_in(tmp_path) as bench:
-        bench.begin()
+        bench.begin(PORT, 9600)
         samples = [report(1000.0 + n // 7 / 100, n) for n in range(100)]
         garbage = Rejected(Noise(b"\0\1", Reason.NO_HEADER, 0), 1000.0)
         bench.feed(batch(1000.0, events=(garbage,)), *(batch(sample.at, sample) for sample in samples))
         bench.finish()
-        traffic = list(SessionFile(bench.path).traffic())
+        file = SessionFile(bench.path)
+        traffic = list(file.traffic())
+    assert file.opening.baud_rate == 9600
     frames = (received(sample).frame.raw for sample in samples)
     assert b"".join(one.raw for one in traffic) == b"".join((garbage.noise.raw, *frames))
     assert all(before.at_s < after.at_s for before, after in pairwise(traffic))
