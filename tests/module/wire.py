@@ -5,7 +5,6 @@ from typing import NamedTuple
 FROM_HOST = b"\x42\x61"
 FROM_MODULE = b"\x41\x75"
 HEARTBEAT_BODY = b"\xa5\x5a"
-QUERY = 0x01
 SET = 0x02
 HOST_FRAME_BYTES = 6
 RATES = {1: 4800, 2: 9600, 3: 19200, 4: 38400, 5: 57600, 6: 115200}

@@ -25,8 +25,6 @@ commands, environment, package, release = (
     tool("packaging", name) for name in ("commands", "environment", "package", "release")
 )
 LINUX = PACKAGING / "linux"
-NAME = "dps-s-configurator"
-METAINFO = LINUX / "io.github.dps_s.configurator.metainfo.xml"
 WHOLE, PACKAGES_ONLY = ["venv", "install", "install", "check"], ["install", "install", "check"]
 EVERYTHING = {"libEGL.so.1", "libGL.so.1", "libxcb-cursor.so.0", "initdb", "fc-list"}
 OF_DEBIAN = {"libegl1", "libgl1", "libxcb-cursor0", "postgresql", "fonts-wqy-microhei"}
