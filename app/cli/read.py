@@ -94,7 +94,7 @@ def run(args: argparse.Namespace) -> int:
     if ended is not None or is_doubled:
         errors[LINE] = ANSWERED_TWICE if ended is None else ended.message
 
-    round_trip_s = None if opened.link is None else opened.link.round_trip_median_s
+    round_trip_s = opened.conversation.lag_s
     if args.json:
         from app.preflight.reading_object import reading_object
 

@@ -181,7 +181,7 @@ class EvidenceCollector:
             was_online=seen.was_online or is_answering,
             was_shut_down=was_shut_down,
             counters=seen.counters if link is None else link.counters - self._mark,
-            round_trip_median_s=seen.round_trip_median_s if link is None else link.round_trip_median_s,
+            round_trip_median_s=seen.round_trip_median_s if link is None else batch.conversation.lag_s,
             noise=seen.noise if link is None else link.noise,
         )
 

@@ -111,11 +111,9 @@ class Report(NamedTuple):
 
 
 class LinkView(NamedTuple):
-    """`counters`: since the port was opened. Round trips are of the last conversation; None until one is measured.
-    `noise`: the last rejected bytes."""
+    """`counters`: since the port was opened. `noise`: the last rejected bytes."""
 
     counters: Counters
-    round_trip_median_s: float | None
     noise: bytes = b""
 
 

@@ -45,11 +45,10 @@ class Session:
         clock: Clock,
         *,
         background: Callable[[], Procedure[None]] | None = None,
-        first: Callable[[], Job[Any] | None] = lambda: None,
         conversations: int = 0,
     ) -> None:
-        """`background` makes the procedure that keeps the values fresh, again in each conversation. `first` makes what
-        goes before everything else in a conversation (an owed LOCK). `conversations`: how many there were before."""
+        """`background` makes the procedure that keeps the values fresh, again in each conversation. `conversations`:
+        how many there were before."""
         self.line = line
         self.clock = clock
         self.conversations = conversations
@@ -61,7 +60,6 @@ class Session:
         # Who shares it watches for shorter silences, and answers one reader after the other.
         self._link = Link(clock(), LONGEST_SILENCE_S if self._is_shared else SHORTEST_SILENCE_S)
         self._make_background = background
-        self._make_first = first
         # The first one runs, the others wait for it.
         self._jobs: list[Job[Any]] = []
         self._background: Job[None] | None = None
@@ -125,8 +123,7 @@ class Session:
         return view._replace(is_shared=self._is_shared)
 
     def link_view(self) -> LinkView:
-        link = self._link
-        return LinkView(link.counters.copy(), link.lag_s, self._noise)
+        return LinkView(self._link.counters.copy(), self._noise)
 
     def take_events(self) -> list[Event]:
         """Return what happened since the last call, in order."""
@@ -303,9 +300,6 @@ class Session:
                     self._proven_rate, self._is_rate_in_doubt = rate, False
                     flags = self._link.flags
                     self.conversation = Conversation(self.conversations, event.boot_count, now, rate, flags)
-                    first = self._make_first()
-                    if first is not None:
-                        self.run(first, is_urgent=True)
                     if self._make_background is not None:
                         self._background = Job(self._make_background(), conversation=self.conversations)
                         self._background.start(now, self._view)

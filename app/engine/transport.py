@@ -14,7 +14,7 @@ import time
 from contextlib import suppress
 from enum import Enum
 from pathlib import Path
-from threading import Event, Lock
+from threading import Lock
 from typing import NamedTuple, Protocol
 
 import serial
@@ -138,7 +138,6 @@ class SerialLine:
         self._serial = opened
         # Readable after `interrupt`; POSIX only.
         self._interrupts: int | None = getattr(opened, "pipe_abort_read_r", None)
-        self._wake_up = Event()
         self._closing = Lock()
         self._is_closed = False
         self._is_stuck = False
@@ -152,7 +151,7 @@ class SerialLine:
         waited for as long as `READ_SLICE_S` only.
 
         `gather_s` is how long to wait after the first byte, so that a stream causes a hundred wake-ups a second and not
-        a thousand. `interrupt` ends both waits. Raises `PortError` LOST.
+        a thousand. `interrupt` ends the wait. Raises `PortError` LOST.
         """
         try:
             if self._interrupts is not None:
@@ -168,8 +167,7 @@ class SerialLine:
             if not first:
                 return b""
             if gather_s > 0:
-                self._wake_up.wait(gather_s)
-                self._wake_up.clear()
+                time.sleep(gather_s)
             if not is_socket(self.port):
                 return bytes(first + self._serial.read(min(self._serial.in_waiting, READ_CHUNK)))
             # `in_waiting` of a socket is at most 1, so reading it would fall behind a stream; a read without a time-out
@@ -242,7 +240,6 @@ class SerialLine:
 
     def interrupt(self) -> None:
         """End a waiting read with b"", or else the next one. From any thread."""
-        self._wake_up.set()
         with self._closing:  # after closing the pipe's number may be another file's
             if not self._is_closed:
                 with suppress(*_DRIVER_ERRORS):  # a socket cannot be interrupted

@@ -156,7 +156,6 @@ class Worker:
                 self._line,
                 self._clock,
                 background=background,
-                first=self._pop_owed_lock,
                 conversations=self._conversations,
             )
             self._set_connection(connection._replace(state=PortState.OPEN))
@@ -234,13 +233,15 @@ class Worker:
         _log.debug("LOCK is owed at %s", self._adapter)
         self._owed_lock = OwedLock(self._clock(), self._adapter)
 
-    def _pop_owed_lock(self) -> Job[Any] | None:
+    def _pay_owed_lock(self) -> None:
         owed = self._owed_lock
-        if owed is None or self._make_lock is None or owed.port != self._adapter or not owed.is_due(self._clock()):
-            return None
-        job = self._make_lock()
-        self._jobs.append(job)
-        return job
+        if (
+            owed is not None
+            and owed.port == self._adapter
+            and owed.is_due(self._clock())
+            and self._make_lock is not None
+        ):
+            self._run(self._make_lock(), is_urgent=True)
 
     # What is handed over
 
@@ -252,7 +253,10 @@ class Worker:
             for event in session.take_events():
                 self._events.append(event)
                 match event:
-                    case Began() | Ended() | Answered(messages=(Acknowledgement(),)):
+                    case Began():
+                        self._pay_owed_lock()  # before anything that was decided in this conversation
+                        self._is_urgent = True
+                    case Ended() | Answered(messages=(Acknowledgement(),)):
                         self._is_urgent = True
                     case Unanswered() if event.may_be_done:
                         self._is_urgent = True

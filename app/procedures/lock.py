@@ -45,6 +45,8 @@ ANSWER_S = 2.0
 LAST_ANSWER_S = 0.8
 # Reports in a row that must agree.
 AGREEING = 2
+# The number of no conversation: it is sent in a later one than that in which it was wanted.
+OWED = 0
 QUESTIONS = (ACTIVE.query(), STATUS.query())
 # Before a question after an unanswered one, as some modules need a gap between frames.
 BREATH_S = 0.03
@@ -96,10 +98,10 @@ def waiting_sentence(sent: int) -> str:
 class _Proof:
     """The module's answers since the first LOCK."""
 
-    def __init__(self, *, may_be_another: bool, pressed_in: int | None) -> None:
+    def __init__(self, pressed_in: int | None) -> None:
         self.is_acknowledged = self.is_heard = False
         # The conversation in which it was pressed, or since which it is owed, has ended.
-        self.may_be_another = may_be_another
+        self.may_be_another = False
         # The number of that conversation; before the first one, of the one that begins.
         self._pressed_in = pressed_in
         self._reports: list[bool] = []
@@ -145,16 +147,14 @@ def lock(
     journal: Journal | None = None,
     repeat: LockRepeat | None = None,
     *,
-    is_owed: bool = False,
     pressed_in: int | None = None,
 ) -> Procedure[Locked]:
     """Send LOCK until the module reports that it is locked, or to the limits of `LockRepeat`. A lost port and a
-    cancellation are results, not exceptions. `repeat`: to continue after a lost port, or to show the progress.
-    `is_owed`: since a conversation that has ended, whose journal this is. `pressed_in`: the number of the conversation
-    of that journal, where the next one may have begun before this does."""
+    cancellation are results, not exceptions. `repeat`: a new one, which shows the progress. `pressed_in`: the number of
+    the conversation of that journal, where the next one may have begun before this does; `OWED` since one that has
+    ended."""
     journal, repeat = journal or NoJournal(), repeat or LockRepeat()
-    proof = _Proof(may_be_another=is_owed, pressed_in=pressed_in)
-    before = repeat.sent
+    proof = _Proof(pressed_in)
     entries: list[Entry] = []
     is_port_lost = is_replaced = False
     try:
@@ -168,10 +168,10 @@ def lock(
         outcome = Outcome.CONFIRMED
     elif not sent:
         outcome = Outcome.NOT_SENT
-    elif sent > before and proof.is_locked is False and proof.is_acknowledged:
+    elif proof.is_locked is False and proof.is_acknowledged:
         # Without an acknowledgement the reports may be older than LOCK.
         outcome = Outcome.REFUSED
-    if sent > before and not entries:
+    if sent and not entries:
         entries.append(journal.begin(Act.LOCK, LOCK.encode(), {}))
     _log.debug("lock: %s, sent %d times, may be another: %s", outcome.value, sent, proof.may_be_another)
     # Of the module for which it was pressed nothing is confirmed then.

@@ -202,9 +202,9 @@ class OpenPort:
 
     def _make_lock(self) -> "Job[Locked]":
         # In the worker's thread.
-        from app.procedures.lock import lock
+        from app.procedures.lock import OWED, lock
 
-        self._owed = owed = Job(lock(self._journal, is_owed=True), conversation=None)
+        self._owed = owed = Job(lock(self._journal, pressed_in=OWED), conversation=None)
         return owed
 
     def _receive(self, batch: Batch) -> None:

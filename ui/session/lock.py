@@ -7,7 +7,7 @@ from PySide6.QtCore import QObject, Signal
 
 from app.engine.procedure import Job, LockRepeat
 from app.engine.worker import Batch, OwedLock
-from app.procedures.lock import Locked, lock, waiting_sentence
+from app.procedures.lock import OWED, Locked, lock, waiting_sentence
 from app.safety.journal import Journal, Outcome
 from app.safety.last_known import Activation, SeenActivation
 from app.text.i18n import tr
@@ -88,7 +88,7 @@ class PortLock(QObject):
 
     def make_owed(self) -> Job[Locked]:
         """The job of an owed LOCK, for the worker and in its thread."""
-        return Job(lock(self._find_journal(), is_owed=True), conversation=None)
+        return Job(lock(self._find_journal(), pressed_in=OWED), conversation=None)
 
     def give_up(self) -> None:
         """Stop repeating LOCK: the module is being activated on purpose, and what was confirmed before says nothing."""

@@ -30,7 +30,7 @@ def batch(at: float, link: LinkView | None = None, *events: Event, connection: C
 
 
 def view(byte_count: int = 0, **counted: int) -> LinkView:
-    return LinkView(Counters(bytes_received=byte_count, **counted), None)
+    return LinkView(Counters(bytes_received=byte_count, **counted))
 
 
 def answered(trip_s: float | None) -> Answered:

@@ -137,7 +137,7 @@ def test_figures_are_those_of_the_link(qtbot: QtBot, qapp: QApplication, tmp_pat
         counters = Counters(sent=10, frames=8, time_outs=2, restarts=1)
         counters.rejected_bytes[Reason.CHECKSUM] = 12
         for at, counted in ((now - 2, Counters(bytes_received=1000)), (now - 1, counters)):
-            statistics.on_batch(Batch(at, opened, ConversationView(), LinkView(counted, 0.003)))
+            statistics.on_batch(Batch(at, opened, ConversationView(), LinkView(counted)))
         lost = PortError(PortErrorKind.LOST, "sim://x", "gone")
         statistics.on_batch(Batch(now, Connection(PortState.CLOSED, "sim://x", 115200, lost), ConversationView(), None))
         page.go_to("figures")
