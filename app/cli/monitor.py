@@ -15,11 +15,11 @@ from contextlib import ExitStack
 from typing import Final
 
 from app.diagnosis.causes import PortEvidence
+from app.diagnosis.silence import Silence
 from app.engine.conversation import Interrupted, StatusSample, reason_message
 from app.engine.procedure import Job
 from app.engine.target import is_simulated
 from app.engine.worker import Batch
-from app.procedures.find import Silence
 from app.procedures.stream import LISTEN_S, StreamSwitch, watch
 from app.safety.last_known import was_heard_active
 from app.store.acts import StreamMemory

@@ -53,6 +53,7 @@ ARGUMENTS = (*console.PORT, console.JSON)
 def run(args: argparse.Namespace) -> int:
     read = Readings()
     ended: Interrupted | None = None
+    round_trip_s: float | None = None
     is_doubled = is_streaming = False
 
     def prepare() -> None:
@@ -66,6 +67,7 @@ def run(args: argparse.Namespace) -> int:
                 opened.run(read_everything(read), meanwhile=prepare)
                 is_doubled = opened.run(is_answered_twice(read.answered_at))
                 is_streaming = opened.conversation.is_streaming
+                round_trip_s = opened.conversation.lag_s
             except Interrupted as error:
                 ended = error
     finally:
@@ -94,7 +96,6 @@ def run(args: argparse.Namespace) -> int:
     if ended is not None or is_doubled:
         errors[LINE] = ANSWERED_TWICE if ended is None else ended.message
 
-    round_trip_s = opened.conversation.lag_s
     if args.json:
         from app.preflight.reading_object import reading_object
 

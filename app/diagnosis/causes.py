@@ -9,13 +9,13 @@ from enum import Enum
 from pathlib import Path
 from typing import NamedTuple
 
+from app.diagnosis.silence import Silence, what_came
 from app.engine.conversation import Interrupted
 from app.engine.ports import is_flight_controller
 from app.engine.session import MAX_NOISE_BYTES
 from app.engine.target import is_network_address, is_socket
 from app.engine.transport import PortError, PortErrorKind
 from app.engine.worker import Batch, PortState
-from app.procedures.find import Silence, what_came
 from app.safety.last_known import keep_away
 from app.text.i18n import tr
 from app.text.messages import in_brackets, join_sentences

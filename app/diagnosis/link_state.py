@@ -6,13 +6,13 @@ from enum import Enum
 from typing import Final, NamedTuple
 
 from app.diagnosis.causes import NextStep, PortEvidence, explain
+from app.diagnosis.silence import Silence
 from app.engine.conversation import ConversationView, reason_message
 from app.engine.procedure import SHARED, TOO_SLOW
 from app.engine.reconnect import LOSSES, Absence
 from app.engine.target import is_shared
 from app.engine.transport import PortError
 from app.engine.worker import Batch, Connection, PortState
-from app.procedures.find import Silence
 from app.safety.last_known import keep_away
 from app.text.i18n import tr
 from app.text.messages import capitalised, duration

@@ -17,13 +17,14 @@ from app.engine.procedure import SHARED, Job, LinkView, Procedure
 from app.engine.target import is_network_address, is_shared
 from app.engine.transport import PortError
 from app.engine.worker import Batch, Connection, PortState, Worker
-from app.procedures.find import await_module, find_rate
+from app.procedures.find import WAIT_S as MODULE_LIMIT_S
+from app.procedures.find import find_rate
 from app.safety.last_known import LAST_HEARD_ACTIVE, keep_away, was_heard_active
 from app.system.clock import steady_time
 from app.terminal.console import USUAL_RATE, Refused, check_signals, note, notify, signals_noted, state
 from app.text.i18n import tr
 from app.text.messages import ErrorCode, join_sentences
-from protocol.events import Answered, EndReason, Sent, Unanswered
+from protocol.events import Answered, Counters, EndReason, Sent, Unanswered
 
 if TYPE_CHECKING:
     from app.diagnosis.causes import PortEvidence
@@ -116,6 +117,30 @@ class OpenPort:
         self.drain()
         self._is_running = self.has_left = False
         return job.outcome()
+
+    def await_module(self, limit_s: float) -> None:
+        """Wait until a module answers, at most so long. Raises `PortError`."""
+        ends_at = steady_time() + limit_s
+        while not self.conversation.is_going and steady_time() < ends_at:
+            self.wait()
+            if self.connection.trouble is not None:
+                raise self.connection.trouble
+
+    def silence(self) -> "PortEvidence":
+        """What came instead of an answer."""
+        from app.diagnosis.causes import PortEvidence
+        from app.diagnosis.silence import what_came
+        from app.terminal.records import adapter_of
+
+        port, link = self.connection.port, self.link or LinkView(Counters())
+        return PortEvidence(
+            port,
+            self.connection.baud_rate,
+            silence=what_came(link.counters, link.noise),
+            counters=link.counters,
+            # An address is of no adapter, and listing takes time.
+            adapter="" if "://" in port else adapter_of(port),
+        )
 
     def bind(self) -> None:
         # From now on everything runs in the conversation that goes on, and in no other.
@@ -271,14 +296,10 @@ def _greet(opened: OpenPort, port: str, baud_rate: int | None) -> None:
     if baud_rate is None:
         if opened.run(find_rate(USUAL_RATE), outlives=True).baud_rate is None:
             raise NoLink(no_module_found(port))
-    elif (silence := opened.run(await_module(), outlives=True)) is not None:
-        from app.diagnosis.causes import PortEvidence
-        from app.terminal.records import adapter_of
-
-        # An address is of no adapter, and listing takes time.
-        adapter = "" if "://" in port else adapter_of(port)
-        seen = PortEvidence(port, baud_rate, silence=silence, adapter=adapter)
-        raise no_link(seen if opened.link is None else seen._replace(counters=opened.link.counters))
+    else:
+        opened.await_module(MODULE_LIMIT_S)
+        if not opened.conversation.is_going:
+            raise no_link(opened.silence())
     opened.bind()
 
 

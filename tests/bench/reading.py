@@ -4,13 +4,13 @@
 import statistics
 import sys
 import time
+from threading import Event
 from typing import Final
 
 import serial
 
 from app.engine.procedure import Job
 from app.engine.worker import Worker
-from app.procedures.find import await_module
 from app.procedures.read import READABLE, read_everything
 from tests.bench.kit import Figure
 from tests.support.processes import PROGRAM, ran, run_module
@@ -46,11 +46,12 @@ def _bare_s(port: str, rounds: int) -> list[float]:
 def _worker_s(port: str, rounds: int) -> list[float]:
     """Seconds from the call to the result."""
     took = []
-    worker = Worker(lambda _batch: None)
+    has_begun = Event()
+    worker = Worker(lambda batch: has_begun.set() if batch.conversation.is_going else None)
     worker.start()
     try:
         worker.open(port, BAUD_RATE)
-        assert worker.submit(Job(await_module(), conversation=None)).wait(_LIMIT_S), "no module answers"
+        assert has_begun.wait(_LIMIT_S), "no module answers"
         for _ in range(rounds + 1):
             began = time.perf_counter()
             job = worker.submit(Job(read_everything(), conversation=1))

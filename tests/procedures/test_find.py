@@ -4,12 +4,11 @@ from collections import Counter
 
 import pytest
 
-from app.procedures.find import WAIT_S, Silence, await_module, find_rate, what_came
+from app.diagnosis.silence import Silence, what_came
+from app.procedures.find import find_rate
 from protocol.catalogue import BAUD_RATES, Hazard
 from protocol.events import Counters, Role
 from protocol.messages import Reason
-from tests.support.line.frames import echo
-from tests.support.line.module_line import ModuleRig
 from tests.support.line.sim_line import Rig
 
 
@@ -88,21 +87,3 @@ def test_behind_a_plain_socket_only_its_own_rate_is_tried() -> None:
     rig.line.port = "socket://127.0.0.1:4001"
     assert rig.run(find_rate(), outlives=True).tried == (115200,)
     assert rig.line.baud_rate == 115200
-
-
-def test_a_module_is_waited_for() -> None:
-    assert Rig({"uptime": 60}).run(await_module(), outlives=True) is None
-    rig = Rig({"mute": True})
-    began = rig.clock()
-    assert rig.run(await_module(), outlives=True) is Silence.NOTHING
-    assert rig.clock() - began == pytest.approx(WAIT_S, abs=0.1)
-    echo(rig.bench)
-    assert rig.run(await_module(), outlives=True) is Silence.ECHO
-
-
-def test_what_came_before_it_was_waited_for_tells_nothing() -> None:
-    rig = ModuleRig()
-    rig.module.be_silent(rig.clock(), 60.0)
-    rig.line.inject(bytes(40))
-    rig.step_for(0.5)
-    assert rig.run(await_module(), outlives=True) is Silence.NOTHING

@@ -10,6 +10,7 @@ from typing import Any, Final
 
 from PySide6.QtCore import QObject, QTimer, Signal
 
+from app.diagnosis.causes import EvidenceCollector
 from app.diagnosis.link_state import LinkState, link_state
 from app.engine.conversation import ConversationView, reason_message
 from app.engine.ports import PortInfo
@@ -19,7 +20,7 @@ from app.engine.target import Target
 from app.engine.transport import PortError
 from app.engine.worker import PUBLISH_EVERY_S, Batch, Connection, PortState, Worker
 from app.procedures.act import Armed
-from app.procedures.find import RateSearch, Silence, await_module, find_rate
+from app.procedures.find import RateSearch, find_rate
 from app.procedures.stream import StreamSwitch, watch
 from app.procedures.write import WriteFault, WriteReport, change_baud, why_not_verified
 from app.safety.journal import Act
@@ -107,7 +108,8 @@ class Port(QObject):
         # Batches of earlier openings are ignored, and conversations up to this one were with what was connected before.
         self._opening = self._former_number = 0
         self._endings: dict[Job[Any], Callable[[Job[Any]], None]] = {}
-        self._silence: Silence | None = None
+        # Since the port was opened.
+        self.evidence = EvidenceCollector()
         self._finding: Job[RateSearch] | None = None
         self._changing_rate: Job[WriteReport] | None = None
         self._return = Reconnection()
@@ -174,7 +176,7 @@ class Port(QObject):
         return link_state(
             connection,
             self.module.view,
-            self._silence,
+            self.evidence.seen.came(),
             is_finding=self._finding is not None or is_searching,
             absence=absence,
             adapter="" if self.target is None else self.target.identity,
@@ -295,15 +297,14 @@ class Port(QObject):
 
     def _open(self, target: Target) -> None:
         self.target = target
-        self._silence = self._finding = None
+        self._finding = None
+        self.evidence.begin(target.device)
         background = partial(watch, self.stream, memory=self._storage.stream_memory(target))
         self._opening = self._worker.open(target.device, target.baud_rate, background, adapter=self.key)
         self.connection = Connection(PortState.OPENING, target.device, target.baud_rate, opening=self._opening)
         _log.info("Port: %s", self.connection)
         if target.finds_rate:
             self._begin_finding(target.baud_rate)
-        else:
-            self._await_module()
         self.update_view()
 
     def _begin_finding(self, rate: int) -> None:
@@ -313,20 +314,9 @@ class Port(QObject):
             self._finding = None
             if job.error is None and job.outcome().baud_rate is None:
                 _log.info("No module was found at any baud rate: %s", job.outcome().tried)
-                self._await_module()  # says what is on the line instead
 
         self._finding = Job(find_rate(rate), conversation=None)
         self.submit(self._finding, end)
-
-    def _await_module(self) -> None:
-        """Find out what comes where no module answers."""
-        opening = self._opening
-
-        def end(job: Job[Silence | None]) -> None:
-            if opening == self._opening and job.error is None:
-                self._silence = job.outcome()
-
-        self.submit(Job(await_module(), conversation=None), end)
 
     def _on_batch(self, batch: Batch) -> None:
         is_current = batch.connection.opening >= self._opening
@@ -343,6 +333,7 @@ class Port(QObject):
     def _take_in(self, batch: Batch) -> None:
         is_news = batch.connection != self.connection
         self.connection, self.link = batch.connection, batch.link
+        self.evidence.on_batch(batch)
         view = batch.conversation
         if view.number > max(self._former_number, self.module.number):
             self._show(view)

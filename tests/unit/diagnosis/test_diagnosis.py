@@ -13,12 +13,12 @@ import pytest
 
 from app.diagnosis.causes import AdapterFacts, EvidenceCollector, PortEvidence, diagnose, explain, facts_about
 from app.diagnosis.link_state import LinkState, Phase, link_text
+from app.diagnosis.silence import Silence
 from app.engine.conversation import Interrupted
 from app.engine.procedure import Ask, Procedure
 from app.engine.reconnect import Absence
 from app.engine.transport import PortError, PortErrorKind, PortHolder, _trouble_at_opening
 from app.engine.worker import Batch, Connection, PortState
-from app.procedures.find import Silence
 from app.safety.last_known import keep_away
 from app.text.i18n import set_language
 from protocol.catalogue import BY_NAME

@@ -10,7 +10,6 @@ from app.engine.procedure import Ask, Job, Pause, Procedure
 from app.engine.session import Session
 from app.engine.transport import PortErrorKind
 from app.engine.worker import OWED_FOR_S, Batch, PortState, Worker
-from app.procedures.find import await_module
 from app.procedures.history import read_history
 from app.procedures.lock import lock
 from app.procedures.read import read_everything
@@ -264,11 +263,12 @@ def test_a_lock_that_is_pressed_while_the_port_is_away_is_owed(monkeypatch: pyte
 @pytest.mark.promise("l")
 def test_a_lock_goes_out_although_the_port_is_closed_at_once(options: str, leave: Callable[[Worker], object]) -> None:
     """Whoever presses LOCK and leaves gets it: the closing waits for it, within its limit."""
-    worker = Worker(lambda _batch: None)
+    batches = Batches()
+    worker = Worker(batches)
     worker.start()
     try:
         worker.open(f"sim://lock-and-leave?active=yes&uptime=60{options}", 115200)
-        assert worker.submit(Job(await_module(), conversation=None)).wait(PATIENCE_S)
+        batches.until(lambda batch: batch.conversation.is_going)
         reading = worker.submit(Job(read_everything(), conversation=1))
         locking = worker.submit(Job(lock(), conversation=None), is_urgent=True)
         leave(worker)

@@ -210,7 +210,6 @@ class DiagnosisPage(Page):
             self._opening = batch.connection.opening
             self._begin_again()
         self.traffic.model.append(batch.events)
-        self.why.collector.on_batch(batch)
 
     def go_to(self, key: str) -> None:
         """Shows a view: "why", "traffic", "figures" or "bundle"."""

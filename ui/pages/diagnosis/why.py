@@ -6,16 +6,7 @@ from PySide6.QtCore import Qt, Signal
 from PySide6.QtGui import QGuiApplication
 from PySide6.QtWidgets import QCheckBox, QFrame, QGridLayout, QLabel, QLineEdit, QPushButton, QWidget
 
-from app.diagnosis.causes import (
-    STEP_WORDS,
-    AdapterFacts,
-    Diagnosis,
-    EvidenceCollector,
-    NextStep,
-    PortEvidence,
-    diagnose,
-    facts_about,
-)
+from app.diagnosis.causes import STEP_WORDS, AdapterFacts, Diagnosis, NextStep, PortEvidence, diagnose, facts_about
 from app.diagnosis.link_state import Phase, link_text
 from app.text.i18n import tr
 from app.text.messages import join_names, labelled
@@ -64,7 +55,7 @@ def figure(name: str, says: str) -> TickingLabel:
 
 
 class WhyPanel(QWidget):
-    """Collects evidence always, diagnoses while visible. `choose_wanted`: show the list of ports."""
+    """Diagnoses while visible. `choose_wanted`: show the list of ports."""
 
     choose_wanted = Signal()
     connect_wanted = Signal(object)
@@ -73,7 +64,6 @@ class WhyPanel(QWidget):
         super().__init__()
         self.setObjectName("why_panel")
         self._ports, self._storage = services.ports, services.storage
-        self.collector = EvidenceCollector()
         # What the system knows, and of which adapter: another one may have the name of its port by now.
         self._facts, self._facts_of = AdapterFacts(), ""
         self._asking: BackgroundTask[AdapterFacts] = BackgroundTask("dps-s adapter facts", self)
@@ -102,15 +92,11 @@ class WhyPanel(QWidget):
         in_column(card, checked, self.sharing, 1, of=self, spacing=Space.S, margins=(Space.M, Space.S))
         timer = VisibilityTimer(self, self.refresh, every_ms=REFRESH_EVERY_MS)
         self._ports.changed.connect(timer.refresh_seen)
-        self.begin_again()
 
     # Evidence
 
     def begin_again(self) -> None:
         """Another port was opened."""
-        target = self._ports.current.target
-        if target is not None:
-            self.collector.begin(target.device)
         self._asking.cancel()
         self._facts_of = ""
 
@@ -118,7 +104,7 @@ class WhyPanel(QWidget):
         current, target = self._ports.current, self._ports.current.target
         # Of a module that was left active nobody can say that it is not this one.
         is_left = bool(self._storage.left_active) and not (target and target.is_simulated)
-        seen = self.collector.seen._replace(
+        seen = current.evidence.seen._replace(
             facts=self._facts if self._facts_of == current.key else AdapterFacts(),
             was_active=current.is_active or is_left,
             adapter="" if target is None else target.identity,
