@@ -13,7 +13,7 @@ from app.diagnosis.link_state import Phase
 from app.engine.ports import NOT_LISTED, PortInfo
 from app.engine.reconnect import Absence
 from app.engine.target import Target
-from app.engine.worker import Batch, Connection, PortState
+from app.engine.worker import Batch
 from app.procedures.read import READABLE
 from app.text.messages import UserError
 from protocol.catalogue import SERIAL_OUTPUT, Request
@@ -34,8 +34,6 @@ from tests.support.window.steps import given, notice_text, press
 from ui.connect.connect_panel import SIMULATED_PORT
 from ui.core.preferences import LastPort, Preferences
 from ui.main import Assembly
-
-OPEN = Connection(PortState.OPEN, "/dev/ttyUSB0", 115200)
 
 
 def rows(assembly: Assembly) -> dict[str, str]:

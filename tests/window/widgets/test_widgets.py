@@ -54,9 +54,6 @@ def test_fresh_stale_and_unknown_differ_in_shape(qtbot: QtBot) -> None:
             shapes.append(image)
 
 
-WIDTH = 100
-
-
 def test_an_elided_text_is_whole_in_the_tooltip(qtbot: QtBot) -> None:
     window = QWidget()  # Windows makes none as narrow as the label
     qtbot.addWidget(window)

@@ -144,10 +144,6 @@ ON: dict[str, Any] = {"attitude_trigger": True, "freefall_trigger": True}
 VALUES: dict[str, Any] = {"attitude_threshold_deg": 60, "freefall_acceleration_g": 0.5}
 
 
-def over(view: ConversationView, reason: EndReason = EndReason.SILENT) -> ConversationView:
-    return view._replace(ended=Ended(reason, 9.0))
-
-
 def take(data: LiveData, *batches: Batch) -> list[tuple[float, str]]:
     """When and what all these batches mark."""
     return [(mark.time_s, mark.word) for one in batches for mark in data.on_batch(one)]

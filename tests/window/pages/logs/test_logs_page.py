@@ -37,7 +37,6 @@ from ui.plots.lanes import Span
 from ui.services.storage import Storage
 from ui.style.theme import Meaning
 
-pytest_plugins = ["tests.support.cli_fixtures"]
 UNSORTED, MUST_NOT, MUST = FlightGroup
 
 
@@ -588,9 +587,6 @@ def test_it_is_deleted_once_that_is_confirmed_and_keeps_its_side_where_it_cannot
     one.until(lambda: one.notice() == "Recordings deleted: 1.")
     one.until(page.list.empty.isVisible)
     assert one.storage.library.entries() == ()
-
-
-# Damage
 
 
 def damage(path: Path) -> None:
