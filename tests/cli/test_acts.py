@@ -15,6 +15,7 @@ from app.cli.act import print_outcome
 from app.engine import transport
 from app.engine.conversation import StatusSample
 from app.engine.ports import PortInfo
+from app.port_urls.protocol_sim import open_bench
 from app.procedures.act import Performed
 from app.safety.journal import REQUESTS, Act, Outcome
 from app.safety.last_known import keep_away
@@ -25,7 +26,7 @@ from app.store.fact_store import FILE_NAME, open_file, utc_now
 from app.system.files import data_folder
 from app.terminal.console import Signalled
 from protocol.catalogue import BY_NAME
-from tests.support.cli_line import Program, bench_of, sets
+from tests.support.cli_line import Program, sets
 from tests.support.line.frames import lose
 from tests.support.patience import in_time
 from tests.support.processes import PROGRAM, ran, ran_code, run_module
@@ -46,7 +47,7 @@ def test_with_yes_it_is_done_once_and_recorded(name: str, port: str, dps_s: Prog
     assert REQUESTS[Act(name)].encode() in wire
     with closing(open_store()) as store:
         assert [(entry.act, entry.outcome) for entry in audit(store)] == [(Act(name), Outcome.CONFIRMED)]
-    module = bench_of(port).module
+    module = open_bench(port).module
     assert module.state.is_active is (name == "activate")
     assert module.is_on is (name != "shutdown")
     assert module.memory.zero_tilt_deg == (4 if name == "zero" else 0)
@@ -95,7 +96,7 @@ def test_without_a_store_no_dangerous_frame_leaves_but_lock(
 def test_lock_is_sent_before_anything_is_answered(
     module: str, code: int, port: str, dps_s: Program, wire: list[bytes]
 ) -> None:
-    lose(bench_of(port + module), BY_NAME["activation"].code)
+    lose(open_bench(port + module), BY_NAME["activation"].code)
     said = dps_s(["lock", "--port", port + module, "--yes"], code).err
     assert REQUESTS[Act.LOCK].encode() in wire[:2], "the link itself asks for the boot count when a port is opened"
     assert "not confirmed: treat the module as ACTIVE." in said
@@ -170,7 +171,7 @@ def test_it_is_recorded_and_the_old_values_are_kept(port: str, dps_s: Program) -
 def test_a_setting_that_nobody_wrote_and_that_changed_is_named(
     port: str, dps_s: Program, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    memory, write = bench_of(port).module.memory, transport.SerialLine.write
+    memory, write = open_bench(port).module.memory, transport.SerialLine.write
 
     def written(line: transport.SerialLine, data: bytes) -> None:
         write(line, data)

@@ -9,11 +9,12 @@ from pathlib import Path
 import pytest
 
 from app.modules.names import modules
+from app.port_urls.protocol_sim import open_bench
 from app.safety.journal import Act, Outcome
 from app.simulator.bench import SimulatedBench
 from app.simulator.module import invent_records
 from protocol.catalogue import BY_NAME
-from tests.support.cli_line import Program, bench_of, exchange, faults, sets
+from tests.support.cli_line import Program, faults, sets
 from tests.support.line.frames import at_frame, lose
 from tests.support.records.stored import audit, open_store
 
@@ -21,6 +22,15 @@ pytest_plugins = ["tests.support.cli_fixtures"]
 pytestmark = pytest.mark.usefixtures("speaks_english", "user_files", "no_waiting")
 
 End = Callable[[SimulatedBench], object]
+
+
+def exchange(bench: SimulatedBench) -> None:
+    """Another module takes its place; meanwhile the cable is in nobody's hands. A query is repeated for longer."""
+    bench.change(mute=True)
+    bench.module.memory.boot_count, bench.module.memory.attitude_threshold = 90, 85
+    bench.module.plan(bench.clock() + 0.5, lambda _at_s: bench.module.change(mute=False))
+
+
 ENDS: dict[str, tuple[End, str]] = {
     "silent": (exchange, "The module was silent for a moment."),
     "restarted": (lambda bench: bench.restart(), "The module restarted."),
@@ -55,7 +65,7 @@ def test_each_command_says_why_and_sends_nothing_more(
     words: str, name: str, code: int, end: str, port: str, dps_s: Program, wire: list[bytes], tmp_path: Path
 ) -> None:
     act, reason = ENDS[end]
-    at(bench_of(port), name, act)
+    at(open_bench(port), name, act)
     typed = [str(tmp_path / "a.toml") if word == "FILE" else word for word in words.split()]
     # The change of the rate is a job of the port, and ends with that only; nothing was sent by then.
     printed = dps_s([*typed, "--port", port], 3 if (name, end) == ("active", "unplugged") else code)
@@ -69,7 +79,7 @@ def test_each_command_says_why_and_sends_nothing_more(
 @pytest.mark.parametrize("end", ENDS)
 def test_what_was_read_before_the_end_is_printed_with_the_reason(end: str, port: str, dps_s: Program) -> None:
     act, reason = ENDS[end]
-    at(bench_of(port), "light", act)
+    at(open_bench(port), "light", act)
     printed = dps_s(["read", "--port", port, "--json"], 3)
     shown = json.loads(printed.out)
     assert faults("read", shown) == []
@@ -79,7 +89,7 @@ def test_what_was_read_before_the_end_is_printed_with_the_reason(end: str, port:
 
 
 def test_what_30_and_31_say_is_unknown_where_the_status_does_not_confirm_it(port: str, dps_s: Program) -> None:
-    at(bench_of(port), "status", lambda bench: bench.restart())
+    at(open_bench(port), "status", lambda bench: bench.restart())
     shown = json.loads(dps_s(["read", "--port", f"{port}?active=yes", "--json"], 3).out)
     assert set(shown["status"].values()) == {None}
 
@@ -90,7 +100,7 @@ def test_the_set_in_flight_is_unknown_and_what_was_verified_was_verified_then(
     end: str, port: str, dps_s: Program
 ) -> None:
     act, reason = ENDS[end]
-    at(bench_of(port), "light_threshold", act, number=2)  # after the reading of all: the set itself
+    at(open_bench(port), "light_threshold", act, number=2)  # after the reading of all: the set itself
     words = ["set", "freefall_time_s=1.2", "light_threshold_v=2", "attitude_threshold_deg=65", "baud_rate=57600"]
     told = json.loads(dps_s([*words, "--port", port, "--json"], 1).out)
     assert faults("set", told) == []
@@ -107,7 +117,7 @@ def test_an_activation_that_was_interrupted_is_followed_by_lock(
     end: str, port: str, dps_s: Program, wire: list[bytes]
 ) -> None:
     act, reason = ENDS[end]
-    bench = bench_of(port)
+    bench = open_bench(port)
     at_frame(bench, 1, lambda: None, code=BY_NAME["activation"].code)
     at(bench, "active", act, number=2)  # the first report after the activation
     printed = dps_s(["activate", "--port", port, "--yes"], 1)
@@ -126,7 +136,7 @@ def ignore_lock(bench: SimulatedBench) -> None:
 
 @pytest.mark.parametrize("end", [lambda bench: bench.change(mute=True), ignore_lock])
 def test_where_nobody_confirms_lock_it_is_said_that_nothing_is_locked(end: End, port: str, dps_s: Program) -> None:
-    at(bench_of(port), "active", end, number=2)
+    at(open_bench(port), "active", end, number=2)
     printed = dps_s(["activate", "--port", port, "--yes"], 1)
     assert "ACTIVE, not locked." in printed.err
     assert "LOCK was sent after the interruption." not in printed.err
@@ -135,7 +145,7 @@ def test_where_nobody_confirms_lock_it_is_said_that_nothing_is_locked(end: End, 
 @pytest.mark.parametrize("words", ["activate", "preflight --activate --records-reviewed"])
 @pytest.mark.promise("l")
 def test_ctrl_c_after_an_activation_has_left_locks(words: str, port: str, dps_s: Program, wire: list[bytes]) -> None:
-    bench = bench_of(port)
+    bench = open_bench(port)
     at_frame(bench, 1, lambda: signal.raise_signal(signal.SIGINT), code=BY_NAME["activation"].code)
     printed = dps_s([*words.split(), "--port", port, "--yes"], 130)
     assert sets(wire)[-2:] == ["activation", "activation"]
@@ -144,7 +154,7 @@ def test_ctrl_c_after_an_activation_has_left_locks(words: str, port: str, dps_s:
 
 
 def test_after_an_end_lock_is_said_of_the_module_that_answers_now(port: str, dps_s: Program) -> None:
-    at(bench_of(port), "active", exchange)
+    at(open_bench(port), "active", exchange)
     said = {"The module that answers now reports LOCKED.\n": Outcome.UNKNOWN,  # of the first one nothing is known
             "The module reports LOCKED.\n": Outcome.CONFIRMED}  # fmt: skip  # it was gone before it had begun to answer
     printed = dps_s(["lock", "--port", port])
@@ -155,8 +165,8 @@ def test_after_an_end_lock_is_said_of_the_module_that_answers_now(port: str, dps
 
 @pytest.mark.promise("a")
 def test_of_records_that_came_before_the_end_nothing_is_kept(port: str, dps_s: Program) -> None:
-    invent_records(bench_of(port).module.memory, 3, seed=5)
-    at(bench_of(port), "trigger_records", exchange, number=2)
+    invent_records(open_bench(port).module.memory, 3, seed=5)
+    at(open_bench(port), "trigger_records", exchange, number=2)
     printed = dps_s(["history", "--port", port, "--json", "--module", "M-07"], 3)
     assert json.loads(printed.out)["error"]["code"] == "interrupted"
     with closing(open_store()) as store:
@@ -170,7 +180,7 @@ def test_a_name_is_refused_where_something_speaks_against_it(
 ) -> None:
     named = [*words.split(), "--port", port, "--module", "M-07"]
     dps_s(["history", "--port", port, "--module", "M-07"])
-    bench_of(port).module.memory.boot_count = 30  # it was 37: another one
+    open_bench(port).module.memory.boot_count = 30  # it was 37: another one
     wire.clear()
     printed = dps_s(named, 1)
     assert "This may be another module: boot count 30, was 37." in printed.err
@@ -190,7 +200,7 @@ def test_watching_goes_on_in_the_next_conversation(
         exchange(bench)
         bench.module.stop_stream()
 
-    at(bench_of(port), "charging", exchange_for_a_quiet_one, number=4)
+    at(open_bench(port), "charging", exchange_for_a_quiet_one, number=4)
     typed = [str(path) if word == "FILE" else word for word in words.split()]
     printed = dps_s([*typed, "--port", port, "--seconds", "8"])
     assert "The module was silent for a moment. Another module may answer from now on." in printed.err
@@ -204,7 +214,7 @@ def test_watching_goes_on_in_the_next_conversation(
 
 @pytest.mark.parametrize("words", ["monitor --json", "record FILE"])
 def test_watching_ends_where_nobody_answers(words: str, port: str, dps_s: Program, tmp_path: Path) -> None:
-    at(bench_of(port), "charging", lambda bench: bench.change(mute=True), number=3)
+    at(open_bench(port), "charging", lambda bench: bench.change(mute=True), number=3)
     typed = [str(tmp_path / "a.mcap") if word == "FILE" else word for word in words.split()]
     assert "The module does not answer." in dps_s([*typed, "--port", port], 3).err
     assert len(list(tmp_path.glob("a*.mcap"))) == words.count("FILE")

@@ -12,13 +12,15 @@ import pytest
 
 from app.cli.commands import BY_NAME
 from app.modules.names import modules, remember
+from app.port_urls.protocol_sim import open_bench
 from app.simulator.bench import SimulatedBench
 from app.simulator.module import Memory
 from app.store.fact_store import Facts, StoreError, StoreErrorKind
 from app.store.rows import Content, ModuleProvisioned, PreflightCheck, Row
 from app.terminal import console
 from app.terminal.console import Refused
-from tests.support.cli_line import bench_of, falls_after, run_here, sets
+from tests.support.cli_line import run_here, sets
+from tests.support.line.frames import at_frame
 from tests.support.records.stored import checks_of, open_store
 
 pytest_plugins = ["tests.support.cli_fixtures"]
@@ -67,7 +69,7 @@ def batch(monkeypatch: pytest.MonkeyPatch, port: str, tmp_path: Path, capsys: py
             if " ".join(lines).endswith(at):
                 act()
             if told == ["UNPLUG, NEXT"]:
-                next(left)(bench_of(port))
+                next(left)(open_bench(port))
 
         monkeypatch.setattr(console, "write_lines", hear)
         names = [] if "--names" in words else ["--names", "M-001..M-002"]
@@ -90,7 +92,7 @@ def _verdicts(module: str | None) -> list[str]:
 def test_a_batch_names_what_is_ready_and_sets_aside_what_is_not(
     batch: Batch, tmp_path: Path, port: str, wire: list[bytes]
 ) -> None:
-    bench_of(port).module.memory.boot_count = 4
+    open_bench(port).module.memory.boot_count = 4
     files = ("--labels", str(tmp_path / "labels.pdf"), "--who", "Li Wei")
     again = lambda bench: bench.restart()  # noqa: E731  the same module, plugged in once more
     dark = lambda bench: bench.set_world(bay_is_open=True)  # noqa: E731
@@ -124,7 +126,7 @@ def test_all_new_is_every_module_but_the_one_that_was_just_named(batch: Batch, p
         bench.module.memory.boot_count = boots
         bench.restart()
 
-    bench_of(port).module.memory.boot_count = 4
+    open_bench(port).module.memory.boot_count = 4
     plugs = [SimulatedBench.restart, new(8), SimulatedBench.restart, used]
     lines = batch(*ALLOWED, "--all-new", "--names", "M-001..M-003", plugs=plugs)
     known = "SET ASIDE: It may be {}: boot count and settings fit."
@@ -134,7 +136,7 @@ def test_all_new_is_every_module_but_the_one_that_was_just_named(batch: Batch, p
     stop = lambda bench: signal.raise_signal(signal.SIGINT)  # noqa: E731
     lines = batch(*ALLOWED, "--all-new", "--names", "N-001", plugs=[stop], code=130)
     assert [line for line in lines if line.startswith("SET ASIDE:")] == [known.format("M-003")]
-    bench_of(port).module.memory.boot_count += 1  # of another one with these settings
+    open_bench(port).module.memory.boot_count += 1  # of another one with these settings
     batch(*ALLOWED, "--all-new", "--names", "N-001")
 
 
@@ -173,12 +175,12 @@ def test_a_module_that_is_exchanged_meanwhile_gets_no_name(batch: Batch, port: s
     """Another one with the same settings, from its restart on."""
 
     def exchange() -> None:
-        bench_of(port).module.memory.attitude_threshold, bench_of(port).module.memory.freefall_time = 65, 140
-        bench_of(port).restart()
+        open_bench(port).module.memory.attitude_threshold, open_bench(port).module.memory.freefall_time = 65, 140
+        open_bench(port).restart()
 
     stop = lambda bench: signal.raise_signal(signal.SIGINT)  # noqa: E731
-    with falls_after(bench_of(port), frame, exchange):
-        lines = batch(*ALLOWED, plugs=[stop], code=130)
+    at_frame(open_bench(port), frame, exchange, is_lost=True)
+    lines = batch(*ALLOWED, plugs=[stop], code=130)
     assert any(line.startswith("SET ASIDE") for line in lines)
     assert _verdicts("M-001") == []
     with closing(open_store()) as store:

@@ -8,6 +8,7 @@ from pathlib import Path
 
 import pytest
 
+from app.port_urls.protocol_sim import open_bench
 from app.preflight.checks import CHECKS
 from app.safety.journal import Act, Outcome
 from app.simulator.bench import SimulatedBench
@@ -15,7 +16,7 @@ from app.store.acts import unnamed_fired
 from app.store.fact_store import Store
 from protocol.catalogue import ACTIVATION, Request
 from tests.files.records.test_record import signed_record
-from tests.support.cli_line import Program, bench_of, faults, sets
+from tests.support.cli_line import Program, faults, sets
 from tests.support.line.frames import at_each_frame
 from tests.support.processes import PROGRAM, ran, run_module
 from tests.support.records.stored import audit, checks_of, open_store
@@ -124,10 +125,10 @@ def test_the_installed_program_prints_without_a_screen(tmp_path: Path, user_file
 
 
 def test_triggered_of_a_module_without_a_name_is_kept_for_the_next_name(port: str, dps_s: Program, kept: Store) -> None:
-    bench_of(port).module.activate(is_active=True)
+    open_bench(port).module.activate(is_active=True)
     dps_s(["read", "--port", port])
     assert not kept.read(lambda facts: unnamed_fired(facts, port=port))
-    assert bench_of(port).pulse_pwm()
+    assert open_bench(port).pulse_pwm()
     dps_s(["read", "--port", port])
     assert kept.read(lambda facts: unnamed_fired(facts, port=port))
 
@@ -155,7 +156,7 @@ def test_activate_leads_in_one_connection_to_go(port: str, dps_s: Program, wire:
     assert printed.out.startswith("GO: fit to fly\n")
     assert "ACTIVE" in printed.err
     assert sets(wire) == ["freefall_trigger", "attitude_trigger", "activation"]
-    assert bench_of(port).module.state.is_active
+    assert open_bench(port).module.state.is_active
     assert [check.verdict for check in checks_of(kept, "M-07")] == ["GO", "READY"]
     last = audit(kept)[0]
     assert (last.act, last.outcome) == (Act.ACTIVATE, Outcome.CONFIRMED)
@@ -168,7 +169,7 @@ def test_activate_leads_in_one_connection_to_go(port: str, dps_s: Program, wire:
 def test_what_is_not_ready_is_not_activated(
     port: str, dps_s: Program, wire: list[bytes], arrange: Callable[[SimulatedBench], None]
 ) -> None:
-    arrange(bench_of(port))
+    arrange(open_bench(port))
     assert dps_s([*ACTIVATE, "--port", port], 1).out.startswith("NO-GO")
     assert "activation" not in sets(wire)
 
@@ -191,7 +192,7 @@ def _restart(bench: SimulatedBench) -> None:
 def test_what_happens_at_the_activation_is_no_go_and_it_is_sent_once(
     port: str, dps_s: Program, wire: list[bytes], act: Callable[[SimulatedBench], None]
 ) -> None:
-    bench, due_s = bench_of(port), list[float]()
+    bench, due_s = open_bench(port), list[float]()
 
     def happen(request: Request) -> None:
         if due_s and bench.clock() >= due_s[0]:

@@ -21,6 +21,7 @@ from app.engine import ports as port_list
 from app.engine.ports import NOT_LISTED, PortInfo
 from app.engine.procedure import Inspect, Procedure
 from app.engine.transport import PortError, PortErrorKind, open_line
+from app.port_urls.protocol_sim import open_bench
 from app.procedures.history import History
 from app.store.rows import PreflightCheck
 from app.system.files import write_whole
@@ -29,7 +30,7 @@ from app.terminal import records as command_journal
 from app.terminal.records import CommandStore
 from protocol.messages import Noise
 from protocol.stream import StreamParser
-from tests.support.cli_line import Program, bench_of, faults
+from tests.support.cli_line import Program, faults
 from tests.support.line.frames import lose
 from tests.support.processes import PROGRAM, ROOT, ran
 from tests.support.records.stored import open_store
@@ -241,7 +242,7 @@ def test_records_that_never_agree_are_said_to_be_uncertain(
 @pytest.mark.usefixtures("no_waiting")
 def test_colours_only_on_a_terminal_that_takes_them(port: str, dps_s: Program, monkeypatch: pytest.MonkeyPatch) -> None:
     words = ["set", "freefall_time_s=0.1", "light_threshold_v=2", "--accept-risk", "--port", port]
-    lose(bench_of(port), 0x22)
+    lose(open_bench(port), 0x22)
     assert "\x1b" not in dps_s(words, 1).out
     monkeypatch.setattr(sys.stdout, "isatty", lambda: True, raising=False)
     monkeypatch.delenv("NO_COLOR", raising=False)

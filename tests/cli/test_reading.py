@@ -11,14 +11,15 @@ import numpy as np
 import pytest
 
 from app.captures.traffic import Way
+from app.port_urls.protocol_sim import open_bench
 from app.recordings.library import RecordingLibrary
-from app.recordings.session_file import SessionWriter
+from app.recordings.session_file import SessionFile, SessionWriter
 from protocol.catalogue import SERIAL_OUTPUT
-from tests.support.cli_line import Program, bench_of, falls_after
+from tests.support.cli_line import Program
 from tests.support.flights import log_bytes as made
+from tests.support.line.frames import at_frame
 from tests.support.patience import PATIENCE_S, in_time
 from tests.support.processes import PROGRAM, running
-from tests.support.records.recordings_made import read_session
 
 pytest_plugins = ["tests.support.cli_fixtures"]
 pytestmark = pytest.mark.usefixtures("speaks_english", "hasty", "user_files")
@@ -29,7 +30,7 @@ STATUS = "41 75 32 07 0A 00 01 44"
 def test_monitor_switches_the_stream_on_and_off_unless_it_was_on(
     was_on: bool, port: str, dps_s: Program, wire: list[bytes]
 ) -> None:
-    module = bench_of(port)
+    module = open_bench(port)
     module.change(rate=200.0)
     if was_on:
         module.module.start_stream(module.clock())
@@ -42,7 +43,7 @@ def test_monitor_switches_the_stream_on_and_off_unless_it_was_on(
     assert 0.6 < times[-1] <= 1.2
     sets = [frame for frame in wire if frame[2] == SERIAL_OUTPUT.code]
     assert sets == ([] if was_on else [SERIAL_OUTPUT.set(True).encode(), SERIAL_OUTPUT.set(False).encode()])
-    assert bench_of(port).module.is_streaming is was_on
+    assert open_bench(port).module.is_streaming is was_on
 
 
 # `dps-s record`, and `dps-s decode` of what it wrote.
@@ -67,7 +68,7 @@ def test_csv_holds_the_stream_and_says_what_is_simulated(port: str, tmp_path: Pa
     assert {row["triggered"] for row in found} == {"", "false"}
     (entry,) = RecordingLibrary().entries()
     assert entry.is_simulated
-    assert not bench_of(port).module.is_streaming
+    assert not open_bench(port).module.is_streaming
     assert len(list(csv.DictReader(io.StringIO(dps_s(["recordings", "export", "latest", "-"]).out)))) == len(found)
 
 
@@ -83,10 +84,10 @@ def test_a_file_is_never_replaced_unasked(text: str, port: str, tmp_path: Path, 
 
 
 def test_where_the_line_goes_dead_what_came_is_kept(port: str, tmp_path: Path, dps_s: Program) -> None:
-    path, bench = tmp_path / "a.mcap", bench_of(port)
-    with falls_after(bench, 20, bench.unplug):
-        assert "unplugged" in dps_s(["record", "--port", port, str(path)], 3).err
-    ways = [entry.way for entry in read_session(path)]
+    path, bench = tmp_path / "a.mcap", open_bench(port)
+    at_frame(bench, 20, bench.unplug, is_lost=True)
+    assert "unplugged" in dps_s(["record", "--port", port, str(path)], 3).err
+    ways = [entry.way for entry in SessionFile(path).traffic()]
     assert ways.count(Way.OUT) >= 19 <= ways.count(Way.IN)
 
 
@@ -110,7 +111,7 @@ def test_where_nothing_can_be_recorded_it_ends_at_once(
     with in_time(1.0):
         said = record(dps_s, port, tmp_path / "a.csv", code=4, seconds="60")
     assert "Not recording: the disk is full." in said
-    assert not bench_of(port).module.is_streaming
+    assert not open_bench(port).module.is_streaming
 
 
 def test_a_recording_whose_end_is_not_on_the_disk_is_not_called_complete(
@@ -133,7 +134,7 @@ def test_a_session_is_decoded_from_its_file(port: str, wire: list[bytes], tmp_pa
     path = tmp_path / "a.mcap"
     record(dps_s, port, path)
     lines = [json.loads(line) for line in dps_s(["decode", str(path), "--json"]).out.splitlines()]
-    entries = read_session(path)
+    entries = list(SessionFile(path).traffic())
     for direction, way in (("host_to_module", ">"), ("module_to_host", "<")):
         raw = b"".join(bytes.fromhex(line["hex"]) for line in lines if line["direction"] == direction)
         assert raw == b"".join(entry.raw for entry in entries if entry.way.value == way)

@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from app.captures.traffic import CaptureEntry, Way
+from app.engine.conversation import StatusSample
 from app.flights.flight_log import Channel, FlightLog, RawLog, assembled, tilt_of_quaternion
 from app.flights.judge import TriggerLimits
 from app.flights.judging import Answer, summarise
@@ -15,12 +15,11 @@ from app.flights.read_log import find_logs, read_flight_log
 from app.recordings.excerpt import HEAD
 from app.recordings.library import entry_of
 from app.recordings.recording import export
-from app.recordings.session_file import Opening
 from app.text.messages import UserError
-from protocol.messages import Source, Status
+from protocol.messages import Source
 from tests.support.flights import log_bytes as made
 from tests.support.flights.made_flights import plainly_judged, recorded_reports
-from tests.support.records.recordings_made import NOON, PORT, Note, write_session
+from tests.support.records.recordings_made import PORT, write_session
 
 STARTS_S = 73.0
 """Of the flight controller's clock."""
@@ -81,12 +80,12 @@ def test_a_slow_log_is_judged_at_its_own_samples(tmp_path: Path) -> None:
 @pytest.mark.parametrize("kind", ["named", "restarted", "another module"])
 def test_recordings_and_their_exports_are_judged_alike_and_a_restart_ends_a_fall(tmp_path: Path, kind: str) -> None:
     path, table, restarted_s = tmp_path / "restarted.mcap", tmp_path / "out.csv", FALLS_S + 1.0
-    reports = (Status(int(tilt), force, triggered=False, active=True).encode()
-               for tilt, force in zip(TILT, FORCE, strict=True))  # fmt: skip
-    entries = [CaptureEntry(at_s, Way.IN, raw) for at_s, raw in zip(FAST.tolist(), reports, strict=True)]
-    opening = Opening(started_at=NOON, start_s=0.0, port=PORT, baud_rate=115200)
-    notes: list[Note] = [(0.0, {"event": "connected", "port": PORT}), (restarted_s, {"event": kind})]
-    write_session(path, opening, entries, notes)
+    samples = [
+        StatusSample(at_s, int(tilt), force, triggered=False, active=True)
+        for at_s, tilt, force in zip(FAST.tolist(), TILT, FORCE.tolist(), strict=True)
+    ]
+    notes = [(0.0, {"event": "connected", "port": PORT}), (restarted_s, {"event": kind})]
+    write_session(path, samples, notes, start_s=0.0)
     export(entry_of(path), table)
     for log in map(read_flight_log, (path, table)):
         assert len(log.time_s) == len(FAST)

@@ -10,15 +10,33 @@ from app.recordings.library import RecordingLibrary, recordings_folder
 from app.recordings.session_file import HEAD_BYTES
 from app.text.messages import UserError
 from tests.support.cli_line import Program
-from tests.support.records.recordings_made import NAME, NOON, batch, recorded, recorder_in, report, written_at_once
+from tests.support.records.recordings_made import (
+    LINE_HZ,
+    NAME,
+    NOON,
+    batch,
+    recorded,
+    recorder_in,
+    report,
+    write_session,
+)
 
 pytest_plugins = ["tests.support.cli_fixtures"]
+
+
+def write(folder: Path, rows: int, *, days: float = 0.0, number: int = 0) -> Path:
+    """A recording that began so many days before noon."""
+    folder.mkdir(exist_ok=True)
+    started_at = NOON - timedelta(days=days)
+    path = folder / f"{started_at:%Y%m%dT%H%M%SZ}-{number:05}.mcap"
+    write_session(path, (report(1000.0 + row / LINE_HZ) for row in range(rows)), started_at=started_at)
+    return path
 
 
 def library_of(folder: Path, *days: float) -> RecordingLibrary:
     """Recordings that began so many days before noon."""
     for number, before in enumerate(sorted(days, reverse=True), start=1):
-        written_at_once(folder, 1000 + number, days=before, number=number)
+        write(folder, 1000 + number, days=before, number=number)
     return RecordingLibrary(folder, max_bytes=1 << 40)
 
 
@@ -41,7 +59,7 @@ def test_a_session_with_a_clock_far_ahead_prunes_nothing(tmp_path: Path) -> None
     """Neither it nor the others are pruned, in any order."""
     library = RecordingLibrary(tmp_path)
     for number, days in enumerate((6, 5, 4, -100, 3, 2, 1), 1):
-        written_at_once(tmp_path, 100 + number, days=days, number=number)
+        write(tmp_path, 100 + number, days=days, number=number)
     library.prune()
     assert numbers(library) == [7, 6, 5, 4, 3, 2, 1]
     with recorder_in(tmp_path) as bench:
@@ -84,7 +102,7 @@ def test_nothing_outside_of_the_library_is_deleted(tmp_path: Path) -> None:
 
 def test_only_the_head_of_each_file_is_read_for_the_list(tmp_path: Path) -> None:
     """So thousands are listed at once, whatever their length."""
-    path = written_at_once(tmp_path, 10_000)
+    path = write(tmp_path, 10_000)
     path.write_bytes(path.read_bytes()[:HEAD_BYTES])
     (entry,) = RecordingLibrary(tmp_path).entries()
     assert (entry.sample_count, entry.trouble) == (10_000, None)

@@ -18,11 +18,11 @@ from app.recordings.excerpt import HEAD
 from app.recordings.markers import MarkerKind
 from app.recordings.recording import export
 from app.recordings.session_file import SessionWriter
+from tests.support.patience import PATIENCE_S
 from tests.support.records.recordings_made import (
     CLOSED,
     NOON,
     PORT,
-    WAIT_S,
     Bench,
     asked,
     batch,
@@ -134,7 +134,7 @@ class Jam:
 
         def jammed(writer: SessionWriter, now_s: float, *, is_last: bool = False) -> None:
             self.hangs.set()
-            assert self.goes_on.wait(WAIT_S)
+            assert self.goes_on.wait(PATIENCE_S)
             flush(writer, now_s, is_last=is_last)
 
         monkeypatch.setattr(SessionWriter, "flush", jammed)
@@ -155,12 +155,12 @@ def test_a_hanging_disk_delays_nothing_and_lost_data_is_counted(
         jam = Jam(monkeypatch)
         bench.begin()
         bench.recorder.on_batch(batch(1000.0, report(1000.0)))
-        assert jam.hangs.wait(WAIT_S)
+        assert jam.hangs.wait(PATIENCE_S)
         fill(bench, 1000, first_s=1001.0)
         assert bench.recorder.dropped == 1400, "a report and an event each"
         assert not bench.recorder.stop(0.0), "closing the window does not wait for it"
         jam.goes_on.set()
-        assert bench.recorder.stop(WAIT_S)
+        assert bench.recorder.stop(PATIENCE_S)
         recording = opened(bench.path)
         assert len(recording.tilt) == 301
         assert [marker.kind for marker in recording.markers].count(MarkerKind.MISSING) == 1

@@ -1,15 +1,13 @@
 """Makes recordings for tests, from batches or from bytes; reads and explains them."""
 
 import threading
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterable, Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass, field
-from datetime import UTC, datetime, timedelta
-from heapq import merge
-from operator import itemgetter
+from datetime import UTC, datetime
 from pathlib import Path
 from types import MappingProxyType
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import msgspec
 import numpy as np
@@ -19,15 +17,14 @@ from app.engine.conversation import ConversationView, How, Known, StatusSample
 from app.engine.transport import PortError, PortErrorKind
 from app.engine.worker import Batch, Connection, PortState
 from app.recordings.library import RecordingLibrary, entry_of
-from app.recordings.recorder import FLUSH_EVERY_S, Recorder
+from app.recordings.recorder import Recorder
 from app.recordings.recording import Recording, open_recording
 from app.recordings.session_file import RX, Opening, RecordedReport, SessionFile, SessionWriter
 from app.recordings.session_file import STATUS as STATUS_TOPIC
 from protocol.catalogue import STATUS
 from protocol.events import Event, Received, Role, Sent
 from protocol.fields import Value
-from protocol.messages import Direction, Frame, Status, decode
-from protocol.stream import StreamParser
+from protocol.messages import Direction, Frame, Status
 from tests.support.patience import PATIENCE_S
 
 NOON = datetime(2026, 11, 21, 12, 0, 0, tzinfo=UTC)
@@ -36,7 +33,6 @@ OPEN = Connection(PortState.OPEN, PORT, 115200)
 CLOSED = OPEN._replace(state=PortState.CLOSED)
 LOST = CLOSED._replace(trouble=PortError(PortErrorKind.LOST, PORT, ""))
 LINE_HZ = 1440
-WAIT_S = PATIENCE_S
 NAME = "Bench 7"
 TENTHS = 26
 """Count of values of acceleration that occur: 0.0 … 2.5 g."""
@@ -107,7 +103,7 @@ def stream(start_s: float, seconds: float, *, rate_hz: int = LINE_HZ) -> Iterato
 def settle(recorder: Recorder) -> None:
     """Waits until everything before is on disk or given up."""
     if not recorder.is_recording:
-        assert recorder.stop(WAIT_S)
+        assert recorder.stop(PATIENCE_S)
         return
     done = threading.Event()
     recorder._acts += (recorder._maintain, done.set)
@@ -154,7 +150,7 @@ class Bench:
 
     def finish(self) -> None:
         """Ends the recording."""
-        assert self.recorder.stop(WAIT_S)
+        assert self.recorder.stop(PATIENCE_S)
 
     def settle(self) -> None:
         settle(self.recorder)
@@ -172,7 +168,7 @@ def recorder_in(folder: Path) -> Iterator[Bench]:
         yield bench
     finally:
         for recorder in bench.recorders:
-            assert recorder.stop(WAIT_S)
+            assert recorder.stop(PATIENCE_S)
 
 
 def recorded(folder: Path, seconds: float = 2.0, *, rate_hz: int = LINE_HZ) -> Path:
@@ -186,43 +182,22 @@ def recorded(folder: Path, seconds: float = 2.0, *, rate_hz: int = LINE_HZ) -> P
         return bench.path
 
 
-Note = tuple[float, dict[str, object]]
-
-
-def write_session(path: Path, opening: Opening, entries: Iterable[CaptureEntry], notes: Iterable[Note] = ()) -> None:
-    """Write bytes of the module, the reports in them, and events, as a session that was closed properly."""
-    path.unlink(missing_ok=True)
-    writer, parser = SessionWriter(path, opening), StreamParser()
-    flushed_s = opening.start_s
-    streams: tuple[Iterable[CaptureEntry | Note], ...] = notes, entries
-    for recorded in merge(*streams, key=itemgetter(0)):
-        if recorded[0] > flushed_s + FLUSH_EVERY_S:
-            flushed_s = recorded[0]
-            writer.flush(flushed_s)
-        if not isinstance(recorded, CaptureEntry):
-            writer.note(recorded[0], **recorded[1])  # type: ignore[arg-type]
-            continue
-        at_ns = writer.wall_ns(recorded.at_s)
-        writer.add(RX, at_ns, recorded.raw)
-        for piece in parser.feed(recorded.raw):
-            status = decode(piece.raw)
-            assert isinstance(status, Status)
-            values = status.tilt_deg, status.acceleration_g, status.triggered, status.active
-            writer.add(STATUS_TOPIC, at_ns, msgspec.json.encode(RecordedReport(*values)))
-            writer.state.reports += 1
-    writer.flush(flushed_s, is_last=True)
+def write_session(
+    path: Path, samples: Iterable[StatusSample], notes: Iterable[tuple[float, Mapping[str, Any]]] = (), *,
+    started_at: datetime = NOON, start_s: float = 1000.0,
+) -> None:  # fmt: skip
+    """Write reports and events as a session that was closed properly, at once and without a recorder."""
+    writer = SessionWriter(path, Opening(started_at=started_at, start_s=start_s, port=PORT, baud_rate=115200))
+    for at_s, note in notes:
+        writer.note(at_s, **note)
+    for sample in samples:
+        at_ns = writer.wall_ns(sample.at)
+        kept = RecordedReport(sample.tilt_deg, sample.acceleration_g, sample.triggered, sample.active)
+        writer.add(RX, at_ns, received(sample).frame.raw)
+        writer.add(STATUS_TOPIC, at_ns, msgspec.json.encode(kept))
+        writer.state.reports += 1
+    writer.flush(sample.at, is_last=True)
     writer.close()
-
-
-def written_at_once(folder: Path, rows: int, *, days: float = 0.0, number: int = 0) -> Path:
-    """Write a session of `rows` reports, `days` before noon; return its path."""
-    folder.mkdir(parents=True, exist_ok=True)
-    started_at = NOON - timedelta(days=days)
-    path = folder / f"{started_at:%Y%m%dT%H%M%SZ}-{number:05}.mcap"
-    raw = Status(7, 1.0, triggered=False, active=True).encode()
-    entries = [CaptureEntry(1000.0 + row / LINE_HZ, Way.IN, raw) for row in range(rows)]
-    write_session(path, Opening(started_at=started_at, start_s=1000.0, port=PORT, baud_rate=115200), entries)
-    return path
 
 
 def opened(path: Path) -> Recording:
@@ -249,14 +224,6 @@ def whole_of(path: Path) -> Whole:
     window = recording.tilt.window(0.0, 1e9)
     raw = directions([(one.way, one.raw) for one in SessionFile(recording.entry.path).traffic()])[Way.IN]
     return Whole(path, window.time_s.tolist(), window.value.tolist(), raw)
-
-
-# What was recorded
-
-
-def read_session(path: Path) -> Sequence[CaptureEntry]:
-    """What went over the line in a session."""
-    return tuple(SessionFile(path).traffic())
 
 
 def explained(entries: Iterable[CaptureEntry]) -> Iterator[Explained]:

@@ -18,7 +18,8 @@ from app.recordings.excerpt import ACTIVE, TRIGGERED
 from app.recordings.library import RecordingLibrary
 from app.system.clock import steady_time
 from protocol.events import Began, Ended, EndReason
-from tests.support.records.recordings_made import CLOSED, LOST, OPEN, WAIT_S, batch, received, report, settle, talk
+from tests.support.patience import PATIENCE_S
+from tests.support.records.recordings_made import CLOSED, LOST, OPEN, batch, received, report, settle, talk
 from tests.support.window.fakes_ui import connect, page_entries, simulated, window
 from tests.support.window.live_bench import Bench, live_bench
 from tests.support.window.steps import given, notice_text, press
@@ -241,7 +242,7 @@ class Session:
 def session(tmp_path: Path) -> Iterator[Session]:
     one = Session(tmp_path / "recordings")
     yield one
-    assert one.recording.stop(WAIT_S)
+    assert one.recording.stop(PATIENCE_S)
 
 
 def some(first_s: float, *, connection: Connection = OPEN, number: int = 1, begins: bool = False) -> Batch:

@@ -13,17 +13,14 @@ from PySide6.QtCore import QPoint, QPointF, Qt
 from PySide6.QtWidgets import QApplication
 from pytestqt.qtbot import QtBot
 
-from app.captures.traffic import CaptureEntry, Way
 from app.flights.flight_log import FlightLog
 from app.flights.judge import TriggerLimits
 from app.flights.judging import FlightGroup, summarise
 from app.flights.read_log import SummarisedLog
 from app.recordings.library import RecordingEntry, RecordingLibrary
-from app.recordings.session_file import Opening
-from protocol.messages import Status
 from tests.files.recordings.test_damage import chunks_in
 from tests.support.flights.made_flights import crash, made_flight, ordinary_flight, write_csv, write_logs
-from tests.support.records.recordings_made import NOON, PORT, Note, batch, recorder_in, report, talk, write_session
+from tests.support.records.recordings_made import NOON, batch, recorder_in, report, talk, write_session
 from tests.support.window.controls import moved, places
 from tests.support.window.cut_off import cut_off
 from tests.support.window.fake_ports import fake_services, show_alone
@@ -500,12 +497,10 @@ def test_it_is_shown_whole_with_what_the_module_had(one: Desk) -> None:
 
 
 def test_a_trigger_is_marked_however_often_the_module_restarted_afterwards(desk: Desk, tmp_path: Path) -> None:
-    raw = Status(7, 1.0, triggered=False, active=True).encode()
-    entries = [CaptureEntry(1000.0 + n / 10, Way.IN, raw) for n in range(150)]
-    notes: list[Note] = [(1001.0, {"event": "triggered"})]
+    notes = [(1001.0, {"event": "triggered"})]
     notes += [(1002.0 + n / 100, {"event": "restarted"}) for n in range(1200)]
     path = tmp_path / "restarts.mcap"
-    write_session(path, Opening(started_at=NOON, start_s=1000.0, port=PORT, baud_rate=115200), entries, notes)
+    write_session(path, (report(1000.0 + n / 10, active=True) for n in range(150)), notes)
     desk.open(path)
     desk.qtbot.waitUntil(lambda: desk.page.view.plot is not None)
     assert "triggered" in {mark.word for mark in given(desk.page.view.plot).canvas.marks}
