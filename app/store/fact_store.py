@@ -115,9 +115,7 @@ _KINDS = {
     sqlite3.SQLITE_FULL: StoreErrorKind.FULL,
     sqlite3.SQLITE_READONLY: StoreErrorKind.READ_ONLY,
     sqlite3.SQLITE_CANTOPEN: StoreErrorKind.READ_ONLY,
-    sqlite3.SQLITE_PERM: StoreErrorKind.READ_ONLY,
     sqlite3.SQLITE_BUSY: StoreErrorKind.BUSY,
-    sqlite3.SQLITE_LOCKED: StoreErrorKind.BUSY,
     sqlite3.SQLITE_CORRUPT: StoreErrorKind.DAMAGED,
     sqlite3.SQLITE_NOTADB: StoreErrorKind.DAMAGED,
 }
