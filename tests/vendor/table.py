@@ -1,31 +1,8 @@
 """The vendor's table of 2019-04-30 (hardware 2019-03-31), typed by hand, row by row, from the Chinese original.
 
-It imports nothing, so that a mistake in the product's catalogue cannot hide here. The literal frames are in `frames`.
+It imports nothing, so that a mistake in the product's catalogue cannot hide here. What the printed frames say, codes
+and the byte of each yes and no among it, is in `frames`.
 """
-
-CODES = {
-    "heartbeat": 0x01,  # 正常心跳包
-    "activation": 0x10,  # 伞降激活/锁定
-    "deploy": 0x11,  # 串口触发开伞
-    "shutdown": 0x12,  # 伞降关机
-    "serial_output": 0x13,  # 允许/禁止串口输出
-    "light": 0x14,  # 查询当前光线值
-    "light_threshold": 0x15,  # 设置光线阈值
-    "attitude_trigger": 0x16,  # 禁止/使能姿态触发
-    "freefall_trigger": 0x17,  # 禁止/使能失重触发
-    "attitude_threshold": 0x20,  # 姿态开伞阈值
-    "freefall_acceleration": 0x21,  # 失重加速度阈值
-    "freefall_time": 0x22,  # 失重时间
-    "boot_count": 0x23,  # 开机次数
-    "baud_rate": 0x24,  # 波特率
-    "zero_sensor": 0x25,  # 传感器置零
-    "active": 0x30,  # 查询模块是否激活
-    "triggered": 0x31,  # 开伞状态
-    "status": 0x32,  # 降落伞状态
-    "charging": 0x33,  # 充电状态
-    "cell_voltage": 0x34,  # 电芯电压
-    "trigger_records": 0x35,  # 触发记录
-}
 
 STEPS = {
     "light": 10,  # 该值=电压值/0.1
@@ -38,20 +15,7 @@ STEPS = {
 }
 """What D4 is divided by to give V, °, g, s or a count."""
 
-CELL_VOLTAGES = {0xBE: 3.8, 0xC8: 4.0, 0xD2: 4.2}
 BAUD_CODES = {1: 4800, 2: 9600, 3: 19200, 4: 38400, 5: 57600, 6: 115200}
-
-YES = {
-    "activation": 0x01,
-    "deploy": 0x01,
-    "serial_output": 0x01,
-    "attitude_trigger": 0x00,  # enabled is 00
-    "freefall_trigger": 0x00,
-    "active": 0x01,
-    "triggered": 0x01,
-    "charging": 0x01,
-}
-"""The byte that means yes, on, enabled. For 30 and 31 anything else means no."""
 
 DEFAULTS = {
     "attitude_trigger": 0x00,  # 默认开启

@@ -14,11 +14,7 @@ from protocol.fields import ValueRefused
 from protocol.messages import Direction, Frame, Noise, Status, TriggerRecord, decode
 from protocol.stream import StreamParser
 from tests.vendor import table
-from tests.vendor.frames import FROM_HOST, VECTORS, Vector
-
-
-def test_names_and_codes() -> None:
-    assert {command.name: command.code for command in COMMANDS} == table.CODES
+from tests.vendor.frames import FROM_HOST, VALID, VECTORS, Vector
 
 
 @pytest.mark.parametrize("vector", FROM_HOST, ids=lambda vector: vector.id)
@@ -29,7 +25,8 @@ def test_each_frame_of_the_host_is_made_as_it_is_printed(vector: Vector) -> None
     assert made.encode() == vector.raw
 
 
-def test_nothing_else_can_be_asked_or_set() -> None:
+def test_nothing_else_is_known_or_can_be_asked_or_set() -> None:
+    assert {command.name for command in COMMANDS} == {vector.command for vector in VALID}
     asked = {command.name for command in COMMANDS if command.query_data is not None}
     can_be_set = {command.name for command in COMMANDS if command.write is not None}
     assert asked == {vector.command for vector in FROM_HOST if not vector.is_set}
@@ -47,12 +44,6 @@ def test_scales(name: str) -> None:
             assert command.set(value).data == byte
 
 
-def test_cell_voltages() -> None:
-    reply = BY_NAME["cell_voltage"].reply
-    assert reply is not None
-    assert {byte: reply.decode(byte) for byte in table.CELL_VOLTAGES} == table.CELL_VOLTAGES
-
-
 def test_baud_codes() -> None:
     command = BY_NAME["baud_rate"]
     assert command.reply is not None
@@ -64,18 +55,6 @@ def test_baud_codes() -> None:
     assert table.BAUD_CODES[table.DEFAULTS["baud_rate"]] == catalogue.DEFAULT_BAUD_RATE
     with pytest.raises(ValueRefused):
         command.set(14400)
-
-
-@pytest.mark.parametrize("name", table.YES)
-def test_flags(name: str) -> None:
-    command = BY_NAME[name]
-    yes = table.YES[name]
-    assert command.reply is not None
-    assert command.reply.decode(yes) is True
-    assert command.reply.decode(1 - yes) is False
-    if command.write is not None:
-        assert command.set(True).data == yes
-        assert command.set(False).data == 1 - yes
 
 
 @pytest.mark.parametrize("name", ["active", "triggered"])
