@@ -363,7 +363,7 @@ class Link:
         flight.attempts += 1
         flight.sent_at = now
         self._parser.asked = request
-        self.gap.sent(is_repeated=flight.attempts > 1, now=now)
+        self.gap.on_spoken(now)
         self.flags.on_sent(request, now)
         self.lasting.on_sent(request, now)
         self._put(request, flight.attempts, now)
@@ -453,7 +453,7 @@ class Link:
             self.round_trips.note_repeated()
         if not is_copy:
             self._stale.on_answered(request, flight.first_at, now)
-            self.gap.answered()
+            self.gap.on_answered(flight.attempts)
         # If a copy was taken for a status, the one that still follows is the answer and not streamed.
         owed = flight.attempts if is_copy and request.command is STATUS else flight.attempts - 1
         if owed or is_copy or flight.is_once:

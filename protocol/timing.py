@@ -91,7 +91,6 @@ class Gap:
 
     def __init__(self) -> None:
         self._spoken_at = -inf
-        self._attempts = 0  # of the request in flight
         self._lost_in_a_row = 0
         self.question_s = 0.0  # the pause before a question, once it was learnt
 
@@ -106,13 +105,9 @@ class Gap:
         """Note a frame of either side that is not a streamed report."""
         self._spoken_at = now
 
-    def sent(self, *, is_repeated: bool, now: float) -> None:
-        self._attempts = self._attempts + 1 if is_repeated else 1
-        self._spoken_at = now
-
-    def answered(self) -> None:
-        """Note that the request in flight was answered. Nothing is learnt from unanswered ones: the module may not know
-        them, or may be absent."""
-        self._lost_in_a_row = self._lost_in_a_row + 1 if self._attempts > 1 else 0
+    def on_answered(self, attempts: int) -> None:
+        """Note that a request was answered, which had been sent so often. Nothing is learnt from unanswered ones: the
+        module may not know them, or may be absent."""
+        self._lost_in_a_row = self._lost_in_a_row + 1 if attempts > 1 else 0
         if self._lost_in_a_row == LOST_IN_A_ROW:
             self.question_s = QUESTION_S

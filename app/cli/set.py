@@ -38,7 +38,7 @@ from app.terminal.records import records_of
 from app.terminal.results import Result, SettingName, Value
 from app.terminal.setting_words import parse_settings, settings_of_profile, typed
 from app.text.i18n import tr
-from app.text.messages import UserMessage, join_names, labelled
+from app.text.messages import UserMessage, labelled
 from protocol.catalogue import BAUD_RATE
 from protocol.fields import Value as SettingValue
 
@@ -97,13 +97,6 @@ def run(args: argparse.Namespace) -> int:
         colours.append(console.GOOD if written.verified else good_enough)
     console.emit(args, answer, zip(console.columns(rows), colours, strict=True))
 
-    if report.changed is not None:
-        before, after = report.changed
-        names = f"{before.command.key} {typed(before.value)} → {typed(after.value)}"
-        console.notify(tr("Changed without being written: {names}.", names=names))
-    if report.unread:
-        names = join_names(command.key for command in report.unread)
-        console.notify(tr("Could not read: {names}. Read again or check the wiring.", names=names))
     if report.interrupted is not None:
         console.notify(report.interrupted.sentence)
     if is_doubled:

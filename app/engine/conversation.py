@@ -169,8 +169,7 @@ class Conversation:
     """Collects what the link tells in one conversation. Belongs to the session's thread."""
 
     def __init__(self, number: int, boot_count: int, began_at: float, baud_rate: int, flags: FlagAnswers) -> None:
-        self.number = number
-        self.began_at = began_at
+        self._begun = ConversationView(number, began_at)
         self.ended: Ended | None = None
         self._flags = flags
         self._values: dict[str, Known] = {
@@ -216,9 +215,7 @@ class Conversation:
         span_s = came_at[-1] - came_at[0] if came_at else 0.0
         while self._reports and now - self._reports[0].at > REPORTS_FOR_S:
             self._reports.popleft()
-        return ConversationView(
-            number=self.number,
-            began_at=self.began_at,
+        return self._begun._replace(
             ended=self.ended,
             values=MappingProxyType(values),
             is_streaming=self.ended is None and len(came_at) > 1 and now - came_at[-1] < STREAM_PROVES_S,

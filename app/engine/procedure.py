@@ -123,8 +123,6 @@ class EngineView(NamedTuple):
     now: float
     baud_rate: int
     conversation: ConversationView
-    counters: Counters  # since the port was opened
-    noise: bytes  # the last rejected bytes
     proven_rate: int | None  # at which a conversation last began
     is_rate_in_doubt: bool  # the module may be at any rate: it was told to change it, or the rate is searched
     overtaken_at: float | None  # when LOCK last overtook the rest: confirmations before it no longer count

@@ -30,6 +30,7 @@ MAX_STEP_S = 0.02
 BATCH_S = 0.008
 # Of the last rejected bytes, by which it is told what else is on the line.
 MAX_NOISE_BYTES = 512
+NONE_BEFORE = ConversationView()
 
 
 class Session:
@@ -45,13 +46,14 @@ class Session:
         clock: Clock,
         *,
         background: Callable[[], Procedure[None]] | None = None,
-        conversations: int = 0,
+        last: ConversationView = NONE_BEFORE,
     ) -> None:
-        """`background` makes the procedure that keeps the values fresh, again in each conversation. `conversations`:
-        how many there were before."""
+        """`background` makes the procedure that keeps the values fresh, again in each conversation. `last`: the last
+        conversation, if there was one before."""
         self.line = line
         self.clock = clock
-        self.conversations = conversations
+        self.conversations = last.number
+        self._last = last
         self._is_shared = is_shared(line.port)
         # The one that goes on, or else the last one of this port.
         self.conversation: Conversation | None = None
@@ -118,7 +120,7 @@ class Session:
 
     def conversation_view(self, now: float) -> ConversationView:
         if self.conversation is None:
-            return ConversationView()
+            return self._last
         view = self.conversation.view(now, self._link.lag_s if self._is_going else None)
         return view._replace(is_shared=self._is_shared)
 
@@ -275,8 +277,6 @@ class Session:
             now,
             self.line.baud_rate,
             self.conversation_view(now),
-            counters=self._link.counters.copy(),
-            noise=self._noise,
             proven_rate=self._proven_rate,
             is_rate_in_doubt=self._is_rate_in_doubt,
             overtaken_at=self._overtaken_at,

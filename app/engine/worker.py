@@ -110,7 +110,6 @@ class Worker:
         self._connection = Connection()
         self._adapter = ""
         self._openings = 0
-        self._conversations = 0
         self._conversation = ConversationView()
         self._owed_lock: OwedLock | None = None
         self._jobs: list[Job[Any]] = []
@@ -152,12 +151,7 @@ class Worker:
             self._adapter = adapter or port
             self._set_connection(connection)
             self._line = open_line(port, baud_rate)
-            self._session = Session(
-                self._line,
-                self._clock,
-                background=background,
-                conversations=self._conversations,
-            )
+            self._session = Session(self._line, self._clock, background=background, last=self._conversation)
             self._set_connection(connection._replace(state=PortState.OPEN))
 
         self._order(enter)
@@ -272,7 +266,6 @@ class Worker:
                 session.owes_lock = False
                 self._owe_lock()
             self._connection = self._connection._replace(baud_rate=session.line.baud_rate)
-            self._conversations = session.conversations
         for job in [job for job in self._jobs if job.has_ended]:
             self._jobs.remove(job)
             self._finished.append(job)
@@ -284,7 +277,7 @@ class Worker:
             return
         self._published_at = now
         session = self._session
-        if session is not None and session.conversation is not None:
+        if session is not None:
             self._conversation = session.conversation_view(now)
         batch = Batch(
             now,
@@ -332,8 +325,7 @@ class Worker:
         if session is not None:
             session.close(reason)
             self._collect()
-            if session.conversation is not None:
-                self._conversation = session.conversation_view(self._clock())
+            self._conversation = session.conversation_view(self._clock())
             self._session = self._line = None
         self._set_connection(self._connection._replace(state=PortState.CLOSED, trouble=trouble))
 

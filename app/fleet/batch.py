@@ -175,13 +175,12 @@ class BatchRun:
             if report.is_fine:
                 yield from run_preflight(evidence, is_enabling=self.is_enabling, journal=context.journal)
                 return Provisioned(None, boot_count)
+            named = []
             for written in report.results:
                 why = why_not_verified(written, report)
                 if why is not None:
-                    named = message(marked("{value}: {why}"), value=message(written.command.title), why=why)
-                    return Provisioned(named, boot_count)
-            changed = message(marked("A setting changed without being written, or could not be read again."))
-            return Provisioned(changed, boot_count)
+                    named.append(message(marked("{value}: {why}"), value=message(written.command.title), why=why))
+            return Provisioned(joined(named, " "), boot_count)
         except Interrupted as error:
             evidence.note_error(error)
             raise

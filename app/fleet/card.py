@@ -200,9 +200,6 @@ def outcome_of(report: WriteReport) -> AppliedProfile:
     if report.is_cancelled:
         why.append(message(marked("Cancelled: the rest is unknown.")))
     why += naming(marked("Not verified: {names}."), [one.command for one in report.results if not one.is_fine])
-    if report.changed is not None:
-        why += naming(marked("Changed without being written: {names}."), [report.changed.after.command])
-    why += naming(not_read_back, report.unread)
     if why:
         return AppliedProfile(Applied.FAILED, tuple(why))
     unproven = naming(not_read_back, [one.command for one in report.results if one.verified is None])

@@ -76,10 +76,6 @@
         <translation>程序错误导致串口关闭。</translation>
     </message>
     <message>
-        <source>A setting changed without being written, or could not be read again.</source>
-        <translation>有参数未经写入而变化，或无法重新读取。</translation>
-    </message>
-    <message>
         <source>A weak cell may not deploy the parachute.</source>
         <translation>电芯电压过低可能无法开伞。</translation>
     </message>
@@ -394,10 +390,6 @@
     <message>
         <source>Change the baud rate</source>
         <translation>修改波特率</translation>
-    </message>
-    <message>
-        <source>Changed without being written: {names}.</source>
-        <translation>未写入却发生变化：{names}。</translation>
     </message>
     <message>
         <source>Changed: {what}.</source>

@@ -41,7 +41,7 @@ from app.safety.consequences import Consequence, risks
 from app.safety.journal import DURABLE_LIMIT_S, NOTE, Act, Entry, Journal, Outcome
 from app.safety.permit import ASKS_NOTHING, Interlock, Permit, Refusal, refusals
 from app.text.messages import UserMessage, joined, message
-from protocol.catalogue import ATTITUDE_TRIGGER, BAUD_RATE, READABLE_SETTINGS, Command
+from protocol.catalogue import ATTITUDE_TRIGGER, BAUD_RATE, Command
 from protocol.events import Contradiction
 from protocol.fields import Value
 from protocol.messages import Acknowledgement
@@ -152,10 +152,6 @@ class WriteReport:
     results: Sequence[Written]
     # Why some were not sent.
     refusals: tuple[Refusal, ...] = ()
-    # A setting that changed without being written, which ended the conversation.
-    changed: Contradiction | None = None
-    # Settings that were not written and could not be read afterwards.
-    unread: tuple[Command, ...] = ()
     # The settings by key as they were read before the first write.
     before: Mapping[str, Value] = field(default_factory=dict)
     # Why it ended early. Nothing is known of the module that answers now.
@@ -164,7 +160,7 @@ class WriteReport:
 
     @property
     def is_fine(self) -> bool:
-        is_whole = self.interrupted is None and not self.is_cancelled and not self.unread
+        is_whole = self.interrupted is None and not self.is_cancelled
         return is_whole and all(written.is_fine for written in self.results)
 
     @property
@@ -294,13 +290,12 @@ class _Writing:
                 yield from wait_for(stored, DURABLE_LIMIT_S)
 
     def _read_again(self) -> Procedure[None]:
-        # The last reading decides.
+        # The last reading decides. Whatever else reads otherwise by then ends the conversation.
         yield Pause(SETTLE_S)
         yield from await_flags_known(self.progress)
         last = yield from read_settings()
         view: EngineView = yield Inspect()
-        sent = [written for written in self.report.results if written.is_sent]
-        for written in sent:
+        for written in [written for written in self.report.results if written.is_sent]:
             if written.command.reads_back:
                 value = last.values.get(written.command.key)
                 if written.is_fine and value != written.read_back:
@@ -313,9 +308,6 @@ class _Writing:
             if written.is_fine and written.command in TRIGGER_FLAGS and not is_known:
                 written.is_acknowledged = False
                 written.fault = WriteFault.REPEATED if view.flags.has_repeated else WriteFault.NO_LAST_READING
-        # Whatever else reads otherwise now has ended the conversation.
-        others = [one for one in READABLE_SETTINGS if one not in [written.command for written in sent]]
-        self.report.unread = tuple(one for one in others if one.key in last.errors and one.key in self.report.before)
 
     def _set_one(self, written: Written) -> Procedure[None]:
         command, context, report = written.command, self.context, self.report
@@ -399,13 +391,11 @@ class _Writing:
                 written.is_acknowledged, written.fault = False, WriteFault.INTERRUPTED
             else:
                 written.fault = WriteFault.ACKNOWLEDGED_THEN
-        if contradiction is None or contradiction.after.command not in READABLE_SETTINGS:
+        if contradiction is None:
             return
         for written in self.report.results:
             if written.command is contradiction.after.command and written.is_sent:
                 written.read_back, written.fault = contradiction.after.value, WriteFault.CHANGED
-                return
-        self.report.changed = contradiction
 
 
 # The baud rate

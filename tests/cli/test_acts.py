@@ -182,7 +182,7 @@ def test_a_setting_that_nobody_wrote_and_that_changed_is_named(
     printed = dps_s(["set", "freefall_time_s=1.2", "--port", port, "--json"], 1)
     result = json.loads(printed.out)["results"]["freefall_time_s"]
     assert (result["verified"], result["error"]) == (False, "verified then, before the interruption")
-    assert "Changed without being written: freefall_acceleration_g 0.5 → 2." in printed.err
+    assert "Free-fall acceleration threshold: 0.5 g, then 2.0 g. Two modules on this line?" in printed.err
 
 
 @in_virtual_time

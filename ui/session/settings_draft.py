@@ -227,13 +227,10 @@ def _written_notice(report: WriteReport) -> Notice:
     verified = sum(1 for written in report.results if written.verified)
     acknowledged = sum(1 for written in report.results if written.is_fine and written.verified is None)
     bad = [written.command for written in report.results if not written.is_fine]
-    changed = [] if report.changed is None else [report.changed.after.command]
     parts = (
         tr("Read back as written: {count}.", count=verified) if verified else "",
         tr("Acknowledged, cannot be read: {count}.", count=acknowledged) if acknowledged else "",
         tr("Not verified: {names}.", names=_titles(bad)) if bad else "",
-        tr("Changed without being written: {names}.", names=_titles(changed)) if changed else "",
-        tr("Not read back: {names}.", names=_titles(report.unread)) if report.unread else "",
         *(refusal.sentence for refusal in report.refusals),
     )
     meaning = Meaning.GOOD if verified else Meaning.INFORMATION

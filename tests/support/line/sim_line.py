@@ -15,7 +15,6 @@ from app.safety.permit import Origin, Permit
 from app.simulator.bench import SimulatedBench
 from app.simulator.setup import Setup, as_text, parse_options
 from protocol.catalogue import Hazard, Layout, Request
-from protocol.events import Counters
 from protocol.messages import Frame, decode_request
 from protocol.stale_replies import FlagAnswers, LastingValues
 from protocol.stream import StreamParser
@@ -248,4 +247,4 @@ def engine_view(now: float = 0.0, conversation: ConversationView | None = None, 
     """What a procedure sees of a module of which nothing is known yet."""
     known: dict[str, Any] = {"proven_rate": None, "is_rate_in_doubt": True, "overtaken_at": None, "sets_rate": True}
     known |= {"flags": FlagAnswers(now), "lasting": LastingValues()}
-    return EngineView(now, 115200, conversation or ConversationView(), Counters(), b"", **(known | more))
+    return EngineView(now, 115200, conversation or ConversationView(), **(known | more))

@@ -175,9 +175,9 @@ def test_lock_leaves_at_once_and_a_set_does_not(bench: Bench) -> None:
 
 
 def ask(gap: Gap, *, attempts: int) -> None:
-    for attempt in range(attempts):
-        gap.sent(is_repeated=attempt > 0, now=0.0)
-    gap.answered()
+    for _ in range(attempts):
+        gap.on_spoken(0.0)
+    gap.on_answered(attempts)
 
 
 @pytest.mark.promise("k")
