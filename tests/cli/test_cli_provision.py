@@ -160,6 +160,17 @@ def test_a_name_that_another_program_gives_meanwhile_is_not_given_twice(
     assert (_verdicts("M-001"), _verdicts("M-002"), _verdicts("M-003")) == (["READY"], [], ["READY"])
 
 
+def test_the_next_one_is_waited_for_until_the_one_that_was_named_has_gone(batch: Batch) -> None:
+    """It stays plugged in for some seconds, and would be the next one otherwise."""
+
+    def slowly(bench: SimulatedBench) -> None:
+        at_frame(bench, 30, lambda: new(2)(bench), is_lost=True)
+
+    lines = batch(*ALLOWED, plugs=[slowly])
+    assert [line for line in lines if line.startswith("SET ASIDE")] == []
+    assert (_verdicts("M-001"), _verdicts("M-002")) == (["READY"], ["READY"])
+
+
 def test_it_goes_on_where_it_was_interrupted(batch: Batch) -> None:
     lines = batch(*ALLOWED, plugs=[lambda bench: signal.raise_signal(signal.SIGINT)], code=130)
     assert [line.split()[:2] for line in lines[-2:]] == [["M-001", "READY"], ["M-002", "open"]]

@@ -28,6 +28,7 @@ from app.system.files import write_whole
 from app.terminal import connection, console
 from app.terminal import records as command_journal
 from app.terminal.records import CommandStore
+from app.text.messages import visible
 from protocol.messages import Noise
 from protocol.stream import StreamParser
 from tests.support.cli_line import Program, faults
@@ -260,6 +261,19 @@ def test_twice_verbose_shows_every_frame_once(port: str, wire: list[bytes], dps_
     assert [bytes.fromhex(line.split(" > ")[1][:17]) for line in sent] == wire
     assert sum(" < 41 75 " in line for line in lines) == len(wire)
     assert any("status: tilt 0°" in line for line in lines)
+
+
+def test_control_characters_are_shown_and_not_obeyed(capsys: pytest.CaptureFixture[str]) -> None:
+    console.write_lines([ESCAPE, (ESCAPE, 31)])
+    console.notify(ESCAPE)
+    printed = capsys.readouterr()
+    assert (printed.out + printed.err).replace("\n", "").isprintable()
+    shown = visible(f"a{ESCAPE}\ud800\r\tb\n", keep="\n")
+    assert shown == ("a[U+001B]]0;owned[U+0007][U+009B]31m[U+202E][U+2066][U+D800]  b\n")
+    assert visible("M-07 伞仓 3.8 V …") == "M-07 伞仓 3.8 V …"
+    text = console.as_json({ESCAPE: ESCAPE})
+    assert text.isprintable()
+    assert json.loads(text) == {ESCAPE: ESCAPE}
 
 
 @pytest.mark.parametrize(

@@ -232,13 +232,12 @@ def test_damage_costs_one_record_of_a_ulog(tmp_path: Path) -> None:
 
 
 def test_a_sample_of_a_ulog_that_is_shorter_than_its_topic_is_none(tmp_path: Path) -> None:
-    """What stands behind it would be read as its end."""
-    rows = made.ulog_attitude(STAMPS, LEVEL)
+    """What stands behind it would be read as its end: an acceleration of nearly nothing."""
+    rows = made.ulog_force(STAMPS, REST)
     at_s, whole = rows[50]
-    rows[50] = at_s, made.ulog_record("D", whole[3:-12])
-    log = read(tmp_path / "a.ulg", made.ulog_bytes(rows + made.ulog_force(STAMPS, REST)))
-    assert answer(log) is Answer.DOES_NOT_FIRE
-    assert log.tilt_deg == pytest.approx(5.0, abs=0.1)
+    rows[50] = at_s, made.ulog_record("D", whole[3:-13])
+    log = read(tmp_path / "a.ulg", made.ulog_bytes(rows + made.ulog_attitude(STAMPS, LEVEL)))
+    assert log.specific_force_g == pytest.approx(1.0, abs=0.01)
 
 
 def test_a_lost_end_is_not_judged(tmp_path: Path) -> None:
