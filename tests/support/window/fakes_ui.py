@@ -66,17 +66,13 @@ def window(
     listed: ListedPorts | None = None,
     options: WindowOptions | None = None,
     entries: tuple[PageEntry, ...] = EMPTY_PAGE,
-    percent: int | None = None,
 ) -> Iterator[Assembly]:
-    """Show a window in the language in use and this size of text; close it and stop its threads afterwards."""
+    """Show a window in the language in use; close it and stop its threads afterwards."""
     options = options or WindowOptions(language=language())
-    preferences = Preferences(folder / "window.ini")
-    if percent is not None:
-        preferences.zoom_percent = percent
     assembly = assemble(
         qapp,
         options,
-        preferences=preferences,
+        preferences=Preferences(folder / "window.ini"),
         watcher=PortWatcher((listed or ListedPorts()).poll),
         entries=entries,
     )
@@ -110,11 +106,11 @@ def store_of(storage: Storage) -> Store:
     return store
 
 
-def wait_for_disk(assembly: Assembly, limit_s: float = PATIENCE_S) -> None:
+def wait_for_disk(assembly: Assembly) -> None:
     """Wait for what the store is still asked to write."""
     store = assembly.storage.store
     if isinstance(store, Store):
-        wait([store.write(lambda _facts: None)], limit_s)
+        wait([store.write(lambda _facts: None)], PATIENCE_S)
 
 
 @contextmanager

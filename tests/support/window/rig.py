@@ -60,8 +60,6 @@ class Rig(Driver):
     """By port: independent modules, in place of the simulated one."""
     on_leaving: Callable[[Request], None] = lambda _request: None
     """Called with each frame as it is sent."""
-    beside_s: float = PATIENCE_S
-    """So long a turn waits for the disk and for what runs beside the window: less where a test holds them."""
     _due_s: dict[QTimer, float] = field(default_factory=dict)
 
     @property
@@ -105,10 +103,10 @@ class Rig(Driver):
         while self.clock.now_s < end_s and sum(worker.turn() for worker in self.workers):
             pass
         self.clock.now_s = max(self.clock.now_s, end_s)
-        wait_for_disk(self.assembly, self.beside_s)
+        wait_for_disk(self.assembly)
         for task in self.root.findChildren(BackgroundTask):
             if task.is_running:
-                task.wait(self.beside_s)
+                task.wait(PATIENCE_S)
         QCoreApplication.sendPostedEvents()
         QApplication.processEvents()
         for owner in (self.root, self.assembly.ports, gestures()):
