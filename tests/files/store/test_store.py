@@ -10,6 +10,7 @@ from collections.abc import Iterator
 from concurrent.futures import CancelledError
 from contextlib import closing, contextmanager
 from datetime import UTC, datetime, timedelta
+from functools import partial
 from pathlib import Path
 
 import pytest
@@ -58,6 +59,18 @@ def test_what_is_added_is_there_after_the_program_ended(folder: Path) -> None:
         assert store.read(lambda facts: facts.states("stream:")) == {"A": {"boot_count": 3}}
         (kept,) = store.read(lambda facts: facts.of_kind(StationNamed))
         assert kept.content.public_key == kept.row.station == store.station
+
+
+def test_a_station_introduces_itself_once_and_again_under_a_new_name(
+    folder: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    for name in ("hangar", "hangar", "field"):
+        monkeypatch.setattr("platform.node", partial(str, name))
+        with opened(folder) as store:
+            store.opened.result(PATIENCE_S)
+    with opened(folder) as store:
+        kept = store.read(lambda facts: facts.of_kind(StationNamed))
+    assert [one.content.name for one in kept] == ["hangar", "field"]
 
 
 @pytest.mark.parametrize(
