@@ -26,9 +26,11 @@ from app.store.fact_store import (
     StoreError,
     StoreErrorKind,
     connect,
+    connect_to_read,
     is_whole,
     set_aside,
     store_error_of,
+    utc_now,
 )
 from app.store.rows import (
     AHEAD,
@@ -85,7 +87,7 @@ def all_facts(store: Store) -> Iterator[Facts]:
             # Only read: else a transaction of an exchange would hold the store, too, and an intent wait for a page.
             connection.execute("ATTACH ? AS own", (f"{store.path.as_uri()}?mode=ro",))
             connection.execute("CREATE TEMP VIEW facts AS SELECT * FROM main.facts UNION ALL SELECT * FROM own.facts")
-            yield Facts(connection, store.station, lambda: datetime.now(UTC))
+            yield Facts(connection, store.station, utc_now)
     except sqlite3.Error as error:
         raise _error_of(error, path, store) from error
 
@@ -136,10 +138,11 @@ def known_names(store: Store | None) -> StationNames:
     names: list[tuple[str, str]] = []
     try:
         names = store.read(introductions)
-        with all_facts(store) as facts:
-            names = introductions(facts)
-    except StoreError as error:
-        _log.warning("Names of stations cannot be read: %s", error)
+        # Only read: nobody here would be told that the file of the others was set aside. There may be none.
+        with closing(connect_to_read(store.folder / OTHERS_FILE)) as others:
+            names += introductions(Facts(others, store.station, utc_now))
+    except (StoreError, sqlite3.Error) as error:
+        _log.info("Names of stations cannot be read: %s", error)
     return StationNames(store.station, tuple(dict.fromkeys(names)))
 
 

@@ -165,7 +165,7 @@ def run_status(args: argparse.Namespace, store: Store) -> int:
         *console.columns(counts, indent=2),
         tr("This station: {fingerprint}", fingerprint=answer.station) + own,
     ]
-    if place is not None:  # an exchange with a file or with another server is not remembered
+    if place is not None:  # of no other place it is told
         page.append(tr("Not shared: {count}. Last: {time}.", count=not_shared, time=local_time(last_at or "–")))
     ahead = marked("{station} wrote with a clock that is ahead: that counts for nothing.")
     page += [tr(ahead, station=station) for station in answer.stations_ahead]

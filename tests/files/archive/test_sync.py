@@ -85,6 +85,8 @@ def test_all_get_the_same_rows_through_one_file(desk: Desk) -> None:
         desk.exchange(number)
     assert desk.ids(0) == desk.ids(1) == desk.ids(2)
     assert len(desk.ids(0)) == 3 + 6
+    known = known_names(desk.stores[0])
+    assert all(known.of_key(store.station) for store in desk.stores)
     assert desk.exchange(0) == Synced()
 
 
@@ -148,10 +150,10 @@ def test_the_file_of_the_others_may_be_damaged(begins_at: int, desk: Desk) -> No
     data = path.read_bytes()
     damaged = data[:begins_at] + b"\xff" * (len(data) - begins_at)
     path.write_bytes(damaged)
+    assert known_names(desk.stores[1]).own == desk.stores[1].station
     with pytest.raises(StoreError) as caught:
         desk.ids(1)
     (aside,) = folder.glob("archive.aside-*.sqlite")
-    assert known_names(desk.stores[1]).own == desk.stores[1].station
     assert str(aside) in caught.value.sentence
     assert aside.read_bytes() == damaged
     assert desk.exchange(1).received == 61
