@@ -13,11 +13,9 @@ from app.engine.conversation import ConversationView, How, Known
 from app.engine.procedure import LinkView
 from app.engine.transport import PortError, PortErrorKind, PortHolder
 from app.engine.worker import Batch, Connection, PortState
-from app.procedures.read import read_everything
 from protocol.catalogue import STATUS
-from protocol.events import Answered, Counters, Event, Rejected, Role
+from protocol.events import Answered, Counters, Event, Rejected
 from protocol.messages import Noise, Reason
-from tests.support.line.sim_line import Rig
 from tests.support.records.recordings_made import asked
 
 OPEN = Connection(PortState.OPEN, "x", 115200)
@@ -57,20 +55,6 @@ def test_a_lost_port_counts_as_a_loss_and_counting_continues() -> None:
     figures.on_batch(batch(2.3, None, connection=Connection(PortState.CLOSED, "x", 115200)))  # by a person
     assert figures.losses == 1
     assert (figures.totals.sent, figures.totals.bytes_received) == (15, 112)
-
-
-def test_statistics_equal_the_links_totals_on_a_bad_line() -> None:
-    rig = Rig({"corrupt": 0.02, "drop": 0.05, "seed": 5})
-    job = rig.job(read_everything())
-    figures = LinkStatistics()
-    while not job.has_ended:
-        rig.session.step()
-        figures.on_batch(batch(rig.clock.now_s, rig.session.link_view(), *rig.session.take_events()))
-    counted = rig.session.link_view().counters
-    assert vars(figures.totals) == vars(counted)
-    assert figures.totals.by_role[Role.ANSWER] > 0
-    assert figures.totals.bytes_received == rig.session.link_view().counters.bytes_received
-    assert figures.quantile_s(0.5) is not None
 
 
 # The support bundle equals its preview and contains no names

@@ -8,7 +8,6 @@ import pytest
 from app.engine.conversation import Interrupted
 from app.engine.procedure import Ask, Cancelled, Pause, Procedure, wait_for
 from app.procedures.lock import lock
-from app.procedures.read import read_everything
 from protocol.catalogue import ACTIVATION, BY_NAME, HEARTBEAT, HEARTBEAT_REPLY, LOCK, STATUS, Request
 from protocol.events import Answered, EndReason, Unanswered
 from tests.support.line.frames import lose
@@ -82,19 +81,6 @@ def test_bytes_that_were_read_when_the_computer_had_slept_are_nobodys() -> None:
 
 
 # Whose turn it is
-
-
-@pytest.mark.promise("j")
-def test_lock_goes_first_and_the_others_go_on() -> None:
-    rig = settled_rig(active=True)
-    lose(rig.bench, LIGHT.code)
-    reading = rig.job(read_everything())
-    rig.step_until(lambda: LIGHT.query() in rig.line.requests)
-    start_s = rig.clock.now_s
-    rig.end(rig.job(lock(), is_urgent=True, outlives=True))
-    assert rig.clock.now_s - start_s < 0.1
-    assert not rig.bench.module.state.is_active
-    assert list(rig.end(reading).errors) == ["light_v"]
 
 
 @pytest.mark.promise("j")

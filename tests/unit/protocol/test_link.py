@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 from protocol.catalogue import COMMANDS, HEARTBEAT, LOCK, SERIAL_OUTPUT, TRIGGER_RECORDS, Hazard, Layout, Request
 from protocol.events import Answered, Began, Ended, EndReason, Received, Role, Sent, Unanswered
 from protocol.link import LinkMisused
-from protocol.messages import Heartbeat, Message, Reading, TriggerRecord, answers, decode, encode_reply
+from protocol.messages import Heartbeat, Message, TriggerRecord, answers, decode, encode_reply
 from protocol.stale_replies import FENCES
 from protocol.timing import TRIES
 from tests.support.thorough import IS_THOROUGH
@@ -274,16 +274,6 @@ def test_7_any_other_is_a_contradiction(bench: Bench, boots: int) -> None:
 # 8. How it begins
 
 
-def test_8_it_begins_with_the_boot_count_and_not_with_any_answer() -> None:
-    bench = Bench(is_there=False)
-    stream(bench, 1.0)
-    bench.hear(PULSE)
-    assert bench.begins == 0
-    bench.is_there = True
-    bench.wait(1.2)
-    assert bench.taken(Began)[0].boot_count == BOOTED
-
-
 @pytest.mark.promise("f")
 def test_8_a_late_answer_of_the_one_before_does_not_begin_it(bench: Bench) -> None:
     """The boot count was asked for while the line was dead; then it passes on what it held back."""
@@ -323,19 +313,6 @@ def test_9_a_late_answer_to_an_old_question_is_not_the_next_ones(bench: Bench) -
     assert bench.begins == 0
 
 
-# 13. Directly before a frame
-
-
-def test_13_the_link_asks_nothing_while_a_frame_waits_for_a_quiet_line(bench: Bench) -> None:
-    bench.wait(0.17)
-    before = bench.sent(BOOTS)
-    bench.ask(named("active").query())
-    while not bench.link.is_idle:
-        bench.wait(0.001)
-    assert bench.ask(ACTIVATE, is_deliberate=True) == ACTIVATE.encode()
-    assert bench.sent(BOOTS) == before
-
-
 # 16. Slow lines
 
 
@@ -348,15 +325,6 @@ def test_16_on_a_slow_line_no_commands_are_allowed(reply_s: float, allows: bool)
         bench.wait(2.0)
     assert bench.reasons == []
     assert bench.link.allows_commands is allows
-
-
-def test_a_question_is_answered_once_with_its_round_trip(bench: Bench) -> None:
-    assert bench.begin_to_ask(named("attitude_threshold").query()) == bytes.fromhex("42 61 20 01 00 21")
-    bench.hear(encode_reply(0x20, 60), after_s=0.004)
-    (answered,) = bench.taken(Answered)
-    assert answered.messages == (Reading(named("attitude_threshold"), 60),)
-    assert answered.round_trip_s == pytest.approx(0.004)
-    assert bench.link.is_idle
 
 
 def test_what_waited_behind_a_fence_that_nobody_answered_was_never_sent(bench: Bench) -> None:

@@ -5,11 +5,11 @@ E4: when 16 and 17 may be set, and when what was acknowledged counts.
 
 import pytest
 
-from protocol.catalogue import ACTIVATION, TRIGGER_RECORDS, Request
-from protocol.events import Answered, Ended, EndReason, Received, Role, Sent, Unanswered
+from protocol.catalogue import TRIGGER_RECORDS, Request
+from protocol.events import Answered, Ended, EndReason, Received, Role, Unanswered
 from protocol.messages import Reading, encode_reply
 from protocol.stale_replies import FENCES
-from protocol.timing import LOST_IN_A_ROW, ONCE_S, QUESTION_S, Gap
+from protocol.timing import LOST_IN_A_ROW, QUESTION_S, Gap
 from tests.unit.protocol.link_bench import BOOTS, RECORD, TRAP, Bench, named
 
 TIME, THRESHOLD, VOLTAGE = named("freefall_time"), named("attitude_threshold"), named("cell_voltage")
@@ -159,19 +159,6 @@ def test_after_a_set_the_new_value_is_none_and_neither_is_a_copy_of_the_acknowle
     bench.ask(TIME.query())
     bench.hear(encode_reply(0x22, 160))
     assert told(bench) == [("freefall_time", 120, 160)], "it changed by itself, or it is another module"
-
-
-@pytest.mark.promise("k")
-def test_lock_leaves_at_once_and_a_set_does_not(bench: Bench) -> None:
-    bench.ask(named("active").query())
-    bench.wait(0.003)
-    answered_at = bench.now
-    assert bench.begin_to_ask(TIME.set(1.2)) == b""
-    assert not bench.has_left
-    assert bench.link.next_deadline(bench.now) == pytest.approx(answered_at + ONCE_S)
-    assert bench.link.abandon(bench.now) == [Unanswered(TIME.set(1.2), 0, 0.0, bench.now)]
-    (sent,) = bench.link.ask(ACTIVATION.set(False), bench.now)
-    assert isinstance(sent, Sent)
 
 
 def ask(gap: Gap, *, attempts: int) -> None:
