@@ -105,12 +105,13 @@ def test_the_next_one_begins_by_itself_with_nothing_known(end: End) -> None:
 @pytest.mark.promise("f")
 def test_what_a_job_wants_to_undo_reaches_nobody(end: End, reason: EndReason) -> None:
     rig = settled_rig()
-    job = rig.job(stubborn())
+    job, queued = rig.job(stubborn()), rig.job(_ask(SET))
     rig.step_for(0.2)
     end(rig)
     rig.step_for(2.0)
-    assert isinstance(job.error, Interrupted)
-    assert job.error.reason is reason
+    for one in (job, queued):
+        assert isinstance(one.error, Interrupted)
+        assert one.error.reason is reason
     assert SET not in rig.line.requests
 
 

@@ -335,6 +335,14 @@ def test_what_waited_behind_a_fence_that_nobody_answered_was_never_sent(bench: B
     assert (never_sent.request, never_sent.attempts, never_sent.may_be_done) == (SET, 0, False)
 
 
+def test_what_may_be_the_beginning_of_more_is_decided_when_the_line_is_quiet(bench: Bench) -> None:
+    bench.is_there = False
+    bench.hear(encode_reply(0x35, 0xC8))  # a voltage, or the beginning of a record
+    assert bench.roles() == []
+    bench.wait(0.3)
+    assert bench.roles() == [Role.UNSOLICITED]
+
+
 @pytest.mark.promise("i")
 @pytest.mark.parametrize("name", ["deploy", "activation", "shutdown"])
 def test_a_dangerous_request_needs_an_explicit_act_and_goes_out_once(bench: Bench, name: str) -> None:
