@@ -296,16 +296,6 @@ def test_a_module_that_returns_after_a_shutdown_is_not_shut_down() -> None:
     assert not watched.collector.seen.was_shut_down
 
 
-@pytest.mark.parametrize("make", [Watched, pulled_from_the_adapter])
-def test_a_lost_port_is_the_cause_and_a_new_connection_resets_it(make: Callable[[], Watched]) -> None:
-    watched = make()
-    watched.tell(Connection(PortState.CLOSED, PORT, 115200, PortError(PortErrorKind.LOST, PORT, "")))
-    assert watched.cause() == "unplugged"
-    assert not watched.collector.seen.is_answering
-    watched.collector.begin("/dev/ttyUSB1")
-    assert watched.collector.seen == PortEvidence(port="/dev/ttyUSB1", platform=sys.platform)
-
-
 @pytest.mark.parametrize("reason", EndReason)
 def test_an_end_of_a_conversation_is_said_with_what_to_do(reason: EndReason) -> None:
     said = explain(Interrupted(reason))

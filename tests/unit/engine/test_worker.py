@@ -21,7 +21,6 @@ from protocol.catalogue import ACTIVATION, LOCK, SERIAL_OUTPUT
 from protocol.events import Answered, Began, Ended
 from tests.support.line.sim_line import FakeClock, SimulatedLine
 from tests.support.patience import PATIENCE_S
-from tests.support.processes import run_module
 from tests.unit.engine.terminals import Batches
 
 
@@ -33,10 +32,6 @@ def sim() -> Iterator[str]:
 
 def is_open(batch: Batch) -> bool:
     return batch.connection.state is PortState.OPEN
-
-
-def samples_in(batches: Batches) -> int:
-    return sum(len(batch.samples) for batch in batches.all)
 
 
 @pytest.mark.parametrize("options", ["", "&mute=yes", "&rate=1440", "&lag-ms=900"])
@@ -71,20 +66,6 @@ def test_it_stops_also_with_a_fault_of_our_own_while_it_closes(
     assert worker.stop(PATIENCE_S)
     assert batches.last is not None
     assert batches.last.connection.state is PortState.CLOSED
-
-
-def test_a_stream_at_line_rate_from_another_process_arrives_whole(worker: Worker, batches: Batches) -> None:
-    """1,440 status frames a second over a real pseudo-terminal: none is rejected."""
-    with run_module("--rate", "1440", "--uptime", "60") as module:
-        worker.open(module.port, 115200, lambda: watch(StreamSwitch(), read_all=False))
-        batches.until(lambda batch: batch.conversation.is_streaming)
-        seen = samples_in(batches)
-        batches.until(lambda _: samples_in(batches) > seen + 3000)
-        worker.close()
-        closed = batches.until(lambda batch: batch.connection.state is PortState.CLOSED)
-        assert closed.connection.trouble is None
-    last = [batch.link for batch in batches.all if batch.link is not None][-1]
-    assert last.counters.rejected == 0
 
 
 _STREAM_HZ = 50

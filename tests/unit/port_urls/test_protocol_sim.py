@@ -9,7 +9,7 @@ import pytest
 import serial
 
 from app.simulator import bench as benches
-from protocol.catalogue import BY_NAME, STATUS
+from protocol.catalogue import STATUS
 from tests.support.patience import PATIENCE_S
 
 ASK = STATUS.query().encode()
@@ -29,28 +29,6 @@ def fresh() -> Iterator[None]:
 def port(url: str = URL, *, timeout_s: float | None = 0.5, baud_rate: int = 115200) -> serial.Serial:
     opened: serial.Serial = serial.serial_for_url(url, baudrate=baud_rate, timeout=timeout_s)
     return opened
-
-
-def test_what_waits_can_be_counted_read_in_part_and_thrown_away() -> None:
-    with port() as opened:
-        opened.write(ASK)
-        assert opened.read(3) == ANSWER[:3]
-        opened.write(ASK)
-        assert opened.read(5) == ANSWER[3:]
-        assert opened.read(1) == ANSWER[:1]
-        opened.reset_input_buffer()
-        opened.timeout = 0
-        opened.write(ASK)
-        assert opened.in_waiting <= 8
-
-
-def test_the_same_name_is_the_same_module() -> None:
-    with port() as opened:
-        opened.write(BY_NAME["attitude_threshold"].set(70).encode())
-        assert len(opened.read(6)) == 6
-    with port() as opened:
-        opened.write(BY_NAME["attitude_threshold"].query().encode())
-        assert opened.read(6)[4] == 70
 
 
 def test_unplugged_it_fails_as_an_adapter_does_and_the_old_port_stays_dead() -> None:
