@@ -181,7 +181,6 @@ def test_over_every_dialog(bench: Bench) -> None:
     for row, show in DIALOGS.items():
         dialog = show(bench)
         bench.qtbot.waitUntil(dialog.isVisible)
-        let_lay_out(dialog)
         assert QApplication.activeModalWidget() is None, row
         for key in LOCK_KEYS:
             bench.activate()

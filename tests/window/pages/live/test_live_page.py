@@ -162,6 +162,17 @@ def test_every_sample_is_kept_with_its_flags() -> None:
     assert span.is_whole
 
 
+def test_another_module_starts_over() -> None:
+    data = LiveData()
+    view = talk(1.0, attitude_threshold_deg=60, cell_voltage_v=3.9)
+    take(data, batch(1.0, report(1.0, active=True), view=view))
+    data.reset()
+    assert (len(data.tilt), len(data.cell), list(data.markers)) == (0, 0, [])
+    assert data.unproven.fires.between(0.0, 9.0) == []
+    # What was of the old one is no change of the new one.
+    assert take(data, batch(0.5, report(0.5, active=False))) == []
+
+
 @pytest.mark.parametrize(
     ("flags", "acting", "unproven"),
     [
