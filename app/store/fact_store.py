@@ -7,8 +7,7 @@ The file is opened and checked in the store's thread, too, so that no port and n
 write is on the disk when its future is done (WAL, `synchronous=FULL`). A file that cannot be read is never overwritten:
 
 not there, empty     made; from the newest good copy, where there is one
-damaged, another's   set aside under another name, and as above
-of a development build   set aside; what it leaves ACTIVE is taken over
+damaged, another's, of a development build   set aside under another name, and as above; what it leaves ACTIVE stays
 a newer version's, held, not writable    left alone: `StoreError`
 """
 
@@ -31,7 +30,7 @@ from typing import Any, Generic, NamedTuple, TypeVar
 
 import msgspec
 
-from app.safety.left_active import LEFT
+from app.safety.left_active import LEFT, LeftActive
 from app.store.rows import (
     AHEAD,
     COLUMNS,
@@ -259,9 +258,10 @@ def check_or_make(connection: sqlite3.Connection, path: Path, *, is_whole: bool 
 
 
 def _left_active(former: Path) -> dict[str, object]:
-    """Return what a file of a development build leaves ACTIVE, by key of the state; of any other file nothing.
+    """Return what a file that was set aside leaves ACTIVE, by key of the state, as far as it can be read.
 
-    Its audit log had an intent (`act`) and what came of it (`outcome`, linked by the intent's hash), both as JSON.
+    The audit log of a development build had an intent (`act`) and what came of it (`outcome`, linked by the intent's
+    hash), both as JSON.
     """
     query = """
         SELECT a.made_at, a.payload, o.payload FROM facts a LEFT JOIN facts o ON o.kind = 'outcome' AND o.link = a.hash
@@ -274,6 +274,12 @@ def _left_active(former: Path) -> dict[str, object]:
         suppress(sqlite3.Error, ValueError, LookupError, TypeError, AttributeError),
         closing(connect_to_read(former)) as connection,
     ):
+        if connection.execute("PRAGMA user_version").fetchone()[0] == LAYOUT:  # it is damaged elsewhere
+            kept = connection.execute("SELECT key, value FROM state WHERE substr(key, 1, ?) = ?", (len(LEFT), LEFT))
+            for key, value in kept:
+                with suppress(msgspec.DecodeError):
+                    left[key] = msgspec.to_builtins(msgspec.json.decode(value, type=LeftActive))
+            return left
         for at, payload, ended in connection.execute(query):
             content: Any = json.loads(payload)
             act, port, detail = content["act"], str(content["port"]), content["detail"]

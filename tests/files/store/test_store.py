@@ -17,6 +17,7 @@ import pytest
 
 from app.archive.archive import all_facts
 from app.cli.archive import run_service
+from app.safety.left_active import LeftActive, all_left
 from app.store.fact_store import FILE_NAME, LAYOUT, Facts, Store, StoreError, StoreErrorKind, copies_of, copy_if_due
 from app.store.rows import ActIntended, Content, ModuleNamed, SaidNew, Serviced, ServiceKind, SettingsSeen, StationNamed
 from tests.support.patience import PATIENCE_S
@@ -240,6 +241,21 @@ def test_the_newest_whole_copy_takes_the_place_of_a_file_that_cannot_be_used(wha
     assert len(list(folder.glob("dps-s.aside-*.sqlite"))) == (not what.startswith("gone"))
     with opened(folder) as store:
         assert notice(store) == ""
+
+
+@pytest.mark.promise("f")
+def test_what_is_left_active_outlives_a_file_that_is_damaged_elsewhere(folder: Path) -> None:
+    left = LeftActive(run="r", module="M-07", port="/dev/ttyUSB0", at="2026-01-02T12:00:00.000000+00:00")
+    with opened(folder, NOON, *(f"M-{number}" for number in range(100))) as store:
+        store.set_state("left:other", {"module": 1})
+        store.set_state("left:r", left)
+    path = folder / FILE_NAME
+    data = path.read_bytes()
+    intact = 8 * 4096  # the first page of each table
+    path.write_bytes(data[:intact] + b"\xff" * (len(data) - intact))
+    with opened(folder) as store:
+        assert "New records are started." in notice(store)
+        assert store.read(all_left) == (left,)
 
 
 def test_without_a_copy_a_damaged_file_is_set_aside_and_said(folder: Path) -> None:
