@@ -9,7 +9,6 @@ from typing import Final
 
 import numpy as np
 
-from app.flights.flight_log import FlightLog
 from app.flights.read_log import find_logs, summarise_logs
 from tests.bench.kit import Figure, at_most
 from tests.support.flights import log_bytes as made
@@ -20,37 +19,26 @@ DIFFERENT: Final = 10
 """Logs that are made; the others are links to them."""
 
 
-def _table(flight: FlightLog) -> bytes:
+def _table(time_s: np.ndarray, tilt_deg: np.ndarray, force_g: np.ndarray) -> bytes:
     """As a logger writes one: bare names, in milliseconds and m/s², with columns that nobody asks for."""
     rows = ["timestamp,roll,pitch,yaw,acc_x,acc_y,acc_z,temperature"]
-    for at_s, tilt, force in zip(flight.time_s, flight.tilt_deg, flight.specific_force_g, strict=True):
+    for at_s, tilt, force in zip(time_s, tilt_deg, force_g, strict=True):
         x, z = 0.6 * 9.80665 * force, -0.8 * 9.80665 * force
         rows.append(f"{at_s * 1000:.0f},{tilt:.2f},0.31,112.5,{x:.4f},0.0123,{z:.4f},31.5")
     return "\n".join([*rows, ""]).encode()
 
 
-def _with_commas(flight: FlightLog) -> bytes:
-    return _table(flight).replace(b",", b";").replace(b".", b",")
+def _with_commas(*flight: np.ndarray) -> bytes:
+    return _table(*flight).replace(b",", b";").replace(b".", b",")
 
 
-def _text(flight: FlightLog) -> bytes:
-    return made.dataflash_text(flight.time_s, flight.tilt_deg, flight.specific_force_g)
-
-
-def _dataflash(flight: FlightLog) -> bytes:
-    rows = made.dataflash_attitude(flight.time_s, flight.tilt_deg)
-    return made.dataflash_bytes(rows + made.dataflash_force(flight.time_s, flight.specific_force_g))
-
-
-def _ulog(flight: FlightLog) -> bytes:
-    rows = made.ulog_attitude(flight.time_s, flight.tilt_deg)
-    return made.ulog_bytes(rows + made.ulog_force(flight.time_s, flight.specific_force_g))
-
-
-KINDS: Final[dict[str, Callable[[FlightLog], bytes]]] = {
-    "CSV": _table, "CSV with decimal commas": _with_commas, "DataFlash as text": _text, "DataFlash": _dataflash,
-    "ULog": _ulog,
-}  # fmt: skip
+KINDS: Final[dict[str, Callable[..., bytes]]] = {
+    "CSV": _table,
+    "CSV with decimal commas": _with_commas,
+    "DataFlash as text": made.dataflash_text,
+    "DataFlash": made.dataflash_bytes,
+    "ULog": made.ulog_bytes,
+}
 
 
 def logs(*, logs: int = 1000, seconds: float = 60.0) -> Iterator[Figure]:
@@ -60,7 +48,8 @@ def logs(*, logs: int = 1000, seconds: float = 60.0) -> Iterator[Figure]:
                 path = Path(folder) / f"{number:04}"
                 if number < DIFFERENT:
                     make = crash if number % 3 == 0 else ordinary_flight
-                    path.write_bytes(write(make(str(number), np.random.default_rng(number), seconds=seconds)))
+                    flight = make(str(number), np.random.default_rng(number), seconds=seconds)
+                    path.write_bytes(write(flight.time_s, flight.tilt_deg, flight.specific_force_g))
                 else:
                     os.link(Path(folder) / f"{number % DIFFERENT:04}", path)
             began = time.perf_counter()

@@ -183,7 +183,7 @@ TIMES = np.arange(500) / 50
 @pytest.fixture
 def calm(tmp_path: Path) -> Path:
     path = tmp_path / "calm.ulg"
-    path.write_bytes(made.ulog_bytes(made.ulog_attitude(TIMES, 12.0) + made.ulog_force(TIMES, 1.0)))
+    path.write_bytes(made.ulog_bytes(TIMES, 12.0, 1.0))
     return path
 
 
@@ -193,9 +193,8 @@ def crash(tmp_path: Path) -> Path:
     path = tmp_path / "crash.bin"
     falls = (TIMES >= 6) & (TIMES < 8)
     force = np.select([falls, (TIMES >= 8) & (TIMES < 8.1)], [0.3, 9.0], 1.0)
-    rows = made.dataflash_attitude(TIMES, np.where(TIMES >= 4, 61.4, 5.0)) + made.dataflash_force(TIMES, force)
-    rows += made.dataflash("BARO", TIMES, 20 - 5 * np.clip(TIMES - 6, 0, 2) ** 2)
-    path.write_bytes(made.dataflash_bytes(rows))
+    rows = made.dataflash("BARO", TIMES, 20 - 5 * np.clip(TIMES - 6, 0, 2) ** 2)
+    path.write_bytes(made.dataflash_bytes(TIMES, np.where(TIMES >= 4, 61.4, 5.0), force, *rows))
     return path
 
 

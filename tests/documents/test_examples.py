@@ -51,7 +51,7 @@ def flight_log_examples() -> list[list[str]]:
 def logs(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.chdir(tmp_path)
     tilts = np.where(TIMES >= 12.35, 61.2, 5.0)
-    Path("crash.ulg").write_bytes(made.ulog_bytes(made.ulog_attitude(TIMES, tilts) + made.ulog_force(TIMES, 1.0)))
+    Path("crash.ulg").write_bytes(made.ulog_bytes(TIMES, tilts, 1.0))
     for name, head, per_s, rest in (
         ("calm.csv", "time_s,tilt_deg,acceleration_g", 1, ",1"),
         ("tilt-only.csv", "time_s,tilt_deg", 1, ""),

@@ -44,17 +44,16 @@ def problems(log: FlightLog) -> list[str]:
 
 
 def whole_ulog() -> bytes:
-    rows = made.ulog_attitude(STARTS_S + FAST, TILT) + made.ulog_force(STARTS_S + FAST, FORCE)
-    rows += made.ulog("vehicle_local_position", STARTS_S + FAST[::10], 0, 0, FAST[::10] - 50)
-    return made.ulog_bytes(rows + made.ulog("vehicle_status", (STARTS_S, STARTS_S + 3), 2, (2, 5)))
+    rows = made.ulog("vehicle_local_position", STARTS_S + FAST[::10], 0, 0, FAST[::10] - 50)
+    rows += made.ulog("vehicle_status", (STARTS_S, STARTS_S + 3), 2, (2, 5))
+    return made.ulog_bytes(STARTS_S + FAST, TILT, FORCE, *rows)
 
 
 def whole_dataflash(clock: bytes, per_us: float) -> bytes:
     times = (STARTS_S + FAST) * per_us
-    rows = made.dataflash_attitude(times, TILT) + made.dataflash_force(times, FORCE)
-    rows += made.dataflash("BARO", times[::10], 50 - FAST[::10]) + made.dataflash("MODE", times[100], 5, 5)
+    rows = made.dataflash("BARO", times[::10], 50 - FAST[::10]) + made.dataflash("MODE", times[100], 5, 5)
     rows += made.dataflash_message(times[0], "ArduCopter V4.5.1")
-    return made.dataflash_bytes(rows).replace(b"TimeUS", clock)
+    return made.dataflash_bytes(times, TILT, FORCE, *rows).replace(b"TimeUS", clock)
 
 
 @pytest.mark.parametrize("data", [whole_ulog(), whole_dataflash(b"TimeUS", 1), whole_dataflash(b"TimeMS", 1e-3)])
@@ -71,9 +70,9 @@ def test_a_whole_log_is_judged(tmp_path: Path, data: bytes) -> None:
 def test_a_slow_log_is_judged_at_its_own_samples(tmp_path: Path) -> None:
     """Attitude at 10 Hz, acceleration at 25 Hz: a row holds the newest sample of each."""
     slow = np.arange(100) / 10
-    rows = made.dataflash_attitude(slow, np.where(slow >= 4.05, 75.0, 0.0))
+    rows = made.dataflash("ATT", slow, 0, np.where(slow >= 4.05, 7500, 0), 9000, 0, 0, 0)
     rows += made.dataflash_force(FAST[::4], FORCE[::4])
-    log = read(tmp_path / "a.bin", made.dataflash_bytes(rows))
+    log = read(tmp_path / "a.bin", made.dataflash_bytes([], [], [], *rows))
     assert fires(log) == [(4.1, Source.ATTITUDE), (7.6, Source.FREEFALL)]
 
 
@@ -280,13 +279,11 @@ def test_an_aircraft_that_was_disarmed_in_the_air_still_falls() -> None:
 def test_two_sensors_and_arming_of_a_dataflash_log_and_of_a_ulog(tmp_path: Path) -> None:
     times = np.arange(0, 60, 0.04)
     fall = np.where((times >= 30) & (times < 32), 0.2, 1.0)
-    rows = made.dataflash_attitude(times, 5.0) + made.dataflash_force(times, 0.3, sensor=0)
-    rows += made.dataflash_force(times, fall, sensor=1) + made.dataflash("EV", (1.0, 51.0), (10, 11))
-    logs = [read(tmp_path / "two.bin", made.dataflash_bytes(rows))]
-    rows = made.ulog_attitude(times, 5.0) + made.ulog_force(times, 0.02)
-    rows += made.ulog("sensor_accel", times, 0, 0, -9.80665 * fall)
+    rows = made.dataflash_force(times, fall, sensor=1) + made.dataflash("EV", (1.0, 51.0), (10, 11))
+    logs = [read(tmp_path / "two.bin", made.dataflash_bytes(times, 5.0, 0.3, *rows))]
+    rows = made.ulog("sensor_accel", times, 0, 0, -9.80665 * fall)
     rows += made.ulog("vehicle_status", (0.0, 2.0, 51.0), (1, 2, 1), 4)
-    logs.append(read(tmp_path / "two.ulg", made.ulog_bytes(rows)))
+    logs.append(read(tmp_path / "two.ulg", made.ulog_bytes(times, 5.0, 0.02, *rows)))
     for log, armed_s in zip(logs, (1.0, 2.0), strict=True):
         assert first_fire(log) == pytest.approx(31.6, abs=0.05)
         assert log.not_judged_s == pytest.approx(log.duration_s - 56.0 + armed_s, abs=0.1)

@@ -21,7 +21,7 @@ def logs(tmp_path: Path) -> list[Path]:
     """The n-th tilts to 50° + n; the one before the last cannot be read."""
     paths = [tmp_path / f"{number:02}.ulg" for number in range(12)]
     for number, path in enumerate(paths):
-        path.write_bytes(made.ulog_bytes(made.ulog_attitude(TIMES, 50.0 + number) + made.ulog_force(TIMES, 1.0)))
+        path.write_bytes(made.ulog_bytes(TIMES, 50.0 + number, 1.0))
     paths[-2].write_bytes(b"no log")
     return paths
 

@@ -53,7 +53,7 @@ def pyulog_columns(path: Path) -> dict[str, Floats]:
 
 def compare_ulog(random: np.random.Generator, folder: Path) -> None:
     times, tilt, force = made_flight(random)
-    data = made.ulog_bytes(made.ulog_attitude(times, tilt) + made.ulog_force(times, force))
+    data = made.ulog_bytes(times, tilt, force)
     path = folder / "log.ulg"
     path.write_bytes(data)
     ours, theirs = ulog_columns(data), pyulog_columns(path)
@@ -82,8 +82,7 @@ def dataflash_reader_columns(path: Path, table: str, names: tuple[str, ...]) -> 
 
 def compare_dataflash(random: np.random.Generator, folder: Path) -> None:
     times, tilt, force = made_flight(random)
-    rows = made.dataflash_attitude(times, tilt) + made.dataflash_force(times, force)
-    binary, text = made.dataflash_bytes(rows), made.dataflash_text(times, tilt, force)
+    binary, text = made.dataflash_bytes(times, tilt, force), made.dataflash_text(times, tilt, force)
     for name, data in (("log.bin", binary), ("log.log", text)):
         path = folder / name
         path.write_bytes(data)
@@ -98,9 +97,8 @@ def compare_telemetry(random: np.random.Generator, folder: Path) -> None:
     mavutil = importlib.import_module("pymavlink.mavutil")
     times, tilt, force = made_flight(random)
     version = int(random.integers(1, 3))
-    rows = made.telemetry_attitude(times, tilt, version) + made.telemetry_force(times, force, version)
     path = folder / "log.tlog"
-    path.write_bytes(made.telemetry_bytes(rows))
+    path.write_bytes(made.telemetry_bytes(times, tilt, force, version=version))
     raw = read_telemetry(path.read_bytes(), path.name)
     link = mavutil.mavlink_connection(str(path))
     attitudes, forces = [], []

@@ -52,28 +52,20 @@ def ulog(topic: str, time_s: ArrayLike, *values: ArrayLike) -> list[Row]:
     return [(at_s, ulog_record("D", packed(letters, number, at_s * 1e6, *row))) for at_s, *row in rows]
 
 
-def ulog_bytes(rows: Iterable[Row]) -> bytes:
-    """A complete file: header, flags, formats, subscriptions, and the rows sorted by time."""
+def ulog_bytes(time_s: ArrayLike, tilt_deg: ArrayLike, force_g: ArrayLike, *more: Row) -> bytes:
+    """A complete file. Tilted to the side, with a heading of 90°, which must not affect the tilt."""
+    half, quarter = np.radians(np.asarray(tilt_deg)) / 2, np.pi / 4
+    w, x = np.cos(half), np.sin(half)
+    turned = np.cos(quarter) * w, np.cos(quarter) * x, np.sin(quarter) * x, np.sin(quarter) * w
+    a = np.asarray(force_g) * STANDARD_GRAVITY_M_S2
+    rows = ulog("vehicle_attitude", time_s, *turned) + ulog("sensor_combined", time_s, 0, 0, 0, 0.6 * a, 0, -0.8 * a, 0)
     head = b"ULog\x01\x12\x35\x01" + struct.pack("<Q", 1_000_000) + ulog_record("B", bytes(40))
     for name, (_, fields) in ULOG_TOPICS.items():
         head += ulog_record("F", f"{name}:uint64_t timestamp;{fields}".encode())
     head += ulog_record("I", b"\x0cchar[3] namePX4")
     for number, name in enumerate(ULOG_TOPICS):
         head += ulog_record("A", struct.pack("<BH", 0, number) + name.encode())
-    return head + in_order(rows)
-
-
-def ulog_attitude(time_s: ArrayLike, tilt_deg: ArrayLike) -> list[Row]:
-    """Tilted to the side, with a heading of 90°, which must not affect the tilt."""
-    half, quarter = np.radians(np.asarray(tilt_deg)) / 2, np.pi / 4
-    w, x = np.cos(half), np.sin(half)
-    turned = np.cos(quarter) * w, np.cos(quarter) * x, np.sin(quarter) * x, np.sin(quarter) * w
-    return ulog("vehicle_attitude", time_s, *turned)
-
-
-def ulog_force(time_s: ArrayLike, force_g: ArrayLike) -> list[Row]:
-    a = np.asarray(force_g) * STANDARD_GRAVITY_M_S2
-    return ulog("sensor_combined", time_s, 0, 0, 0, 0.6 * a, 0, -0.8 * a, 0)
+    return head + in_order([*rows, *more])
 
 
 # DataFlash
@@ -103,14 +95,11 @@ def dataflash_format(number: int, name: str, types: str, labels: str) -> bytes:
     return _HEAD + struct.pack("<BBB4s16s64s", 128, number, length, name.encode(), types.encode(), labels.encode())
 
 
-def dataflash_bytes(rows: Iterable[Row]) -> bytes:
+def dataflash_bytes(time_s: ArrayLike, tilt_deg: ArrayLike, force_g: ArrayLike, *more: Row) -> bytes:
+    rows = dataflash("ATT", time_s, 0, np.asarray(tilt_deg) * 100, 9000, 0, 0, 0) + dataflash_force(time_s, force_g)
     head = _HEAD + struct.pack("<BBB4s16s64s", 128, 128, 89, b"FMT", b"BBnNZ", b"Type,Length,Name,Format,Columns")
     formats = (dataflash_format(number, name, *rest) for name, (number, *rest) in DATAFLASH_TABLES.items())
-    return head + b"".join(formats) + in_order(rows)
-
-
-def dataflash_attitude(time_s: ArrayLike, tilt_deg: ArrayLike) -> list[Row]:
-    return dataflash("ATT", time_s, 0, np.asarray(tilt_deg) * 100, 9000, 0, 0, 0)
+    return head + b"".join(formats) + in_order([*rows, *more])
 
 
 def dataflash_force(time_s: ArrayLike, force_g: ArrayLike, sensor: int = 0) -> list[Row]:
@@ -171,21 +160,14 @@ def telemetry(name: str, at_s: float, *values: float, version: int = 2, system: 
     return at_s, stamp + first + head + payload + struct.pack("<H", checksum)
 
 
-def telemetry_attitude(time_s: ArrayLike, tilt_deg: ArrayLike, version: int = 2) -> list[Row]:
-    rows = rows_of(time_s, np.radians(tilt_deg))
-    return [telemetry("ATTITUDE", at_s, at_s * 1e3, tilt, 0, 1.2, 0, 0, 0, version=version) for at_s, tilt in rows]
+def telemetry_heartbeat(at_s: float, *, is_armed: bool) -> Row:
+    return telemetry("HEARTBEAT", at_s, 0, 2, 3, 0x80 if is_armed else 0, 4, 3)
 
 
-def telemetry_force(time_s: ArrayLike, force_g: ArrayLike, version: int = 2) -> list[Row]:
-    return [
-        telemetry("RAW_IMU", at_s, at_s * 1e6, 600 * force, 0, -800 * force, *[0] * 6, version=version)
-        for at_s, force in rows_of(time_s, force_g)
-    ]
-
-
-def telemetry_heartbeat(at_s: float, *, is_armed: bool) -> list[Row]:
-    return [telemetry("HEARTBEAT", at_s, 0, 2, 3, 0x80 if is_armed else 0, 4, 3)]
-
-
-def telemetry_bytes(rows: Iterable[Row]) -> bytes:
+def telemetry_bytes(time_s: ArrayLike, tilt_deg: ArrayLike, force_g: ArrayLike, *more: Row, version: int = 2) -> bytes:
+    rows = list(more)
+    for at_s, tilt, force in rows_of(time_s, np.radians(tilt_deg), force_g):
+        rows.append(telemetry("ATTITUDE", at_s, at_s * 1e3, tilt, 0, 1.2, 0, 0, 0, version=version))
+        raw = telemetry("RAW_IMU", at_s, at_s * 1e6, 600 * force, 0, -800 * force, *[0] * 6, version=version)
+        rows.append(raw)
     return in_order(rows)

@@ -60,10 +60,9 @@ def test_it_speaks_chinese(program: Program) -> None:
 
 def test_flight_logs_are_read_in_processes_of_its_own(program: Program, tmp_path: Path) -> None:
     times = np.arange(0, 5, 0.05)
-    rows = made.ulog_attitude(times, 12 * times) + made.ulog_force(times, 1.0)
     names = [f"{number}.ulg" for number in range(2 * FEW_LOGS)]
     for name in names:
-        (tmp_path / name).write_bytes(made.ulog_bytes(rows))
+        (tmp_path / name).write_bytes(made.ulog_bytes(times, 12 * times, 1.0))
     done = program.run("fired", str(tmp_path), "--thresholds", "attitude_threshold_deg=55", "--json")
     assert done.returncode == 4, done.stderr
     said = [json.loads(line) for line in done.stdout.splitlines()]
