@@ -10,6 +10,7 @@ import logging
 import queue
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
+from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final, TypeVar
 
 from app.engine.conversation import ConversationView, Interrupted
@@ -68,6 +69,7 @@ class OpenPort:
         self._owed: Job[Any] | None = None  # LOCK after an interruption
         self._is_lock_owed = False
         self._adapter = ""  # where LOCK may be owed
+        self._lasts = False  # the address is that adapter's, whatever is listed
         self.worker = Worker(self._batches.put, make_lock=None if journal is None else self._make_lock)
         self.connection = Connection()
         self.conversation = ConversationView()
@@ -88,6 +90,11 @@ class OpenPort:
 
             # LOCK is owed at this adapter, whatever its name is by then.
             self._adapter = adapter_of(port)
+        # Without an identity only an address that cannot belong to another adapter is opened again, as in the window
+        # (`app.engine.reconnect`). To be asked while the link exists.
+        self._lasts = "://" in port
+        with suppress(OSError):  # no name of a port
+            self._lasts |= not self._adapter and Path(port).is_symlink()
         self.worker.open(port, baud_rate, adapter=self._adapter or port)
         ends_at = steady_time() + OPENING_LIMIT_S
         while self.connection.state is not PortState.OPEN:
@@ -206,8 +213,9 @@ class OpenPort:
                     from app.engine.ports import list_ports
 
                     port, rate = self.connection.port, self.connection.baud_rate
-                    same = [one.device for one in list_ports() if one.identity == self._adapter]
-                    here = [port] if "://" in port else same
+                    # A port without an identity is nobody's: another module would be told to lock, and answer.
+                    same = [one.device for one in list_ports() if one.identity and one.identity == self._adapter]
+                    here = [port] if self._lasts else same
                     if len(here) == 1:
                         self.worker.open(here[0], rate, adapter=self._adapter or port)
                 self.wait()

@@ -1,18 +1,24 @@
 """The command line at independent modules: what the module itself holds and heard is compared with what is said."""
 
+import sys
+from contextlib import ExitStack
 from functools import partial
 from pathlib import Path
 from typing import Any
 
 import pytest
 
+from app.engine.ports import PortInfo
 from app.integration import opened
 from app.safety.last_known import keep_away
 from tests.hardware import test_read_only, test_writing
 from tests.hardware.conftest import Ran as HardwareRan
 from tests.hardware.conftest import Run
-from tests.module.module import ACTIVATION, ACTIVE, ATTITUDE, ATTITUDE_OFF, FREEFALL_OFF, TRIGGERED
+from tests.module.line import Line, now
+from tests.module.module import ACTIVATION, ACTIVE, ATTITUDE, ATTITUDE_OFF, FREEFALL_OFF, TRIGGERED, Module
 from tests.module.options import Options
+from tests.module.wire import Question
+from tests.support.cli_line import run_here
 from tests.support.virtual_cli import PORT, VirtualCli
 
 TWO = "Two modules on this line?"
@@ -154,3 +160,27 @@ def test_the_hardware_tests_pass_at_a_module_that_keeps_to_the_table_and_change_
     for test in (*tests, test_writing.test_it_locks):
         test(run)
     assert cli.module.settings == before
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="Windows has no pseudo-terminals")
+@pytest.mark.promise("l")
+def test_an_owed_lock_goes_to_the_address_that_lasts_and_to_no_other_port(
+    capsys: pytest.CaptureFixture[str], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """In real time: pulled when the activation has left, and in again a moment later. Neither port has an identity."""
+    module, other, link = Module(now=now()), Module(now=now()), str(tmp_path / "link")
+    with ExitStack() as lines:
+        line = lines.enter_context(Line(module, link=link))
+        stranger = lines.enter_context(Line(other))
+        monkeypatch.setattr("app.engine.ports.list_ports", lambda: [PortInfo(stranger.port)])
+
+        def move(question: Question) -> None:
+            if question.code == ACTIVATION and question.value == 1:
+                line.unplug()
+                lines.enter_context(Line(module, link=link))
+
+        module.at_frame = move
+        printed = run_here(capsys, ["activate", "--yes", "--port", link], 1)
+    assert module.settings[ACTIVATION] == 0
+    assert "LOCK was sent after the interruption." in printed.err
+    assert not other.log.got(), "only the same adapter is opened again"
