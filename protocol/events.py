@@ -9,6 +9,7 @@ from typing import Any, NamedTuple
 
 from protocol.catalogue import Request
 from protocol.messages import Frame, Message, Noise, Reading, Reason
+from protocol.translatable import marked
 
 
 class Role(Enum):
@@ -77,17 +78,18 @@ class Unanswered(NamedTuple):
 
 
 class EndReason(Enum):
-    """Why a conversation ended. The first four are told by the link, the others by its owner."""
+    """Why a conversation ended: English, translatable. The first four are told by the link, the others by its owner."""
 
-    RESTARTED = "restarted"  # the module was switched on
-    SILENT = "silent"  # nothing valid came although something was asked: the module may have been exchanged meanwhile
+    RESTARTED = marked("The module restarted.")
+    # Nothing valid came although something was asked: the module may have been exchanged meanwhile.
+    SILENT = marked("The module was silent for a moment.")
     # Something that does not change by itself was answered differently than before, or by two modules.
-    CONTRADICTED = "contradicted"
-    SLEPT = "slept"  # the computer slept, or the program stood still for seconds
-    PORT_LOST = "port lost"
-    CLOSED = "closed"
-    ANOTHER = "another"  # a person said that another module is connected now
-    RATE_CHANGED = "rate changed"  # the port continues at another baud rate
+    CONTRADICTED = marked("Contradictory answers. Two modules on this line?")
+    SLEPT = marked("The computer slept.")  # or the program stood still for seconds
+    PORT_LOST = marked("The port was lost.")
+    CLOSED = marked("The port was closed.")
+    ANOTHER = marked("Another module was said to be connected.")  # by a person
+    RATE_CHANGED = marked("The baud rate of the port was changed.")
 
 
 class Contradiction(NamedTuple):

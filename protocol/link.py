@@ -512,11 +512,8 @@ class Link:
                 self._on_unasked_heartbeat(now)
             else:
                 self._ask_at_once(now)
-        elif isinstance(message, Status):
-            if copied is not None:
-                stale.expect_no_copy(raw)  # the next ones may be streamed
-            elif late is None:
-                role = Role.STREAMED
+        elif isinstance(message, Status) and copied is None and late is None:
+            role = Role.STREAMED
         self._note(frame, message, role, now)
         if late is not None and asked == _BOOTS:
             self._on_probe_answered(late.at, now)
@@ -616,7 +613,7 @@ class Link:
         outcome = [] if flight is None else flight.unanswered(now)
         self._begin_at = now
         if self.is_begun:
-            _log.debug("ended: %s", reason.value)
+            _log.debug("ended: %s", reason.name)
             self._await_module(now)
             self.lasting.forget()
             if reason is EndReason.RESTARTED:

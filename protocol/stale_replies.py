@@ -78,9 +78,6 @@ class StaleReplies:
         """Note that a copy of this frame, the answer to `request`, may follow at once."""
         self._copied.appendleft(Copied(raw, request, now + DOUBLED_S, is_late))
 
-    def expect_no_copy(self, raw: bytes) -> None:
-        self._copied = deque((copy for copy in self._copied if copy.raw != raw), maxlen=_MAX_COPIED)
-
     def drop_expired(self, now: float) -> None:
         while self._owed and now - self._owed[0].at > LATE_S:
             self._owed.popleft()

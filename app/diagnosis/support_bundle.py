@@ -140,7 +140,7 @@ def _module(conversation: ConversationView, now: float) -> dict[str, object]:
     return {
         "conversation": conversation.number,
         "is_going": conversation.is_going,
-        "ended": None if ended is None else ended.reason.value,
+        "ended": None if ended is None else ended.reason.name,
         "values": {
             key: {
                 "value": one.value,

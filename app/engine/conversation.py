@@ -41,22 +41,11 @@ class How(Enum):
 
 # Why it ended
 
-REASONS: Mapping[EndReason, str] = MappingProxyType({
-    EndReason.RESTARTED: marked("The module restarted."),
-    EndReason.SILENT: marked("The module was silent for a moment."),
-    EndReason.CONTRADICTED: marked("Contradictory answers. Two modules on this line?"),
-    EndReason.PORT_LOST: marked("The port was lost."),
-    EndReason.CLOSED: marked("The port was closed."),
-    EndReason.SLEPT: marked("The computer slept."),
-    EndReason.ANOTHER: marked("Another module was said to be connected."),
-    EndReason.RATE_CHANGED: marked("The baud rate of the port was changed."),
-})  # fmt: skip
-
 
 def reason_message(reason: EndReason, contradiction: Contradiction | None = None) -> UserMessage:
     """Why a conversation ended, in one sentence."""
     if reason is not EndReason.CONTRADICTED or contradiction is None:
-        return message(REASONS[reason])
+        return message(reason.value)
     command = contradiction.before.command
     reply = command.reply
     texts = [reply.text(one.raw) if isinstance(reply, Quantity) else str(one.value) for one in contradiction]

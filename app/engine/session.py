@@ -332,7 +332,7 @@ class Session:
         self._digest(self._link.end(reason, now), now)
 
     def _on_ended(self, ended: Ended, now: float) -> None:
-        _log.debug("conversation %d ends: %s", self.conversations, ended.reason.value)
+        _log.debug("conversation %d ends: %s", self.conversations, ended.reason.name)
         asking, had_left = self._asking, self._has_left
         if asking is not None and not asking.is_free:
             self._asking = None

@@ -250,9 +250,7 @@ class Worker:
                     case Began():
                         self._pay_owed_lock()  # before anything that was decided in this conversation
                         self._is_urgent = True
-                    case Ended() | Answered(messages=(Acknowledgement(),)):
-                        self._is_urgent = True
-                    case Unanswered() if event.may_be_done:
+                    case Ended() | Answered(messages=(Acknowledgement(),)) | Unanswered():
                         self._is_urgent = True
                     case Sent(request=request) if request == LOCK:
                         self._owed_lock = None

@@ -158,7 +158,7 @@ def perform(
     if status is not None:
         result |= {"active": status.active, "triggered": status.triggered, "tilt_deg": status.tilt_deg}
     if interrupted is not None:
-        result["why"] = interrupted.reason.value
+        result["why"] = interrupted.reason.name
     journal.settle(entry, outcome, result)
     return Performed(act=act, outcome=outcome, status=status, interrupted=interrupted)
 

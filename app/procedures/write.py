@@ -55,8 +55,6 @@ SETTLE_S = 1.0
 # Who is there is asked again before a set that comes later than this after the last time.
 PRESENT_FOR_S = 1.0
 FLAGS_STEP_S = 0.25
-# Late answers make it wait longer until the triggers are known.
-FLAGS_LIMIT_S = 10.0
 WAITING = marked("Waiting some seconds: an answer may come twice")
 
 
@@ -217,10 +215,10 @@ def set_each(changes: Sequence[SettingChange], context: WriteContext) -> Procedu
 
 
 def await_flags_known(progress: Report) -> Procedure[None]:
-    """Wait after a set of 16 or 17, until no copy of its answer can come any more, or one has come (E4)."""
+    """Wait after a set of 16 or 17, until no copy of its answer can come any more, or one has come (E4). A late answer
+    makes it wait again, of which there is one for each set."""
     view: EngineView = yield Inspect()
-    ends_at = view.now + FLAGS_LIMIT_S
-    while not (view.flags.has_repeated or view.flags.are_known(view.now)) and view.now < ends_at:
+    while not (view.flags.has_repeated or view.flags.are_known(view.now)):
         yield progress._replace(doing=WAITING)
         yield Pause(FLAGS_STEP_S)
         view = yield Inspect()

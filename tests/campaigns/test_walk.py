@@ -45,7 +45,7 @@ def test_no_conversation_ends_without_reason(name: str, *, streams: bool) -> Non
 
 
 def test_on_a_line_that_is_dead_for_half_a_second_it_ends() -> None:
-    assert watched(Wear(loss=0.9), 0.002, 20.0, streams=False).ends[EndReason.SILENT.value]
+    assert watched(Wear(loss=0.9), 0.002, 20.0, streams=False).ends[EndReason.SILENT.name]
 
 
 def test_a_port_that_is_lost_ends_everything_and_says_how() -> None:

@@ -560,7 +560,7 @@ def watched(wear: Wear, answer_s: float, seconds: float, *, streams: bool, seed:
         rig.step_for(min(60.0, end_s - rig.clock.now_s))
         begins += sum(isinstance(event, Began) for event in rig.events)
         unanswered += sum(isinstance(event, Unanswered) and not event.may_be_done for event in rig.events)
-        ends.update(event.reason.value for event in rig.events if isinstance(event, Ended))
+        ends.update(event.reason.name for event in rig.events if isinstance(event, Ended))
         for kept in rig.events, rig.module.log, rig.line.sent:
             kept.clear()
     return Found(begins, ends, unanswered)

@@ -343,7 +343,7 @@ class Port(QObject):
         else:
             module.take_in(batch)
         if view.ended is not None and was_going:
-            _log.info("Conversation %d ended: %s", view.number, view.ended.reason.value)
+            _log.info("Conversation %d ended: %s", view.number, view.ended.reason.name)
             self.firing_doubt.note_ended(view, was_active=self.now_s - self._active_at < RESTART_TOLD_S)
             if view.ended.reason is not EndReason.ANOTHER:  # a person has said that it is not the one of this name
                 self.last_name = module.name or self.last_name

@@ -72,7 +72,7 @@ ENDS: dict[EndReason, Callable[[Rig], object]] = {
 }
 
 
-@pytest.mark.parametrize("reason", ENDS, ids=lambda reason: reason.value)
+@pytest.mark.parametrize("reason", ENDS, ids=lambda reason: reason.name)
 def test_the_next_one_is_waited_for_until_this_one_has_gone(reason: EndReason) -> None:
     rig = settled_rig()
     job = rig.job(await_gone())

@@ -188,7 +188,7 @@ LOOSE: dict[EndReason, Callable[[Rig], object]] = {
 
 
 @pytest.mark.parametrize("at_s", [1.0, 6.0])
-@pytest.mark.parametrize("reason", LOOSE, ids=lambda reason: reason.value)
+@pytest.mark.parametrize("reason", LOOSE, ids=lambda reason: reason.name)
 @pytest.mark.promise("f")
 def test_what_a_loose_plug_does_to_the_conversation_is_its_result(reason: EndReason, at_s: float) -> None:
     rig = settled_rig()

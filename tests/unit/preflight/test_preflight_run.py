@@ -216,7 +216,7 @@ ENDS: dict[EndReason, Callable[[Rig], object]] = {
 }
 
 
-@pytest.mark.parametrize("reason", ENDS, ids=lambda reason: reason.value)
+@pytest.mark.parametrize("reason", ENDS, ids=lambda reason: reason.name)
 @pytest.mark.promise("f")
 def test_whatever_ends_the_conversation_makes_it_void_with_that_sentence(reason: EndReason) -> None:
     rig, evidence = settled_rig(), Evidence(port="sim")
