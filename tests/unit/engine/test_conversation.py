@@ -56,19 +56,6 @@ def streamed(talk: Conversation, *times_s: float) -> ConversationView:
 # What is known
 
 
-@pytest.mark.promise("a")
-def test_e04_a_flag_is_not_known_while_a_copy_of_the_other_ones_answer_may_come() -> None:
-    flags = FlagAnswers(NOW - 10.0)
-    talk = Conversation(1, 37, NOW, 115200, flags)
-    flags.on_sent(TRIGGER.set(True), NOW)
-    flags.on_answer(TRIGGER.set(True), encode_reply(0x16, 0), NOW)
-    talk.apply(acknowledged(TRIGGER.set(True)))
-    assert "attitude_trigger" not in talk.view(NOW + 2.9).values
-    assert talk.view(NOW + 3.1).values["attitude_trigger"].value is True
-    flags.on_other(NOW + 4.0, is_late=False)
-    assert "attitude_trigger" not in talk.view(NOW + 60.0).values, "it came twice"
-
-
 @pytest.mark.promise("j")
 def test_an_acknowledged_activation_is_known_at_once_and_a_lock_only_when_it_is_reported(talk: Conversation) -> None:
     talk.apply(acknowledged(ACTIVATION.set(True)))

@@ -154,6 +154,7 @@ def test_after_a_set_the_new_value_is_none_and_neither_is_a_copy_of_the_acknowle
     bench.ask(TIME.query())
     bench.hear(encode_reply(0x22, 120), after_s=0.02)
     assert last_answer(bench) == Reading(TIME, 120)
+    bench.hear(encode_reply(0x22, 1), after_s=0.5)
     assert bench.reasons == []
     bench.wait(6.0)
     bench.ask(TIME.query())
