@@ -216,6 +216,15 @@ def test_an_intent_that_is_never_durable_is_given_up() -> None:
 # Two modules on one line
 
 
+@pytest.mark.promise("f")
+def test_where_questions_are_answered_twice_nothing_is_done() -> None:
+    """Two modules that tell the same contradict nothing, and yet both would obey."""
+    rig = ModuleRig(Options(query_copies={0x30: [0.002]})).begin()
+    done = do(rig, Act.ACTIVATE)
+    assert [refusal.condition for refusal in done.refusals] == [Interlock.AGREES]
+    assert rig.module.log.sets(ACTIVATION) == []
+
+
 @pytest.mark.parametrize("silent_from", [{}, {0x31: 2}, {0x32: 2}, {0x32: 3}, {0x31: 2, 0x32: 2}])
 @pytest.mark.promise("f")
 def test_not_fired_needs_every_witness(silent_from: dict[int, int]) -> None:

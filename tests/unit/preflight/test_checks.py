@@ -315,6 +315,7 @@ def test_a_demanded_test_is_passed_and_young_enough_and_a_failed_one_is_told(
 
 
 SOON, LATE = DueService(UserMessage("Repack due"), False), DueService(UserMessage("Cell overdue"), True)
+FIRED_SINCE = DueService(UserMessage("It fired"), True, is_after_firing=True)
 
 
 def test_what_is_overdue_is_a_warning_or_not_met_as_the_profile_says() -> None:
@@ -324,6 +325,7 @@ def test_what_is_overdue_is_a_warning_or_not_met_as_the_profile_says() -> None:
         assert finding("service", past=past).result is result
         assert finding("service", past=past, profile=profile).result is required
     assert finding("service", profile=profile).result is UNKNOWN, "without a name"
+    assert finding("service", past=Past(due=[FIRED_SINCE])).result is FAIL, "whatever a profile asks for"
 
 
 @pytest.mark.parametrize(("name", "is_by_option", "known"), [

@@ -1,7 +1,6 @@
 """A check is of one conversation: every single fault is named, what ends the conversation makes it void with its
 sentence, and GO and READY come only when everything holds."""
 
-import itertools
 from collections.abc import Callable
 from dataclasses import replace
 
@@ -11,7 +10,7 @@ from app.engine.conversation import Interrupted
 from app.engine.procedure import Report
 from app.limits.past import Past
 from app.preflight.checks import CHECKS, REPORTS_NEEDED, Case
-from app.preflight.evidence import HEARTBEATS, Evidence, TriggerFlag
+from app.preflight.evidence import Evidence, TriggerFlag
 from app.preflight.run import STEPS, TRIGGERS, run_preflight
 from app.preflight.verdict import Verdict, assess, verdict_of
 from app.procedures.stream import StreamSwitch
@@ -22,12 +21,12 @@ from app.safety.journal import Outcome
 from app.settings.profiles import NO_PROFILE
 from app.simulator.bench import SimulatedBench
 from app.text.messages import message
-from protocol.catalogue import BY_NAME, HEARTBEAT, Hazard
+from protocol.catalogue import BY_NAME, Hazard
 from protocol.events import EndReason
 from protocol.stale_replies import TRIGGER_FLAGS
 from tests.files.records.test_record import AT, PERSON
 from tests.support.journals import FakeJournal
-from tests.support.line.frames import at_each_frame, at_frame, lose, refuse, restart_silently
+from tests.support.line.frames import at_frame, lose, refuse, restart_silently
 from tests.support.line.sim_line import Rig, settled_rig
 from tests.support.records.preflight_rig import FAULTS, Arrange, Fault, assert_only_questions, check, gather, on_request
 from tests.support.records.stored import station
@@ -86,14 +85,6 @@ def test_nobody_there_is_all_unknown() -> None:
 
 
 # What it reads
-
-
-def test_a_heartbeat_that_had_to_be_asked_again_is_lost() -> None:
-    rig, numbers = settled_rig(), itertools.count(1)
-    at_each_frame(rig.bench, lambda sent: sent != HEARTBEAT.query() or next(numbers) % 5 != 0)
-    evidence = gather(rig)
-    assert evidence.void is None
-    assert (evidence.heartbeats_sent, evidence.heartbeats_lost) == (HEARTBEATS, 4)
 
 
 def test_the_last_reading_decides_what_is_known() -> None:
