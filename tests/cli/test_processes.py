@@ -23,7 +23,7 @@ from tests.module.line import Line
 from tests.module.module import ACTIVATION, Module
 from tests.module.options import Options
 from tests.support.patience import PATIENCE_S, in_time
-from tests.support.processes import PROGRAM, ROOT, Running, RunningModule, ran, ran_code, run_module, running
+from tests.support.processes import PROGRAM, ROOT, Running, ran, ran_code, run_module, running
 
 posix = pytest.mark.skipif(sys.platform == "win32", reason="no pseudo-terminals, and HOME is not read")
 STRICT = {"LC_ALL": "C.UTF-8", "PYTHONWARNINGS": "error"}
@@ -34,7 +34,7 @@ OTHERS = ("cryptography", "jinja2", "mcap", "numpy", "segno", "shtab", "tomlkit"
 
 
 @pytest.fixture(scope="module")
-def module() -> Iterator[RunningModule]:
+def module() -> Iterator[Running]:
     """One module for all tests that leave it as it was."""
     with run_module("--rate", "200", "--history", "2") as one:
         yield one
@@ -75,7 +75,7 @@ def unexpected(errors: str) -> list[str]:
 @posix
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
 @pytest.mark.promise("c")
-def test_monitor_interrupted_leaves_the_module_silent(number: int, module: RunningModule) -> None:
+def test_monitor_interrupted_leaves_the_module_silent(number: int, module: Running) -> None:
     with started("monitor", "--port", module.port, "--json") as monitor:
         lines = lines_until(monitor.out, 2.9)
         with in_time(2.0):
@@ -89,7 +89,7 @@ def test_monitor_interrupted_leaves_the_module_silent(number: int, module: Runni
 
 @posix
 @pytest.mark.usefixtures("user_files")
-def test_record_interrupted_leaves_file_and_recording_whole(module: RunningModule, tmp_path: Path) -> None:
+def test_record_interrupted_leaves_file_and_recording_whole(module: Running, tmp_path: Path) -> None:
     path, library = tmp_path / "a.csv", RecordingLibrary()
     with started("record", "--port", module.port, str(path)) as record:
         deadline = time.monotonic() + PATIENCE_S
@@ -125,7 +125,7 @@ def test_ctrl_c_locks_an_activation_that_nothing_has_told_of_yet() -> None:
 
 
 @posix
-def test_monitor_into_head(module: RunningModule) -> None:
+def test_monitor_into_head(module: Running) -> None:
     """Whoever reads goes away while it streams: quiet, and the stream off."""
     with started("monitor", "--port", module.port, "--json") as monitor:
         lines_until(monitor.out, 2.9)

@@ -49,8 +49,8 @@ def do(rig: AnyRig, act: Act, journal: FakeJournal | None = None, **more: Any) -
 
 @pytest.mark.parametrize("act", READY)
 def test_an_act_that_is_allowed_is_done_once_and_confirmed(act: Act) -> None:
-    rig, journal = settled_rig(**READY[act]), FakeJournal()
-    journal.line_length = lambda: len(rig.line.sent)
+    rig, journal, sent_before = settled_rig(**READY[act]), FakeJournal(), list[int]()
+    journal.on_begin = lambda: sent_before.append(len(rig.line.sent))
     begun = rig.clock()
     done = do(rig, act, journal)
     assert done.outcome is Outcome.CONFIRMED
@@ -60,7 +60,7 @@ def test_an_act_that_is_allowed_is_done_once_and_confirmed(act: Act) -> None:
     assert rig.acts == [frame]
     assert journal.outcomes == {0: Outcome.CONFIRMED}
     assert journal.intents[0][:2] == (act, frame)
-    assert bytes(rig.line.sent).find(frame) >= journal.sent_before[0], "the intent came first"
+    assert bytes(rig.line.sent).find(frame) >= sent_before[0], "the intent came first"
     module = rig.bench.module
     assert module.state.is_active is (act in (Act.ACTIVATE, Act.DEPLOY))
     assert module.is_triggered is (act is Act.DEPLOY)
@@ -271,8 +271,8 @@ def change(rig: ModuleRig, journal: FakeJournal) -> WriteReport:
 def test_every_behaviour_is_said_as_what_it_is(
     options: dict[str, Any], fault: WriteFault | None, is_acknowledged: bool
 ) -> None:
-    rig, journal = ModuleRig(Options(**options)).begin(), FakeJournal()
-    journal.line_length = lambda: len(rig.module.log.sets(BAUD))
+    rig, journal, sent_before = ModuleRig(Options(**options)).begin(), FakeJournal(), list[int]()
+    journal.on_begin = lambda: sent_before.append(len(rig.module.log.sets(BAUD)))
     written = change(rig, journal).results[0]
     assert (written.fault, written.is_acknowledged, written.verified) == (fault, is_acknowledged, fault is None)
     assert written.read_back == rig.line.baud_rate == rig.module.rate
@@ -281,7 +281,7 @@ def test_every_behaviour_is_said_as_what_it_is(
     assert [detail for _act, _frame, detail in journal.intents] == [RATES]
     outcome = {None: Outcome.CONFIRMED, WriteFault.UNCHANGED: Outcome.REFUSED}.get(fault, Outcome.UNKNOWN)
     assert journal.outcomes == {0: outcome}
-    assert journal.sent_before == [0]
+    assert sent_before == [0]
 
 
 def test_a_lost_module_says_how_to_get_it_back_and_stays_written_down() -> None:

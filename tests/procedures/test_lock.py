@@ -131,12 +131,12 @@ def test_pressed_in_a_conversation_that_has_ended_it_clears_nothing_of_it() -> N
 
 
 def test_the_frame_leaves_before_the_journal_is_asked_and_waits_for_none() -> None:
-    rig, journal = settled_rig(active=True), FakeJournal()
+    rig, journal, sent_before = settled_rig(active=True), FakeJournal(), list[int]()
     journal.is_held = True
-    journal.line_length = lambda: locks(rig)
+    journal.on_begin = lambda: sent_before.append(locks(rig))
     assert pressed(rig, journal).is_locked
     assert [act for act, _frame, _detail in journal.intents] == [Act.LOCK]
-    assert journal.sent_before == [1]
+    assert sent_before == [1]
     assert journal.outcomes == {0: Outcome.CONFIRMED}
 
 

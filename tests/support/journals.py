@@ -1,6 +1,6 @@
 """An in-memory journal that records the order of events."""
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 
 from app.safety.journal import Act, Entry, Outcome
 from app.text.messages import UserError, UserMessage
@@ -17,9 +17,7 @@ class FakeJournal:
         self.is_broken = False
         self.is_held = False
         self._entries: list[Entry] = []
-        self.sent_before: list[int] = []
-        self.line_length = lambda: 0
-        self.on_begin = lambda: None
+        self.on_begin: Callable[[], object] = lambda: None
 
     def begin(self, act: Act, frame: bytes, detail: Mapping[str, object], /) -> Entry:
         entry = Entry()
@@ -27,7 +25,6 @@ class FakeJournal:
             entry.set_exception(UserError(UserMessage("The disk is full.")))
             return entry
         self.intents.append((act, frame, detail))
-        self.sent_before.append(self.line_length())
         self.on_begin()
         self._entries.append(entry)
         if not self.is_held:

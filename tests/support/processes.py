@@ -38,12 +38,13 @@ def ran_code(code: str, *words: object, **own: str) -> "subprocess.CompletedProc
 
 
 class Running(NamedTuple):
-    """A process, and what it says and is told."""
+    """A process, and what it says and is told; `port` is the pseudo-terminal of a module."""
 
     process: "subprocess.Popen[str]"
     out: IO[str]
     errors: IO[str]
     told: IO[str]
+    port: str = ""
 
     def tell(self, line: str) -> str:
         """Return the line that it answers."""
@@ -73,20 +74,13 @@ def running(*command: object, **own: str) -> Iterator[Running]:
             process.kill()
 
 
-class RunningModule(NamedTuple):
-    """A running `dps-s simulate`; `port` is the pseudo-terminal to open."""
-
-    process: "subprocess.Popen[str]"
-    port: str
-
-
 @contextmanager
-def run_module(*options: str) -> Iterator[RunningModule]:
+def run_module(*options: str) -> Iterator[Running]:
     """Run `dps-s simulate` with these options."""
     with running(*PROGRAM, "simulate", *options) as module:
         port = module.out.readline().strip()
         assert port, "the simulated module did not start"
-        yield RunningModule(module.process, port)
+        yield module._replace(port=port)
         module.process.terminate()
         module.end()
 

@@ -14,7 +14,7 @@ from protocol.events import Event
 from tests.module.log import SENT
 from tests.module.module import Module
 from tests.module.options import Options
-from tests.support.line.sim_line import FINEST_S, INSTANT_S, AnyRig, FakeClock
+from tests.support.line.sim_line import FINEST_S, INSTANT_S, AnyRig, FakeClock, VirtualLine
 
 BYTE_S = 10 / 115200
 FRAME_BYTES = 6
@@ -43,10 +43,8 @@ class Wear:
     noise_every_s: float = 0.0  # bytes that are no frames come so often
 
 
-class ModuleLine:
+class ModuleLine(VirtualLine):
     """A `Line`. All `modules` are at its other end; one at another rate hears and says garbage."""
-
-    plug_number = 0
 
     def __init__(
         self, clock: FakeClock, *modules: Module, wear: Wear | None = None, seed: int = 1, baud_rate: int = 115200,
@@ -62,7 +60,6 @@ class ModuleLine:
         # The next frames of the host are lost, and the next frame of the module is changed.
         self.loses_requests = 0
         self.change_next: Callable[[bytes], bytes] | None = None
-        self.is_closed = False
         self._random = random.Random(seed)
         self._numbers = itertools.count()
         self._coming: list[tuple[float, int, bytes]] = []
@@ -131,12 +128,6 @@ class ModuleLine:
         self._check()
         self.baud_rate = baud_rate
         self._coming.clear()
-
-    def interrupt(self) -> None:
-        """Has no effect: with one thread nobody waits in a read."""
-
-    def close(self) -> None:
-        self.is_closed = True
 
     # Time
 

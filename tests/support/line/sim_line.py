@@ -33,7 +33,20 @@ class FakeClock:
         return self.now_s
 
 
-class SimulatedLine:
+class VirtualLine:
+    """What lines in virtual time have in common: one thread, so that nobody waits in a read, and nothing to close."""
+
+    plug_number = 0
+    is_closed = False
+
+    def interrupt(self) -> None:
+        """Has no effect."""
+
+    def close(self) -> None:
+        self.is_closed = True
+
+
+class SimulatedLine(VirtualLine):
     """A `Line` on a simulated module, which outlives it; it fails for good once that was unplugged. `sent` holds all
     bytes written; `on_leaving` is called before each frame of the host."""
 
@@ -48,7 +61,6 @@ class SimulatedLine:
         self.clock, self.bench, self.port, self._on_leaving = clock, bench, port, on_leaving
         self.plug_number, self.opened_at = bench.plug_number, clock()
         self.sent = bytearray()
-        self.is_closed = False
         # When the module told last whether it is ACTIVE, and whether it is.
         self.told_active: tuple[float, bool] | None = None
         self._parser = StreamParser()
@@ -93,12 +105,6 @@ class SimulatedLine:
         self._check()
         self.baud_rate = self.bench.wire.host_baud = baud_rate
         self.bench.wire.read(self.clock.now_s)
-
-    def interrupt(self) -> None:
-        """Has no effect: with one thread nobody waits in a read."""
-
-    def close(self) -> None:
-        self.is_closed = True
 
     def _check(self) -> None:
         if not self.bench.is_plugged_in or self.bench.plug_number != self.plug_number:

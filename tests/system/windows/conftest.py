@@ -11,7 +11,7 @@ from pathlib import Path
 
 import pytest
 
-from tests.support.processes import RunningModule, run_module
+from tests.support.processes import Running, run_module
 from tests.support.setup_files import PACKAGING
 
 WANTED = "DPS_S_UNDER_WINE"
@@ -87,7 +87,7 @@ def dps_s() -> Iterator[WindowsProgram]:
 
 
 @pytest.fixture(scope="module")
-def module() -> Iterator[RunningModule]:
+def module() -> Iterator[Running]:
     """A simulated module, a Linux process, on COM5."""
     from wine import connect_com_port
 

@@ -4,12 +4,12 @@ import json
 
 import pytest
 
-from tests.support.processes import RunningModule
+from tests.support.processes import Running
 from tests.system.windows.conftest import PORT, WindowsProgram
 
 
 @pytest.mark.parametrize("words", ["read", "history", "monitor --seconds 2", "find", "set freefall_time_s=1.6"])
-def test_a_command_works_as_elsewhere(words: str, dps_s: WindowsProgram, module: RunningModule) -> None:
+def test_a_command_works_as_elsewhere(words: str, dps_s: WindowsProgram, module: Running) -> None:
     done = dps_s.run(*words.split(), "--port", PORT, "--json")
     assert done.returncode == 0, done.stderr
     said = [json.loads(line) for line in done.stdout.splitlines()]
@@ -18,7 +18,7 @@ def test_a_command_works_as_elsewhere(words: str, dps_s: WindowsProgram, module:
     assert said
 
 
-def test_redirected_output_is_utf_8(dps_s: WindowsProgram, module: RunningModule) -> None:
+def test_redirected_output_is_utf_8(dps_s: WindowsProgram, module: Running) -> None:
     done = dps_s.run("read", "--port", PORT)
     assert done.returncode == 0, done.stderr
     assert "60°" in done.stdout.replace(" ", "")
@@ -39,7 +39,7 @@ def test_a_port_that_is_not_there(dps_s: WindowsProgram) -> None:
     assert "no port COM77" in done.stderr
 
 
-def test_a_report_with_a_name_of_any_letters_is_verified(dps_s: WindowsProgram, module: RunningModule) -> None:
+def test_a_report_with_a_name_of_any_letters_is_verified(dps_s: WindowsProgram, module: Running) -> None:
     from wine import DRIVE
 
     (DRIVE / "reports").mkdir(exist_ok=True)

@@ -6,7 +6,7 @@ import pytest
 
 from app.engine.worker import Worker
 from tests.support.patience import PATIENCE_S
-from tests.support.processes import RunningModule, run_module
+from tests.support.processes import Running, run_module
 from tests.unit.engine.terminals import Batches, Terminal
 
 
@@ -31,6 +31,6 @@ def worker(batches: Batches) -> Iterator[Worker]:
 
 
 @pytest.fixture
-def module() -> Iterator[RunningModule]:
+def module() -> Iterator[Running]:
     with run_module("--uptime", "60", "--rate", "100") as running:
         yield running

@@ -23,7 +23,7 @@ from app.procedures.stream import StreamSwitch, watch
 from protocol.events import EndReason
 from tests.module.line import Line
 from tests.support.patience import PATIENCE_S
-from tests.support.processes import RunningModule
+from tests.support.processes import Running
 from tests.unit.engine.terminals import STATUS_FRAME, Batches, Terminal
 
 pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="pseudo-terminals are POSIX")
@@ -168,7 +168,7 @@ def trouble_of(batch: Batch) -> PortErrorKind | None:
     return None if batch.connection.trouble is None else batch.connection.trouble.kind
 
 
-def test_unplugged_in_the_middle_of_everything(worker: Worker, batches: Batches, module: RunningModule) -> None:
+def test_unplugged_in_the_middle_of_everything(worker: Worker, batches: Batches, module: Running) -> None:
     worker.open(module.port, 115200, lambda: watch(StreamSwitch()))
     batches.until(
         lambda batch: batch.conversation.is_going and batch.conversation.known("active", batch.at) is not None
