@@ -10,12 +10,13 @@ import logging
 import queue
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
-from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final, TypeVar
 
+from app.engine import ports as serial_ports
 from app.engine.conversation import ConversationView, Interrupted
 from app.engine.procedure import SHARED, Job, LinkView, Procedure
-from app.engine.target import is_network_address, is_shared
+from app.engine.reconnect import Reconnection
+from app.engine.target import Target, is_network_address, is_shared
 from app.engine.transport import PortError
 from app.engine.worker import Batch, Connection, PortState, Worker
 from app.procedures.find import WAIT_S as MODULE_LIMIT_S
@@ -24,7 +25,7 @@ from app.safety.last_known import LAST_HEARD_ACTIVE, keep_away, was_heard_active
 from app.system.clock import steady_time
 from app.terminal.console import USUAL_RATE, Refused, check_signals, note, notify, signals_noted, state
 from app.text.i18n import tr
-from app.text.messages import ErrorCode, join_sentences
+from app.text.messages import ErrorCode, UserError, join_sentences
 from protocol.events import Answered, Counters, EndReason, Sent, Unanswered
 
 if TYPE_CHECKING:
@@ -55,6 +56,14 @@ class NoLink(Refused):
 LOST: Final = (PortError, NoLink, Interrupted)
 
 
+def _listed_ports() -> list[serial_ports.PortInfo]:
+    """Return none where they cannot be listed."""
+    try:
+        return serial_ports.list_ports()
+    except UserError:
+        return []
+
+
 class OpenPort:
     """The open port, made by `connected`. One thread uses it, in which the listeners are called with all batches, in
     order."""
@@ -69,7 +78,7 @@ class OpenPort:
         self._owed: Job[Any] | None = None  # LOCK after an interruption
         self._is_lock_owed = False
         self._adapter = ""  # where LOCK may be owed
-        self._lasts = False  # the address is that adapter's, whatever is listed
+        self._return = Reconnection()
         self.worker = Worker(self._batches.put, make_lock=None if journal is None else self._make_lock)
         self.connection = Connection()
         self.conversation = ConversationView()
@@ -85,16 +94,12 @@ class OpenPort:
     def open(self, port: str, baud_rate: int) -> None:
         """Open the port. Raises `PortError`, or `NoLink` if it does not open within two seconds."""
         self.worker.start()
+        listed = [] if self._journal is None else _listed_ports()
         if self._journal is not None:
-            from app.terminal.records import adapter_of
-
             # LOCK is owed at this adapter, whatever its name is by then.
-            self._adapter = adapter_of(port)
-        # Without an identity only an address that cannot belong to another adapter is opened again, as in the window
-        # (`app.engine.reconnect`). To be asked while the link exists.
-        self._lasts = "://" in port
-        with suppress(OSError):  # no name of a port
-            self._lasts |= not self._adapter and Path(port).is_symlink()
+            found = serial_ports.port_named(port, listed)
+            self._adapter = "" if found is None else found.identity
+            self._return.request(Target(port, baud_rate, self._adapter))
         self.worker.open(port, baud_rate, adapter=self._adapter or port)
         ends_at = steady_time() + OPENING_LIMIT_S
         while self.connection.state is not PortState.OPEN:
@@ -107,6 +112,8 @@ class OpenPort:
                 if is_network_address(port):
                     advice = tr("Check the address and the network.")
                 raise NoLink(join_sentences((late, advice)), what=late, hint=advice)
+        self._return.feed(self.connection, steady_time())
+        self._return.poll(listed, steady_time())  # learns its socket, and whether there are two of its kind
 
     def run(
         self, procedure: Procedure[Result], *, outlives: bool = False, meanwhile: Callable[[], object] = bool
@@ -209,15 +216,13 @@ class OpenPort:
         ends_at = steady_time() + OWED_LIMIT_S
         try:
             while steady_time() < ends_at and not (self._owed is not None and self._owed.is_done):
-                if self.connection.state is PortState.CLOSED:  # it was lost: only the same adapter is opened again
-                    from app.engine.ports import list_ports
-
-                    port, rate = self.connection.port, self.connection.baud_rate
-                    # A port without an identity is nobody's: another module would be told to lock, and answer.
-                    same = [one.device for one in list_ports() if one.identity and one.identity == self._adapter]
-                    here = [port] if self._lasts else same
-                    if len(here) == 1:
-                        self.worker.open(here[0], rate, adapter=self._adapter or port)
+                # Where the port was lost, only the same adapter is opened again.
+                now = steady_time()
+                self._return.feed(self.connection, now)
+                if self.connection.state is PortState.CLOSED and self._return.is_due(now):
+                    device = self._return.poll(_listed_ports(), now)
+                    if device is not None:
+                        self.worker.open(device, self.connection.baud_rate, adapter=self._adapter or device)
                 self.wait()
         finally:
             locked = None

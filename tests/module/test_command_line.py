@@ -1,5 +1,6 @@
 """The command line at independent modules: what the module itself holds and heard is compared with what is said."""
 
+import os
 import sys
 from contextlib import ExitStack
 from functools import partial
@@ -163,24 +164,35 @@ def test_the_hardware_tests_pass_at_a_module_that_keeps_to_the_table_and_change_
 
 
 @pytest.mark.skipif(sys.platform == "win32", reason="Windows has no pseudo-terminals")
+@pytest.mark.parametrize("has_twin", [False, True])
 @pytest.mark.promise("l")
-def test_an_owed_lock_goes_to_the_address_that_lasts_and_to_no_other_port(
-    capsys: pytest.CaptureFixture[str], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+def test_an_owed_lock_goes_to_the_same_adapter_and_to_no_other_port(
+    has_twin: bool, capsys: pytest.CaptureFixture[str], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """In real time: pulled when the activation has left, and in again a moment later. Neither port has an identity."""
+    """In real time: pulled when the activation has left. Where no port has an identity it is in again a moment later,
+    behind a link that lasts; of two adapters of one serial number only the other one is left."""
     module, other, link = Module(now=now()), Module(now=now()), str(tmp_path / "link")
+    monkeypatch.setattr("app.terminal.connection.OWED_LIMIT_S", 2.0)
     with ExitStack() as lines:
         line = lines.enter_context(Line(module, link=link))
         stranger = lines.enter_context(Line(other))
-        monkeypatch.setattr("app.engine.ports.list_ports", lambda: [PortInfo(stranger.port)])
+        listed = [PortInfo(stranger.port)]
+        if has_twin:
+            listed = [
+                PortInfo(port, serial_number="0001", vid=0x10C4, pid=0xEA60, location=location)
+                for port, location in ((os.path.realpath(link), "1-1"), (stranger.port, "1-2"))
+            ]
+        monkeypatch.setattr("app.engine.ports.list_ports", lambda: list(listed))
 
         def move(question: Question) -> None:
             if question.code == ACTIVATION and question.value == 1:
+                listed[:] = listed[-1:]
                 line.unplug()
-                lines.enter_context(Line(module, link=link))
+                if not has_twin:
+                    lines.enter_context(Line(module, link=link))
 
         module.at_frame = move
         printed = run_here(capsys, ["activate", "--yes", "--port", link], 1)
-    assert module.settings[ACTIVATION] == 0
-    assert "LOCK was sent after the interruption." in printed.err
+    assert module.settings[ACTIVATION] == has_twin
+    assert ("ACTIVE, not locked." if has_twin else "LOCK was sent after the interruption.") in printed.err
     assert not other.log.got(), "only the same adapter is opened again"
