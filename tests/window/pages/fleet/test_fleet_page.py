@@ -322,7 +322,7 @@ def test_those_that_are_ticked_are_checked_and_enabled_only_where_that_was_press
     else:
         desk.click(desk.page.check)
     assert begun == [is_enabling] * 3
-    assert [len(worker.jobs) for _, worker in desk.modules] == [2, 2, 2, 1]  # the handshake, and the check
+    assert [len(worker.jobs) for _, worker in desk.modules] == [1, 1, 1, 0]
     assert not any(worker.wanted(is_urgent=True) for _, worker in desk.modules)
     desk.modules[0][1].unplug()
     desk.settle()
@@ -361,7 +361,7 @@ def test_a_module_that_is_being_checked_already_is_not_checked_beside_that(desk:
     desk.page._check()
     desk.settle()
     assert not desk.page.check.isEnabled()
-    assert [len(one.jobs) for _, one in desk.modules] == [1, 2]
+    assert [len(one.jobs) for _, one in desk.modules] == [0, 1]
     worker.end(EndReason.SILENT)
     assert worker.jobs[-1][0].is_done  # it asks, and enables, nothing of another module
 
