@@ -31,7 +31,6 @@ from tests.support.window.fakes_ui import (
 )
 from tests.support.window.rig import Rig, on_fake_time
 from tests.support.window.steps import given, notice_text, press
-from ui.connect.connect_panel import SIMULATED_PORT
 from ui.core.preferences import LastPort, Preferences
 from ui.main import Assembly
 
@@ -59,9 +58,9 @@ def test_a_port_plugged_in_meanwhile_is_listed(qtbot: QtBot, qapp: QApplication,
         spoken = panel.list.item(0).data(Qt.ItemDataRole.AccessibleTextRole)
         assert all(part in spoken for part in ("ttyUSB0", "CP2102", "Silicon Labs", "0001"))
         assert given(panel.chosen).device == ADAPTER.device  # the only adapter
-        assert panel.rows[1].device == SIMULATED_PORT
         ports.now.append(SECOND_ADAPTER)
         qtbot.waitUntil(lambda: SECOND_ADAPTER.device in rows(assembly))
+        assert given(panel.chosen).device == ADAPTER.device, "it stays chosen"
 
 
 def test_by_a_click_on_the_simulated_module_and_by_keyboard_alone(

@@ -147,7 +147,7 @@ def test_after_a_stall_no_batch_is_lost_and_there_is_one_a_conversation(qtbot: Q
         bridge.deliver(Batch(-2.0, Connection(), first, None))
         bridge.deliver(Batch(-1.0, Connection(), first._replace(ended=ended), None, events=(ended,)))
         for number in range(count):
-            bridge.deliver(Batch(float(number), Connection(), second, None, events=(number,)))  # type: ignore[arg-type]
+            bridge.deliver(Batch(float(number), Connection(), second, None, (number,), (number,)))  # type: ignore[arg-type]
 
     thread = threading.Thread(target=deliver)
     thread.start()
@@ -157,6 +157,7 @@ def test_after_a_stall_no_batch_is_lost_and_there_is_one_a_conversation(qtbot: Q
     assert [batch.conversation.number for batch in came] == [1, 2]
     assert came[0].conversation.ended is ended
     assert [event for one in came for event in one.events] == [ended, *range(count)]
+    assert [sample for one in came for sample in one.samples] == list(range(count))
     bridge.close()
     bridge.deliver(came[0])
     qapp.processEvents()
