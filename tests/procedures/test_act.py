@@ -182,6 +182,12 @@ def test_an_act_whose_answer_was_lost_is_confirmed_by_the_report(act: Act) -> No
     assert len(rig.acts) == 1
 
 
+def test_an_activation_without_an_answer_is_not_said_to_be_refused() -> None:
+    """It may still be carried out."""
+    done = do(ModuleRig(Options(lost_sets={ACTIVATION: -1})).begin(), Act.ACTIVATE)
+    assert done.outcome is Outcome.UNKNOWN
+
+
 def test_a_module_that_goes_on_answering_is_not_switched_off() -> None:
     done = do(ModuleRig(Options(ignored_sets={0x12: -1})).begin(), Act.SHUTDOWN)
     assert done.outcome is Outcome.REFUSED

@@ -118,3 +118,12 @@ def test_only_silence_after_the_acknowledgement_confirms_a_shutdown(
     if not rig.line.is_closed:
         rig.step_until(lambda: job.has_ended, limit_s=3.0)
     assert job.outcome().outcome is outcome
+
+
+@pytest.mark.promise("c")
+def test_a_silence_without_the_acknowledgement_confirms_no_shutdown() -> None:
+    """The cable may have been pulled before it arrived."""
+    rig = ModuleRig().begin()
+    rig.module.at_frame = lambda question: rig.module.be_silent(rig.clock(), 60.0) if question.code == 0x12 else None
+    done = rig.run(act(Act.SHUTDOWN, rig, FakeJournal()))
+    assert done.outcome is Outcome.UNKNOWN
