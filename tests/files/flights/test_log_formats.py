@@ -67,6 +67,14 @@ def test_a_whole_log_is_judged(tmp_path: Path, data: bytes) -> None:
     assert log.problems == ()
 
 
+def test_no_row_of_a_long_text_is_lost(tmp_path: Path) -> None:
+    """It is read some thousand rows at a time."""
+    tilt = np.arange(12_000) % 90 / 2
+    log = read(tmp_path / "long.log", made.dataflash_text(np.arange(12_000) / 50, tilt, np.ones(12_000)))
+    assert np.allclose(log.tilt_deg, tilt, atol=0.01)
+    assert np.allclose(log.specific_force_g, 1, atol=0.01)
+
+
 def test_a_slow_log_is_judged_at_its_own_samples(tmp_path: Path) -> None:
     """Attitude at 10 Hz, acceleration at 25 Hz: a row holds the newest sample of each."""
     slow = np.arange(100) / 10
