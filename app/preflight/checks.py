@@ -15,7 +15,7 @@ from app.guided.results import TITLES, VERDICT_WORDS, GuidedKind, GuidedVerdict
 from app.limits.limits import SETTING_BOUNDS, OutOfLimit, bay_outside, cell_outside, least_cell_text
 from app.limits.past import LastTested, Past
 from app.modules.names import NOT_NAMED, known_by
-from app.preflight.evidence import CANCELLED, HEARTBEATS, STILL_S, UNFINISHED, Evidence
+from app.preflight.evidence import FIRED, HEARTBEATS, STILL_S, UNFINISHED, Evidence, Void
 from app.procedures.read import ANSWERED_TWICE
 from app.settings.profiles import LIMITS, Profile
 from app.settings.values import SETTINGS_BY_KEY, fingerprint, value_text
@@ -33,6 +33,7 @@ FINGERPRINT_KEYS = tuple(command.key for command in READABLE_SETTINGS)
 YES = message(marked("yes"))
 CHECK_AGAIN = message(marked("Check again."))
 CHECK_LINK = message(marked("Check cable and power."))
+FIND_OUT_WHY = marked("Find out why (Triggers), repack, lock and restart.")
 CHECK_LINE = message(marked("Make sure that one module only is on this line; else do not fly."))
 _NONE = message(marked("none"))
 
@@ -101,7 +102,7 @@ class Case:
         """What the check is about may well be in order."""
         void = self.evidence.void
         why = self.evidence.faults.get(key) or (message(marked("not asked")) if void is None else void.message)
-        return _unknown(why, limit, CHECK_AGAIN if void == CANCELLED else CHECK_LINK)
+        return _unknown(why, limit, CHECK_LINK if void is None else _do_after(void))
 
     def answers(self, key: str) -> list[Value]:
         """All answers of three; none where too few came."""
@@ -122,6 +123,13 @@ class Check(NamedTuple):
     judge: Callable[[Case], Finding]
     why: str
     do: str
+
+
+def _do_after(void: Void) -> UserMessage:
+    """Say what to do about a check that is void: a cable has nothing to do with what a person or the module did."""
+    if void == FIRED:
+        return message(FIND_OUT_WHY)
+    return CHECK_AGAIN if void.word in ("cancelled", "changed") else CHECK_LINK
 
 
 def _unknown(why: UserMessage, limit: UserMessage, do: UserMessage | None = None) -> Finding:
@@ -147,7 +155,7 @@ def _by_a_person(value: object) -> UserMessage:
 def _connection(case: Case) -> Finding:
     limit, void = message(marked("no interruption")), case.evidence.void
     if void is not None:
-        return Finding(CheckResult.FAIL, False, void.message, limit)
+        return Finding(CheckResult.FAIL, False, void.message, limit, _do_after(void))
     if case.evidence.ended_at is None:
         return _unknown(UNFINISHED.message, limit)
     return _judged(True, YES, limit, is_fine=True)
@@ -488,8 +496,7 @@ CHECKS: Final[tuple[Check, ...]] = (
           marked("Slow replies point to a bad adapter or a busy computer."),
           marked("Use another adapter or USB socket.")),
     Check("triggered", marked("Not triggered"), _not_triggered,
-          marked("The parachute is spent."),
-          marked("Find out why (Triggers), repack, lock and restart.")),
+          marked("The parachute is spent."), FIND_OUT_WHY),
     Check("activation", marked("Activation"), _activation,
           marked("An active module fires when it tips over or falls."),
           marked("Send no commands during the check.")),

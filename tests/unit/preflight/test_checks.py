@@ -13,10 +13,12 @@ from app.limits.limits import SETTING_BOUNDS
 from app.limits.past import LastAnswer, LastTested, Past
 from app.modules.names import Remembered
 from app.modules.service import DueService
+from app.preflight import evidence
 from app.preflight.checks import (
     CHECK_AGAIN,
     CHECK_LINK,
     CHECKS,
+    FIND_OUT_WHY,
     REPORTS_NEEDED,
     Case,
     CheckResult,
@@ -355,5 +357,7 @@ def test_what_is_not_known_says_nothing_of_the_module() -> None:
     for check_id in ("light", "tilt", "cell_voltage", "round_trip"):
         assert finding(check_id).do == CHECK_LINK
         assert finding(check_id, void=CANCELLED).do == CHECK_AGAIN, "a cable has nothing to do with that"
+    assert finding("connection", void=evidence.FIRED).do == UserMessage(FIND_OUT_WHY)
+    assert finding("connection", void=SILENT).do == CHECK_LINK
     do = finding("attitude_trigger", flags={"attitude_trigger": TriggerFlag()}, status=ACTIVE).do
     assert do == UserMessage("Lock it, enable the triggers, activate it again.")
