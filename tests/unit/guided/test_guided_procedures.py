@@ -145,6 +145,12 @@ def test_the_fall_is_measured_between_the_reports_around_it(height_m: float, ver
     assert rows(done)["Trigger"] == ("not triggered", "passed")
 
 
+@pytest.mark.promise("f")
+def test_a_fall_that_few_reports_show_is_unclear() -> None:
+    done = result(guided(settled_rig(lag_ms=60.0), GuidedKind.FREE_FALL))
+    assert rows(done)["Below the threshold"][1] == "unclear"
+
+
 @pytest.mark.parametrize(
     ("threshold", "open_row"), [(18, "passed"), (30, "failed"), (25, "failed"), (24, "passed"), (2, "passed")]
 )
