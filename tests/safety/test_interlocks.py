@@ -84,6 +84,7 @@ def opened(act: Act) -> dict[str, list[tuple[dict[str, Any], str]]]:
             ({"permit": permit(act, granted_at=NOW + 0.1)}, asked),
             ({"permit": permit(act, is_spent=True)}, asked),
             ({"overtaken_at": NOW}, asked),
+            ({"overtaken_at": NOW - 0.5}, asked),  # in one moment
         ],
         "audit": [({"is_audit_ready": False}, "INTENT_DURABLE")],
         "rate": [({"sets_rate": False}, "RATE_FOLLOWS")],

@@ -134,6 +134,8 @@ def test_after_go_it_is_a_plain_line_and_else_a_warning() -> None:
     (unconfirmed,) = all_left(state)
     assert unconfirmed.is_warning
     assert unconfirmed.sentence.startswith("M-07: LOCK not confirmed on 2026-01-02 ")
+    keep_left(state, left("a", "M-07"))
+    assert all_left(state) == (unconfirmed,), "a later report of ACTIVE carries out no LOCK"
 
 
 # What is shown
