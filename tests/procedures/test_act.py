@@ -290,6 +290,19 @@ def test_every_behaviour_is_said_as_what_it_is(
     assert sent_before == [0]
 
 
+def test_a_module_that_answers_at_a_third_rate_holds_another_value() -> None:
+    rig, journal = ModuleRig().begin(), FakeJournal()
+
+    def go_elsewhere(question: Question) -> None:
+        if question.code == BAUD:
+            rig.line.plan(0.02, lambda: setattr(rig.module, "rate", 57600))
+
+    rig.module.at_frame = go_elsewhere
+    written = change(rig, journal).results[0]
+    assert (written.fault, written.read_back, written.verified) == (WriteFault.CLAMPED, 57600, False)
+    assert journal.outcomes == {0: Outcome.REFUSED}
+
+
 def test_a_lost_module_says_how_to_get_it_back_and_stays_written_down() -> None:
     rig, journal = ModuleRig().begin(), FakeJournal()
 

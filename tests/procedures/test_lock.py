@@ -11,7 +11,7 @@ from hypothesis import settings
 from app.engine.procedure import LOCK_GAPS_S, MAX_LOCKS, Job
 from app.procedures.act import Performed, perform
 from app.procedures.find import find_rate
-from app.procedures.lock import Locked, lock
+from app.procedures.lock import OWED, Locked, lock
 from app.safety.journal import REQUESTS, Act, Outcome
 from app.safety.permit import Interlock
 from protocol.catalogue import LOCK, Hazard, Request
@@ -119,6 +119,14 @@ def test_it_ends_within_its_limits_with_a_search_for_the_rate_and_says_what_is_n
     assert MAX_LOCKS * min(LOCK_GAPS_S) < rig.clock() - began < 12.0
     assert journal.outcomes == {0: Outcome.UNKNOWN}
     assert locked.sentence.endswith("not confirmed: treat the module as ACTIVE.")
+
+
+@pytest.mark.promise("l")
+def test_owed_since_a_conversation_that_has_ended_it_clears_nothing_of_it() -> None:
+    rig, journal = settled_rig(active=True), FakeJournal()
+    locked = pressed(rig, journal, pressed_in=OWED)
+    assert locked.sentence == "The module that answers now reports LOCKED."
+    assert journal.outcomes == {0: Outcome.UNKNOWN}
 
 
 @pytest.mark.promise("l")
