@@ -258,7 +258,6 @@ class FileOpener(QObject):
         super().__init__(window)
         self._window, self._pages, self._go_to, self._preferences = window, pages, go_to, preferences
         self.choose: Callable[[QWidget, Path, str, str, ThenPath], object] = ask_open
-        window.setAcceptDrops(True)
         window.installEventFilter(self)
 
     def open(self, *paths: Path) -> None:

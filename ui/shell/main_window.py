@@ -221,6 +221,7 @@ class MainWindow(QMainWindow):
         if not self._unmade:
             self._making.stop()
             self.has_pages = True
+            self.setAcceptDrops(True)  # not before: a file would find no page that opens it
             self.pages_made.emit()
             if self._waiting_target is not None:
                 self.connect_to(self._waiting_target)

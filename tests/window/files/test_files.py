@@ -79,6 +79,7 @@ def test_several_files_dropped_on_any_page_open_all_and_each_that_cannot_be_read
     with window(qapp, tmp_path, entries=page_entries("settings", "logs")) as assembly:
         settings = await_child(qtbot, assembly.window, SettingsPage)
         logs = await_child(qtbot, assembly.window, LogsPage)
+        qtbot.waitUntil(assembly.window.acceptDrops)
         assembly.window.go_to("settings")
         refused = tmp_path / ("n" * 300 + ".csv")
         assert drop(assembly.window, profile, flight, tmp_path / "a.xyz", refused, tmp_path / "page.ulg")
