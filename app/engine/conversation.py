@@ -184,6 +184,7 @@ class Conversation:
                 self._forget_changed(event.request)
             case Ended():
                 self.ended = event
+                self._reports.clear()  # nothing is judged by them any more; else its last view would keep thousands
 
     def take_samples(self) -> list[StatusSample]:
         """Return all status reports since the last call, oldest first."""
