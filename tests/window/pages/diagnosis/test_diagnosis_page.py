@@ -127,6 +127,17 @@ def test_a_port_that_cannot_be_opened_leads_to_a_command_or_to_the_list_of_ports
         qtbot.waitUntil(lambda: page.why.evidence().facts == found[0])
 
 
+def test_what_was_seen_of_the_port_before_is_no_evidence(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
+    """Of a module that has never answered it would be said that it fell silent."""
+    with simulated("heard"), simulated("mute", mute=True), diagnosis(qtbot, qapp, tmp_path) as (assembly, page):
+        connect(qtbot, assembly, "sim://heard")
+        qtbot.waitUntil(lambda: assembly.ports.current.evidence.seen.was_online)
+        assembly.ports.connect_to(Target("sim://mute", 115200))
+        qtbot.waitUntil(lambda: cause_of(page) is not None)
+        assert cause_of(page) == "nothing"
+        assert not assembly.ports.current.evidence.seen.was_online
+
+
 # Figures
 
 

@@ -16,6 +16,7 @@ from app.procedures.light import LightDirection
 from app.procedures.stream import StreamSwitch
 from app.recordings.excerpt import ACTIVE, TRIGGERED
 from app.recordings.library import RecordingLibrary
+from app.samples.samples import Series
 from app.system.clock import steady_time
 from protocol.events import Began, Ended, EndReason
 from tests.support.patience import PATIENCE_S
@@ -52,6 +53,14 @@ def test_fresh_then_stale_with_its_age(live: Bench) -> None:
     live.pass_time(5.0)
     assert panel.cell.accessibleName() == "Cell voltage: 3.94 V, 8 s ago"
     assert panel.boot_count.freshness is Freshness.FRESH  # changes only by a restart
+
+
+def test_what_comes_while_another_page_is_shown_is_kept(live: Bench) -> None:
+    live.say()
+    live.page.hide()
+    live.now_s += 1.0
+    live.say(tilt_deg=33)
+    assert live.page.data.tilt.window(0, live.now_s + 1).value.tolist() == [12, 33]
 
 
 @pytest.mark.promise("a")
@@ -221,6 +230,14 @@ def test_the_end_of_a_conversation_is_a_mark_behind_which_nothing_of_it_holds(re
     # The next one may be another module: that it is locked is no news.
     assert marks == [(2.0, word), (4.0, "answers again")]
     assert (data.acting.fires.value, data.unproven.fires.value) == (None, None)
+
+
+def test_a_span_with_dropped_samples_is_marked() -> None:
+    data = LiveData()
+    data.tilt, data.acceleration, data._flags = (Series(100) for _ in range(3))
+    data.on_batch(batch(20.0, *(report(n / 10) for n in range(200))))
+    assert not data.excerpt(0.0, 20.0).is_whole
+    assert data.excerpt(15.0, 20.0).is_whole
 
 
 NEXT = OPEN._replace(opening=7)

@@ -3,6 +3,7 @@ edited, and nothing typed is changed, refused silently, or lost.
 """
 
 import re
+from collections import Counter
 from pathlib import Path
 
 import pytest
@@ -12,18 +13,23 @@ from PySide6.QtWidgets import QApplication, QLineEdit
 from pytestqt.qtbot import QtBot
 
 from app.guided.results import GuidedKind
-from app.preflight.checks import CheckResult
-from app.preflight.verdict import Standing, Verdict
+from app.limits.past import Past
+from app.preflight.checks import CHECKS, Case, CheckResult, Finding
+from app.preflight.evidence import Evidence
+from app.preflight.verdict import Judged, Standing, Verdict
 from app.records.verification import RecordState, verify_file
 from app.settings.profile_file import read_profile
-from app.settings.profiles import ActivatedBy, ManualLine
+from app.settings.profiles import ActivatedBy, ManualLine, Profile
 from app.store.rows import PreflightCheck
 from app.system.files import data_folder
+from app.text.messages import UserMessage
 from protocol.catalogue import BY_NAME
+from protocol.fields import Value
 from tests.support.records.stored import add
 from tests.support.window.desk import NOBODY, Desk, confirm_name, desk, kept, name_module, press_row, said
 from tests.support.window.fakes_ui import store_of
 from tests.support.window.steps import choosing, drop, find, given, notice_text
+from ui.pages.preflight.checks import remedy
 from ui.pages.triggers.page import TriggersPage
 from ui.style.theme import Meaning
 from ui.widgets.controls import Shortcut
@@ -253,6 +259,28 @@ def test_ctrl_return_is_always_the_main_button(tmp_path: Path, one: Desk) -> Non
     press()  # export the report
     one.until(target.exists)
     assert len(one.acts) == 2
+
+
+def test_what_mends_a_row_is_offered_only_where_its_value_is_known() -> None:
+    wanted: dict[str, Value] = {"attitude_threshold_deg": 65}
+    mended: tuple[tuple[str, CheckResult, dict[str, Value], str], ...] = (
+        ("attitude_threshold", CheckResult.FAIL, wanted, "Write the profile's value"),
+        ("attitude_threshold", CheckResult.FAIL, {}, "Write the default"),
+        ("attitude_threshold", CheckResult.UNKNOWN, wanted, ""),
+        ("light_threshold", CheckResult.WARN, {}, "Measure"),
+        ("light", CheckResult.UNKNOWN, {}, ""),
+        ("boot_count", CheckResult.FAIL, {}, "It is this module"),
+        ("boot_count", CheckResult.UNKNOWN, {}, ""),
+        ("fingerprint", CheckResult.FAIL, {}, "Approve these settings"),
+        ("fingerprint", CheckResult.UNKNOWN, {}, ""),
+        ("cell_voltage", CheckResult.FAIL, {}, ""),
+    )
+    for id_, result, settings, words in mended:
+        check = next(check for check in CHECKS if check.id == id_)
+        case = Case(evidence=Evidence(), profile=Profile(settings=settings), past=Past(module="M"))
+        judged = Judged(check, Finding(result, None, UserMessage(""), UserMessage("")))
+        act = remedy(judged, case, looked_at=Counter())
+        assert (act.words if act else "") == words, id_
 
 
 def test_what_a_profile_says_is_put_into_settings_and_not_written(tmp_path: Path, one: Desk) -> None:
