@@ -1165,7 +1165,7 @@
     </message>
     <message>
         <source>It may still be kept.</source>
-        <translation>可能仍已保存。</translation>
+        <translation>可能仍会保存。</translation>
     </message>
     <message>
         <source>It moves: {low:.0f}–{high:.0f}°, {weak:.1f}–{strong:.1f} g in 2 s.</source>

@@ -27,6 +27,7 @@ from app.safety.journal import Act
 from app.safety.last_known import Activation
 from app.safety.left_active import FiringDoubt
 from app.safety.permit import Origin, Permit
+from app.settings.values import value_message
 from app.system.clock import steady_time
 from app.text.messages import message
 from protocol.events import EndReason
@@ -256,7 +257,7 @@ class Port(QObject):
                 text = message(marked("Interrupted: maybe at {rate} baud now."), rate=rate)
             for written in report.results:
                 if written.fault is not WriteFault.INTERRUPTED:
-                    what = why_not_verified(written, report) or message(marked("{rate} baud"), rate=rate)
+                    what = why_not_verified(written, report) or value_message(written.command, rate)
                     text = message(marked("{name}: {value}"), name=message(written.command.title), value=what)
             self.interruptions.keep(Remainder(name, text))
 

@@ -12,7 +12,7 @@ from pytestqt.qtbot import QtBot
 from app.procedures.act import Armed
 from app.settings.form import RowState
 from app.simulator.module import LIGHT_BAY_CLOSED_V, LIGHT_BAY_OPEN_V
-from app.text.i18n import tr
+from app.text.i18n import CHINESE, ENGLISH, set_language, tr
 from protocol.catalogue import BY_NAME
 from tests.support.line.frames import lose, refuse
 from tests.support.records.stored import kept_settings
@@ -276,6 +276,9 @@ def test_the_baud_rate_needs_two_clicks_and_the_port_follows(qtbot: QtBot, one: 
     assert port.connection.baud_rate == one.bench.module.baud_rate == 9600
     said = notice_text(one.assembly.window.notice_bar)
     assert "Baud rate: 9600 baud" in said
+    set_language(CHINESE)
+    assert given(port.interruptions.remainders[0].text).translated() == "波特率：9600 波特"
+    set_language(ENGLISH)
     assert "interrupted" not in said, "it ended as it was meant to"
     one.until(lambda: port.module.is_read)
     one.settings.refresh()
