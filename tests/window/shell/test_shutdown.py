@@ -16,7 +16,7 @@ from typing import Any
 import pytest
 import serial
 from PySide6.QtCore import QEvent, QObject
-from PySide6.QtWidgets import QApplication
+from PySide6.QtWidgets import QApplication, QWidget
 from pytestqt.qtbot import QtBot
 
 from app.engine.session import Session
@@ -163,6 +163,26 @@ def test_no_process_stays_behind(sticks_in: str) -> None:
     said = [line for line in ended.stderr.splitlines() if "propagateSizeHints" not in line]
     assert (ended.returncode, said) == (1, [])  # it was not seen that a module answers
     assert json.loads(ended.stdout.splitlines()[0])["took_s"] < CLOSING_S + MACHINE_S
+
+
+@pytest.mark.promise("c")
+def test_an_error_disarms_at_once_and_is_said_until_it_is_closed(
+    qtbot: QtBot, qapp: QApplication, tmp_path: Path
+) -> None:
+    """Also one of a thread that has nothing to do with a port, and again with the next error of its place."""
+    with window(qapp, tmp_path) as assembly, ExitStack() as stack:
+        bar, armed = assembly.window.notice_bar, assembly.armed
+        stack.callback(catch_uncaught_errors(assembly.window.attention.report))
+        for _ in range(2):
+            armed.act = Act.DEPLOY
+            thread = threading.Thread(target=int, args=("no number",), name="falling")
+            thread.start()
+            thread.join()
+            assert armed.act is None
+            qtbot.waitUntil(lambda: "no number" in notice_text(bar))
+            assert "Traceback" not in notice_text(bar)
+            press(qtbot, find(bar, QWidget, "notice_dismiss"))
+            qtbot.waitUntil(lambda: "no number" not in notice_text(bar))
 
 
 def test_an_error_in_the_worker_closes_the_port_and_is_shown(

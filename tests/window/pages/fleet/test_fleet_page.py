@@ -45,6 +45,7 @@ from ui.services.context import Services
 from ui.services.storage import Storage
 from ui.session.check import ENTRIES
 from ui.session.port import Port
+from ui.session.shown_module import ShownModule
 from ui.style.theme import Meaning
 from ui.widgets.notices import Notice
 
@@ -388,7 +389,9 @@ def test_a_profile_that_takes_protection_away_is_asked_about_before_it_is_writte
 
 
 @pytest.mark.promise("l")
-def test_a_profile_is_written_only_where_it_may_and_who_is_not_written_to_is_named(desk: Desk) -> None:
+def test_a_profile_is_written_only_where_it_may_and_who_is_not_written_to_is_named(
+    desk: Desk, monkeypatch: pytest.MonkeyPatch
+) -> None:
     """ "Write (4)" was followed by "2 written, 1 refused" where one was ACTIVE and one was off."""
     desk.plug_in(5, attitude_threshold_deg=60)
     for number, (port, _worker) in enumerate(desk.modules):
@@ -402,6 +405,8 @@ def test_a_profile_is_written_only_where_it_may_and_who_is_not_written_to_is_nam
     assert desk.cell(0, NEXT) == desk.cell(3, NEXT) == "Attitude threshold 60° → 70°"
     assert "ACTIVE" in desk.cell(1, NEXT)
     before = [len(worker.jobs) for _, worker in desk.modules]
+    kept: list[str] = []
+    monkeypatch.setattr(ShownModule, "keep", lambda module: kept.append(module.name))
     desk.press("write")
     asked = [len(worker.jobs) - count for (_, worker), count in zip(desk.modules, before, strict=True)]
     assert asked == [1, 0, 0, 1, 0]
@@ -422,6 +427,7 @@ def test_a_profile_is_written_only_where_it_may_and_who_is_not_written_to_is_nam
     assert "1 offline: M-02" in desk.notice
     assert "2 FAILED: M-00" in desk.notice  # it is told until the next writing
     assert "M-04" not in desk.notice, "it is not ticked"
+    assert kept == ["M-00"], "what was written is no word against its name, and of M-03 nothing is known"
 
 
 @pytest.mark.promise("l")
