@@ -224,7 +224,22 @@ def test_logs_change_sides_by_button_and_key(desk: Desk) -> None:
     desk.wait_read()
 
 
-def test_the_proposal_separates_and_is_tried(desk: Desk) -> None:
+def test_logs_of_one_side_or_that_nothing_separates_propose_nothing(desk: Desk) -> None:
+    """A crash that nobody has sorted yet must not raise the thresholds: it once proposed 89°."""
+    proposal, work = desk.page.proposal, desk.page.work
+    desk.add(tilted("calm", 20), tilted("crash", 88))
+    assert desk.said() == "The vendor's defaults fire in 1 of 2"
+    assert "crash: did it crash? Then it must fire." in proposal.lines.text()
+    assert not proposal.take.isEnabled()
+    work.move(["crash"], MUST)
+    desk.wait_read()
+    desk.add(tilted("rolls", 120))
+    assert desk.said() == "No thresholds separate the sides"
+    assert proposal.lines.text().startswith("False trigger: rolls")
+    assert not proposal.take.isEnabled()
+
+
+def test_the_proposal_separates_and_is_tried(desk: Desk, tmp_path: Path) -> None:
     random = np.random.default_rng(1)
     desk.add(*(ordinary_flight(f"survey {number}", random, seconds=30) for number in range(3)))
     desk.add(*(crash(f"crash {number}", random, seconds=20) for number in range(2)), group=MUST)
@@ -240,6 +255,12 @@ def test_the_proposal_separates_and_is_tried(desk: Desk) -> None:
     assert not page.proposal.take.isEnabled()
     page.work.choose(TriggerLimits(attitude_threshold_deg=30))
     assert page.proposal.take.isEnabled()
+    (tmp_path / "race.bbl").write_bytes(b"H Product:Blackbox flight data recorder\n")
+    desk.open(tmp_path / "race.bbl")
+    page.work.move([str(tmp_path / "race.bbl")], MUST)
+    desk.wait_read()
+    assert desk.said() == "No proposal: 1 of 6 not read"
+    assert not page.proposal.take.isEnabled(), "that of the others says nothing of it"
 
 
 # Thresholds and map
