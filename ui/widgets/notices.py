@@ -43,7 +43,7 @@ class Notice(NamedTuple):
 
 
 class NoticeList(QObject):
-    """The window has one, in `Attention`; what a page does is one, too (`PageJob`). `changed`: others are in it."""
+    """Keeps the notices of the window (in `Attention`), or of what a page does (`PageJob`). `changed`: they did."""
 
     changed = Signal()
 

@@ -139,6 +139,7 @@ class ThreadlessWorker(worker.Worker):
 
 
 BEGINS_S = 2.0
+"""A job waits at most so long for the conversation in which it is submitted."""
 INSTANT_S = 1e-6
 """Time that passes after the port is opened."""
 

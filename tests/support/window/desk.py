@@ -53,7 +53,7 @@ class Desk(Rig):
         return self.find(TriggersPage)
 
     def connect(self, *known: str) -> None:
-        """Until everything was read."""
+        """Connect, and wait until everything was read."""
         super().connect(*READ_LAST, *known)
         self.window.panel.hide()
         self.until(lambda: self.assembly.ports.current.state.phase is Phase.ONLINE)

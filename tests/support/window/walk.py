@@ -78,7 +78,7 @@ class Walk(Rig):
             yield self._stop(f"{entry.key}, not connected")
 
     def connect(self, *known: str) -> None:
-        """Until the values have been read."""
+        """Connect, and wait until the values have been read."""
         super().connect(*READ_LAST, *known)
         self.window.go_to("live")
         live = self.find(LivePage)
