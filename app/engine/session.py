@@ -115,13 +115,14 @@ class Session:
     # What is known
 
     @property
-    def _is_going(self) -> bool:
+    def is_going(self) -> bool:
+        """Whether a conversation goes on."""
         return self.conversation is not None and self.conversation.ended is None
 
     def conversation_view(self, now: float) -> ConversationView:
         if self.conversation is None:
             return self._last
-        view = self.conversation.view(now, self._link.lag_s if self._is_going else None)
+        view = self.conversation.view(now, self._link.lag_s if self.is_going else None)
         return view._replace(is_shared=self._is_shared)
 
     def link_view(self) -> LinkView:
@@ -141,6 +142,9 @@ class Session:
     def step(self, longest_s: float = MAX_STEP_S) -> None:
         """Wait at most `longest_s` for bytes, and do what is due."""
         now = self.clock()
+        if self._background is not None and not self._background.is_started:
+            # Not at once when the conversation begins: LOCK goes first, where the owner owes it.
+            self._background.start(now, self._view)
         self._serve(now)
         wait_s = max(0.0, min(longest_s, self._next_due(now) - now))
         # An answer that somebody waits for is not kept back for the bytes behind it.
@@ -203,7 +207,7 @@ class Session:
         self._drop_ended()
         while self._jobs and not self._jobs[0].is_started:
             job = self._jobs[0]
-            if job.is_free or (self._is_going and job.conversation == self.conversations):
+            if job.is_free or (self.is_going and job.conversation == self.conversations):
                 job.start(now, self._view)
             else:
                 # Why the conversation is over in which it was decided.
@@ -302,7 +306,6 @@ class Session:
                     self.conversation = Conversation(self.conversations, event.boot_count, now, rate, flags)
                     if self._make_background is not None:
                         self._background = Job(self._make_background(), conversation=self.conversations)
-                        self._background.start(now, self._view)
                 case Ended():
                     self._on_ended(event, now)
                 case Sent():

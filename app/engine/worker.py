@@ -248,8 +248,11 @@ class Worker:
                 self._events.append(event)
                 match event:
                     case Began():
-                        self._pay_owed_lock()  # before anything that was decided in this conversation
                         self._is_urgent = True
+                        # Before anything that was decided in this conversation. Where it has ended again, and the port
+                        # with it, it is owed to the next one.
+                        if session.is_going:
+                            self._pay_owed_lock()
                     case Ended() | Answered(messages=(Acknowledgement(),)) | Unanswered():
                         self._is_urgent = True
                     case Sent(request=request) if request == LOCK:

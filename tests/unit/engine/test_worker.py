@@ -8,17 +8,17 @@ import pytest
 from app.engine import worker as worker_module
 from app.engine.procedure import Ask, Job, Pause, Procedure
 from app.engine.session import Session
-from app.engine.transport import PortErrorKind
+from app.engine.transport import PortError, PortErrorKind
 from app.engine.worker import OWED_FOR_S, Batch, PortState, Worker
 from app.procedures.history import read_history
-from app.procedures.lock import lock
+from app.procedures.lock import Locked, lock
 from app.procedures.read import read_everything
 from app.procedures.stream import StreamSwitch, watch
 from app.simulator import bench
 from app.simulator.bench import SimulatedBench
 from app.simulator.setup import Setup
 from protocol.catalogue import ACTIVATION, LOCK, SERIAL_OUTPUT
-from protocol.events import Answered, Began, Ended
+from protocol.events import Answered, Began, Ended, Sent
 from tests.support.line.sim_line import FakeClock, SimulatedLine
 from tests.support.patience import PATIENCE_S
 from tests.unit.engine.terminals import Batches
@@ -186,7 +186,7 @@ class _OwingWorker(_TurnedWorker):
         self.clock.now_s += after_s
         self.line.sent.clear()
         self.batches.clear()
-        self.open("sim", 115200, adapter=adapter)
+        self.open("sim", 115200, lambda: watch(StreamSwitch()), adapter=adapter)
         self.turn_for(2.0)
         return self.batches
 
@@ -198,12 +198,38 @@ def test_an_owed_lock_goes_first_in_the_next_conversation_on_the_same_adapter(mo
     assert owed is not None
     assert owed.port == "sim"
     batches = worker.reopen()
-    sent = [request for request in worker.line.requests if request.is_set or not request.is_repeatable]
-    assert sent[0] == LOCK
+    events = [event for batch in batches for event in batch.events]
+    begins = next(at for at, event in enumerate(events) if isinstance(event, Began))
+    sent = [event.request for event in events[begins:] if isinstance(event, Sent)]
+    assert sent[0] == LOCK, "before the window's first question, too"
     assert not worker.line.bench.module.state.is_active
     (locked,) = [job for batch in batches for job in batch.finished]
     assert locked.outcome().is_locked
     assert batches[-1].owed_lock is None
+
+
+@pytest.mark.promise("l")
+def test_an_owed_lock_stays_owed_where_the_port_is_lost_as_the_conversation_begins(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    worker = _OwingWorker(monkeypatch)
+    made: list[Job[Locked]] = []
+
+    def make_lock() -> Job[Locked]:
+        made.append(Job(lock(), conversation=None))
+        return made[-1]
+
+    def lose_the_port() -> Procedure[None]:
+        raise PortError(PortErrorKind.LOST, "sim", "gone")
+
+    worker._make_lock = make_lock
+    worker.batches.clear()
+    worker.open("sim", 115200, lose_the_port)
+    worker.turn_for(1.0)
+    batches = worker.batches
+    assert batches[-1].connection.state is PortState.CLOSED
+    assert batches[-1].owed_lock is not None
+    assert all(job.is_done for job in made)
 
 
 @pytest.mark.parametrize(("adapter", "after_s"), [("another", 1.0), ("", OWED_FOR_S)])
