@@ -239,10 +239,11 @@ def entries_of(owner: object) -> dict[str, int]:
 
 
 def test_no_object_stays_behind(
-    qtbot: QtBot, qapp: QApplication, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+    request: pytest.FixtureRequest, qtbot: QtBot, qapp: QApplication, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr("ui.session.port.FOLLOW_EVERY_MS", 0)
-    monkeypatch.setattr("logging.root.manager.disable", logging.CRITICAL)  # pytest keeps the records of a test
+    request.addfinalizer(partial(logging.disable, logging.NOTSET))
+    logging.disable()  # pytest keeps the records of a test
     with fake_window(qapp, tmp_path, ADAPTER) as (fakes, assembly):
         window, connector = assembly.window, assembly.ports
         qtbot.waitUntil(lambda: window.has_pages)
