@@ -113,6 +113,19 @@ def test_what_is_needed_comes_when_it_is_needed_and_once(checkout: Checkout) -> 
     assert checkout.make_ready("tests") == []
 
 
+def test_uv_installs_where_it_is_there_and_pip_where_uv_cannot(
+    checkout: Checkout, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    uv = "/home/u/.local/bin/uv"
+    monkeypatch.setattr(shutil, "which", lambda name, path=None: uv if name == "uv" else f"/usr/bin/{name}")
+    checkout.make_ready()
+    assert {command[0] for command in checkout.commands[-3:]} == {uv}
+    checkout.lock.write_text("# program\nnumpy==2.0\n", encoding="utf-8")
+    checkout.failing = uv
+    checkout.make_ready()
+    assert checkout.commands[-1][:3] == [str(checkout.python), "-m", "pip"]
+
+
 @pytest.mark.parametrize("harm", ["interrupted", "no Python", "another place", "made by somebody else"])
 def test_a_venv_that_does_not_fit_is_made_again(checkout: Checkout, harm: str, monkeypatch: pytest.MonkeyPatch) -> None:
     if harm == "interrupted":
@@ -142,6 +155,25 @@ def test_root_gets_all_at_once_and_a_user_one_command_for_everything(checkout: C
     checkout.user = 0
     assert checkout.make_ready()[:2] == ["apt-get", "apt-get"]
     assert checkout.installed() == OF_DEBIAN
+
+
+@pytest.mark.parametrize(("answer", "is_done"), [("", True), ("n", False)])
+def test_at_a_terminal_root_is_asked(
+    checkout: Checkout, answer: str, is_done: bool, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(sys, "stdin", SimpleNamespace(isatty=lambda: True))
+    monkeypatch.setattr("builtins.input", lambda _question: answer)
+    checkout.lacking = {"libEGL.so.1"}
+    if is_done:
+        checkout.make_ready()
+    else:
+        assert "Type: sudo apt-get install libegl1" in checkout.refusal()
+    assert checkout.installed() == ({"libegl1"} if is_done else set())
+
+
+def test_another_system_gets_the_list_of_libraries(checkout: Checkout) -> None:
+    checkout.lacking = {"apt-get", "libEGL.so.1", "libGL.so.1"}
+    assert re.match(r"The system lacks libGL\.so\.1, libEGL\.so\.1\. Install the packages", checkout.refusal())
 
 
 def test_what_only_some_things_need_stops_nothing(checkout: Checkout, capsys: pytest.CaptureFixture[str]) -> None:

@@ -112,6 +112,15 @@ def test_a_damaged_preferences_file_is_ignored(qtbot: QtBot, qapp: QApplication,
     assert Preferences(tmp_path / "window.ini").theme is None
 
 
+def test_an_unattended_run_saves_a_picture(tmp_path: Path) -> None:
+    code = (
+        "import sys; from pathlib import Path; from ui.main import WindowOptions, run;"
+        "raise SystemExit(run(WindowOptions(demo=True, offscreen_seconds=5.0, evidence=Path(sys.argv[1]))))"
+    )
+    assert ran_code(code, tmp_path / "e").returncode == 0
+    assert (tmp_path / "e" / "live.png").read_bytes().startswith(b"\x89PNG")
+
+
 @pytest.mark.parametrize("is_chosen", [False, True], ids=["the computer slept", "another module was chosen"])
 def test_with_its_conversation_a_question_is_withdrawn_and_what_runs_is_cancelled(
     qtbot: QtBot, qapp: QApplication, tmp_path: Path, is_chosen: bool
