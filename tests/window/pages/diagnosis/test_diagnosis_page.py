@@ -22,9 +22,9 @@ from app.engine.worker import Batch, Connection, PortState
 from app.simulator.bench import SimulatedBench
 from app.system.clock import steady_time
 from app.system.logs import Log
-from protocol.catalogue import ACTIVATION, BOOT_COUNT, BY_NAME, LOCK, STATUS
-from protocol.events import Counters, Event, Received, Rejected, Role, Sent
-from protocol.messages import Direction, Frame, Reason, Status, decode
+from protocol.catalogue import ACTIVATION, BOOT_COUNT, BY_NAME, HEARTBEAT, LOCK, STATUS
+from protocol.events import Answered, Counters, Event, Received, Rejected, Role, Sent
+from protocol.messages import Direction, Frame, Heartbeat, Reason, Status, decode
 from protocol.stream import StreamParser
 from tests.support.line.frames import echo
 from tests.support.window.fakes_ui import connect, simulated, window
@@ -147,8 +147,9 @@ def test_figures_are_those_of_the_link(qtbot: QtBot, qapp: QApplication, tmp_pat
         opened = Connection(PortState.OPEN, "sim://x", 115200)
         counters = Counters(sent=10, frames=8, time_outs=2, restarts=1)
         counters.rejected_bytes[Reason.CHECKSUM] = 12
+        trips = [Answered(HEARTBEAT.query(), (Heartbeat(),), 1, trip_s, now) for trip_s in (0.003, 0.003, 0.003, 0.05)]
         for at, counted in ((now - 2, Counters(bytes_received=1000)), (now - 1, counters)):
-            statistics.on_batch(Batch(at, opened, ConversationView(), LinkView(counted)))
+            statistics.on_batch(Batch(at, opened, ConversationView(), LinkView(counted), events=tuple(trips)))
         lost = PortError(PortErrorKind.LOST, "sim://x", "gone")
         statistics.on_batch(Batch(now, Connection(PortState.CLOSED, "sim://x", 115200, lost), ConversationView(), None))
         page.go_to("figures")
@@ -159,8 +160,12 @@ def test_figures_are_those_of_the_link(qtbot: QtBot, qapp: QApplication, tmp_pat
             "rejected": "12\nwrong checksum: 12",
             "restarts": "1",
             "losses": "1",
+            "trip": "3.0 ms",
+            "slowest": "50.0 ms",
         }
         assert shown.items() >= expected.items()
+        warned = {key for key, figure in page.statistics.figures.items() if figure.property("look") == "attention"}
+        assert warned == {"lost", "rejected", "losses"}
 
 
 # The support bundle
