@@ -216,7 +216,7 @@ class FilePlace:
                 # No write-ahead log: a stick that is pulled out has one file, and not two of three.
                 file.execute("PRAGMA journal_mode = DELETE")
                 file.execute("PRAGMA synchronous = FULL")
-                check_or_make(file, path)
+                check_or_make(file, path, is_whole=False)
                 schema = "SELECT type, name, sql FROM sqlite_master ORDER BY type, name"
                 # A trigger or a view of somebody else's would run when the file is read or written.
                 with closing(sqlite3.connect(":memory:", isolation_level=None)) as ours:
@@ -226,6 +226,8 @@ class FilePlace:
                 # What was put into it would be facts of its own station, on which verdicts rest.
                 if file.execute("SELECT 1 FROM state").fetchone() is not None:
                     raise sqlite3.DatabaseError("it is the store of a station")
+                # As a whole only now, as that runs what a stranger's tables demand of each row.
+                check_or_make(file, path)
             except BaseException:
                 self.close()
                 raise

@@ -29,7 +29,7 @@ from app.store.rows import (
 from app.text.messages import UserError
 from app.trigger_records.history import KeptTriggers
 from tests.files.records.test_filing import file_one
-from tests.support.patience import PATIENCE_S
+from tests.support.patience import PATIENCE_S, in_time
 from tests.support.records.stored import add, checks_of, open_store, tamper
 
 STRANGER = "b" * 64
@@ -233,6 +233,17 @@ def test_a_kind_of_a_newer_version_is_kept_and_passed_on(desk: Desk, tmp_path: P
 def test_a_file_with_anything_of_its_own_is_refused(statement: str, desk: Desk) -> None:
     desk.put(do=statement)
     with pytest.raises(UserError):
+        desk.exchange(0)
+
+
+@pytest.mark.promise("g")
+def test_what_a_strangers_table_demands_of_its_rows_is_not_computed(desk: Desk) -> None:
+    """It would take longer than anybody waits."""
+    desk.put(do="CREATE TABLE evil (x CHECK (length(hex(zeroblob(30000000 + x))) > 0))")
+    with closing(sqlite3.connect(desk.stick, isolation_level=None)) as file:
+        file.execute("PRAGMA ignore_check_constraints = ON")
+        file.executemany("INSERT INTO evil VALUES (?)", [(number,) for number in range(300)])
+    with in_time(0.5), pytest.raises(UserError):
         desk.exchange(0)
 
 
