@@ -187,13 +187,15 @@ def note_triggered(facts: Facts, module: str = "", *, port: str, adapter: str = 
 def unnamed_fired(facts: Facts, *, port: str, adapter: str = "") -> list[Fired]:
     """Return what may have fired here without a name, and that no name has claimed: it is that of the next one that is
     said here. An adapter is known by its identity, where it has one, as its port may change."""
-    claimed = {kept.content.seen_at for kept in facts.of_kind(MayHaveFired)}
-    found = []
+    here = []
     for fired in all_fired(facts, None):
         is_here = fired.adapter == clean(adapter) if fired.adapter and adapter else fired.port == clean(port)
-        if is_here and fired.at not in claimed:
-            found.append(fired)
-    return found
+        if is_here:
+            here.append(fired)
+    if not here:
+        return []  # who names a module need not wait until the reports of all others were read
+    claimed = {kept.content.seen_at for kept in facts.of_kind(MayHaveFired)}
+    return [fired for fired in here if fired.at not in claimed]
 
 
 def claim_fired(facts: Facts, module: str, *, port: str, adapter: str = "") -> None:

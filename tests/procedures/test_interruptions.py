@@ -39,6 +39,17 @@ def test_what_was_verified_was_verified_then_and_the_set_in_flight_is_unknown() 
     assert [*journal.outcomes.values()] == [Outcome.CONFIRMED, Outcome.UNKNOWN]
 
 
+def test_a_set_that_waited_for_a_quiet_line_was_not_sent() -> None:
+    rig, journal = settled_rig(), FakeJournal()
+    job = rig.job(write_all(CHANGES[:1], WriteContext(journal=journal)))
+    rig.step_until(lambda: job.pending_ask is not None and job.pending_ask.request == BY_NAME["freefall_time"].set(1.2))
+    rig.session.treat_as_another()
+    (written,) = rig.end(job).results
+    assert (written.is_sent, written.fault) == (False, WriteFault.NOT_SENT)
+    assert [*journal.outcomes.values()] == [Outcome.NOT_SENT]
+    assert not [request for request in rig.line.requests if request.is_set]
+
+
 @pytest.mark.parametrize("is_written", [True, False])
 @pytest.mark.promise("f")
 def test_a_setting_that_reads_otherwise_takes_its_verified_back(is_written: bool) -> None:

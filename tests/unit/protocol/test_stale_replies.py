@@ -246,3 +246,16 @@ def test_where_an_acknowledgement_comes_twice_nothing_counts_in_this_conversatio
     waited.events += waited.link.end(EndReason.ANOTHER, waited.now)
     waited.wait(LATE_S)
     assert are_known(waited)
+
+
+def test_an_acknowledgement_that_comes_late_is_no_second_one(waited: Bench) -> None:
+    assert is_sent(waited, FREEFALL)
+    waited.wait(1.5)
+    assert waited.taken(Unanswered)[-1].may_be_done
+    waited.hear(encode_reply(0x17, 0))
+    assert not are_known(waited)
+    waited.wait(LATE_S)
+    assert are_known(waited)
+    waited.hear(encode_reply(0x17, 0))
+    waited.wait(LATE_S)
+    assert not are_known(waited), "and this is one"
