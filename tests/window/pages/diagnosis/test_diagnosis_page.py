@@ -19,6 +19,7 @@ from app.engine.procedure import LinkView
 from app.engine.target import Target
 from app.engine.transport import PortError, PortErrorKind
 from app.engine.worker import Batch, Connection, PortState
+from app.safety.left_active import LeftActive
 from app.simulator.bench import SimulatedBench
 from app.system.clock import steady_time
 from app.system.logs import Log
@@ -121,6 +122,9 @@ def test_a_port_that_cannot_be_opened_leads_to_a_command_or_to_the_list_of_ports
             assert page.why.act.text() == "Copy"
             press(qtbot, page.why.act)
             assert QApplication.clipboard().text() == command
+        assembly.storage.left_active = (LeftActive(module="M-07"),)  # it may be this one
+        page.why.refresh()
+        assert page.why.next_step.text().startswith("Keep away")
         found.pop(0)
         ports.connect_to(target._replace(identity="0403:6015"))  # another one of the same name
         assert page.why.evidence().facts == AdapterFacts()
