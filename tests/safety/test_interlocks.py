@@ -69,9 +69,10 @@ def opened(act: Act) -> dict[str, list[tuple[dict[str, Any], str]]]:
             for reports in (
                 (),
                 STILL[1:],
-                (*STILL, LAST._replace(tilt_deg=9)),
-                (*STILL, LAST._replace(acceleration_g=0.8)),
-                (*STILL, LAST._replace(acceleration_g=1.2)),
+                # It moved and came to rest again.
+                (*STILL, LAST._replace(tilt_deg=9), LAST),
+                (*STILL, LAST._replace(acceleration_g=0.8), LAST),
+                (*STILL, LAST._replace(acceleration_g=1.2), LAST),
             )
         ],
         "armed": [({"armed": other}, "NOTHING_ELSE_ARMED")],
