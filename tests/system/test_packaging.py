@@ -18,6 +18,7 @@ from packaging.utils import canonicalize_name
 
 from app.__main__ import PORT
 from app.cli.commands import ENTRIES
+from app.engine.ports import _FLIGHT_CONTROLLERS
 from app.system import libraries
 from tests.support.setup_files import PACKAGING, ROOT, registered_endings, tool
 
@@ -285,6 +286,24 @@ def test_the_installer_registers_what_the_window_opens_and_takes_nothing_of_the_
     text = (PACKAGING / "windows" / "installer.nsi").read_text(encoding="utf-8")
     taken = re.findall(r"RMDir /r \"([^\"]+)\"", text[text.index('Section "Uninstall"') :])
     assert taken == ["$INSTDIR\\_internal", "$INSTDIR\\licences"]
+
+
+def test_the_udev_rule_reads_as_one_and_has_the_usual_adapters_and_the_flight_controllers() -> None:
+    """A word of it that is misspelt is no error to udev: nothing happens, and the port may not be opened."""
+    rule = LINUX / "60-dps-s.rules"
+    assert rule.name < "73-seat-late.rules", "which asks for `uaccess`"
+    text = rule.read_text(encoding="ascii")
+    assert set(re.findall(r'GOTO="(\w+)"', text)) == set(re.findall(r'LABEL="(\w+)"', text))
+    covered = set[str]()
+    for line in (line for line in text.splitlines() if line and not line.startswith("#")):
+        for part in re.split(r",\s*(?=[A-Z])", line):
+            assert re.fullmatch(r'[A-Z]+(\{[A-Za-z_]+\})?(==|!=|\+=|=)"[^"]*"', part), line
+        if line.startswith("ATTRS"):
+            assert line.endswith('TAG+="uaccess", ENV{ID_MM_DEVICE_IGNORE}="1", ENV{ID_MM_PORT_IGNORE}="1"')
+            vendors, products = (re.findall(rf'{{{name}}}=="([^"]+)"', line) for name in ("idVendor", "idProduct"))
+            for vendor in vendors[0].split("|"):
+                covered |= {f"{vendor}:{product}" for product in "|".join(products).split("|")}
+    assert {"0403:6001", "10c4:ea60", "1a86:7523", "1a86:55d4", "067b:2303", *_FLIGHT_CONTROLLERS} <= covered
 
 
 def test_the_manual_names_every_command() -> None:
