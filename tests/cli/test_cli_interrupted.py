@@ -8,11 +8,14 @@ from pathlib import Path
 
 import pytest
 
+from app.engine.conversation import Interrupted
 from app.modules.names import modules
 from app.port_urls.protocol_sim import open_bench
+from app.procedures.history import read_history
 from app.safety.journal import Act, Outcome
 from app.simulator.bench import SimulatedBench
 from app.simulator.module import invent_records
+from app.terminal.connection import connected
 from protocol.catalogue import BY_NAME
 from tests.support.cli_line import Program, faults, sets
 from tests.support.line.frames import at_frame, lose
@@ -218,3 +221,16 @@ def test_watching_ends_where_nobody_answers(words: str, port: str, dps_s: Progra
     typed = [str(tmp_path / "a.mcap") if word == "FILE" else word for word in words.split()]
     assert "The module does not answer." in dps_s([*typed, "--port", port], 3).err
     assert len(list(tmp_path.glob("a*.mcap"))) == words.count("FILE")
+
+
+@pytest.mark.promise("a")
+def test_what_is_asked_after_a_break_goes_to_nobody(port: str, wire: list[bytes]) -> None:
+    """The next conversation begins between two jobs of one command."""
+    with connected(port, 115200) as opened:
+        open_bench(port).restart()
+        while opened.conversation.number == opened.number:
+            opened.wait()
+        wire.clear()
+        with pytest.raises(Interrupted):
+            opened.run(read_history())
+    assert BY_NAME["trigger_records"].query().encode() not in wire
