@@ -107,10 +107,10 @@ COLUMNS: Final[tuple[TableColumn[TriggerRow], ...]] = (
     _spare(marked("Settings"), _settings, lambda: "180° 2.5 g 2.55 s", sort_key=_settings_key),
     _spare(
         marked("Link"),
-        lambda row: tr("connected") if row.record.serial_connected else tr("no"),
-        lambda: tr("connected"),
+        lambda row: tr("yes") if row.record.serial_connected else tr("no"),
+        lambda: tr("yes"),
     ),
-    _spare(marked("Charger"), lambda row: tr("charging") if row.record.charging else tr("no"), lambda: tr("charging")),
+    _spare(marked("Charger"), lambda row: tr("yes") if row.record.charging else tr("no"), lambda: tr("yes")),
     _spare(marked("Light"), lambda row: f"{row.record.light_v:.1f} V", lambda: "25.5 V", sort_key=_light_key),
     _spare(
         marked("Cell"),

@@ -149,7 +149,7 @@ def test_the_worked_example_as_a_row_and_a_sentence(one: Desk) -> None:
     page = one.triggers
     assert page.count.text() == "Trigger records: 1"
     assert texts(one, 0) == [
-        "1 min 48 s · boot 1", "attitude", "60° 0.5 g 1.60 s", "connected", "no", "0.3 V",
+        "1 min 48 s · boot 1", "attitude", "60° 0.5 g 1.60 s", "yes", "no", "0.3 V",
         "4.70 V", "—",
     ]  # fmt: skip
     assert told(one, 0) == (
