@@ -6,6 +6,7 @@ from collections.abc import Callable, Iterator
 import pytest
 
 from app.engine import worker as worker_module
+from app.engine.conversation import Interrupted
 from app.engine.procedure import Ask, Job, Pause, Procedure
 from app.engine.session import Session
 from app.engine.transport import PortError, PortErrorKind
@@ -158,6 +159,20 @@ def test_no_batch_mixes_two_conversations(monkeypatch: pytest.MonkeyPatch) -> No
         ends = [event for event in batch.events if isinstance(event, Began | Ended)]
         assert len(ends) <= 1
     assert list(began_at) == [1, 2, 3, 4]
+
+
+@pytest.mark.promise("a")
+def test_what_was_decided_at_a_port_is_not_done_at_the_next_one(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Conversations are numbered over the program's life, and not anew at each port."""
+    worker = _TurnedWorker(monkeypatch)
+    worker.line.sent.clear()
+    worker.open("another", 115200)
+    worker.turn_for(1.0)
+    assert worker.batches[-1].conversation.number == 2
+    decided_before = worker.submit(Job(activating(), conversation=1))
+    worker.turn_for(0.5)
+    assert isinstance(decided_before.error, Interrupted)
+    assert ACTIVATION.set(True) not in worker.line.requests
 
 
 # LOCK that is owed
