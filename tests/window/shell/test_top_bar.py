@@ -190,6 +190,20 @@ def test_a_doubt_belongs_to_its_adapter(ports: FakePorts, bar: TopBar) -> None:
         assert bar.trigger.word == word, device
 
 
+@pytest.mark.promise("a")
+def test_neither_a_name_nor_a_shutdown_is_said_of_another_adapter(qtbot: QtBot, ports: FakePorts) -> None:
+    port, module = ports.plug_in(USB0)
+    qtbot.waitUntil(lambda: port.module.is_going)
+    port.module.say_name("M-07")
+    port.note_shutdown()
+    module.end(EndReason.SILENT)
+    module.hand_over()
+    qtbot.waitUntil(lambda: port.last_name == "M-07")
+    for device, name in ((USB0, "M-07"), (USB1, "")):
+        port.connect_to(Target(device, 115200))
+        assert (port.last_name, port.switched_off_at is not None) == (name, bool(name)), device
+
+
 def player(folder: Path, name: str, *, code: int) -> Path:
     """A program that notes what it is to play."""
     played = folder / f"{name}.txt"

@@ -16,6 +16,8 @@ from pytestqt.qtbot import QtBot
 from app.diagnosis.link_state import Phase
 from app.modules.names import remember
 from app.safety.journal import Act
+from app.store.fact_store import FILE_NAME
+from app.system.files import data_folder
 from app.trigger_records.history import read_triggers
 from protocol.events import EndReason
 from tests.support.processes import ran_code
@@ -110,6 +112,14 @@ def test_a_damaged_preferences_file_is_ignored(qtbot: QtBot, qapp: QApplication,
     with window(qapp, tmp_path) as assembly:
         qtbot.waitUntil(assembly.window.isVisible)
     assert Preferences(tmp_path / "window.ini").theme is None
+
+
+@pytest.mark.promise("f")
+def test_a_damaged_store_that_was_set_aside_is_said(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
+    data_folder().mkdir(parents=True, exist_ok=True)
+    (data_folder() / FILE_NAME).write_bytes(b"no database" * 1000)
+    with window(qapp, tmp_path) as assembly:
+        qtbot.waitUntil(lambda: "kept as" in notice_text(assembly.window.notice_bar))
 
 
 def test_an_unattended_run_saves_a_picture(tmp_path: Path) -> None:
