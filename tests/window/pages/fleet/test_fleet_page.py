@@ -487,12 +487,12 @@ def test_a_file_brings_what_another_station_knows(qtbot: QtBot, assembly: Assemb
     before = [table.geometry() for table in (panel.modules, panel.life)]
     panel.carry.click()
     model = panel.modules.model()
+    qtbot.waitUntil(lambda: "Received: " in panel.state.text())  # the list may be read before the exchange has ended
     qtbot.waitUntil(lambda: model.rowCount() == 2)
     rows = [[model.index(row, column).data() for column in range(model.columnCount())] for row in range(2)]
     assert [row[0] for row in rows] == ["M-01", "M-07"]
     assert "READY" in rows[1][1]
     assert "Unjudged trigger records: 1." in rows[1][3]
-    assert "Received: " in panel.state.text()
     let_lay_out(assembly.window)
     assert [table.geometry() for table in (panel.modules, panel.life)] == before, "a table moved under the hand"
     panel.modules.selectRow(1)
