@@ -146,8 +146,8 @@ def test_closing_switches_the_stream_off_within_its_limit(
 @pytest.mark.promise("f")
 def test_no_batch_mixes_two_conversations(monkeypatch: pytest.MonkeyPatch) -> None:
     worker = _TurnedWorker(monkeypatch)
-    for _ in range(3):
-        worker.treat_as_another()
+    for end in (worker.treat_as_another, worker.line.bench.restart, worker.treat_as_another):
+        end()
         worker.turn_for(1.0)
     began_at: dict[int, float] = {}
     for batch in worker.batches:
