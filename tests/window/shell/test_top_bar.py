@@ -70,6 +70,24 @@ def test_it_says_whether_the_triggers_are_on(
     assert (bar.triggers.meaning is Meaning.ATTENTION) is is_loud
 
 
+def test_what_the_module_reports_otherwise_is_shown_at_once(qtbot: QtBot, ports: FakePorts, bar: TopBar) -> None:
+    """Each by itself: nothing else changes that would bring it up to date."""
+    port, module = ports.plug_in("/dev/one", attitude_trigger=True)
+    qtbot.waitUntil(lambda: port.is_open and bar.activation.word == "LOCKED")
+    for values, shows, wanted in (
+        ({"freefall_trigger": False}, lambda: bar.triggers.word, "fall off"),
+        ({"freefall_trigger": True}, lambda: bar.triggers.word, "both on"),
+        ({"attitude_trigger": False}, lambda: bar.triggers.word, "tilt off"),
+        ({"cell_voltage_v": 3.1}, bar.cell.accessibleName, "3.10 V"),
+        ({"charging": True}, bar.cell.accessibleName, "charging"),
+        ({"triggered": True}, lambda: bar.trigger.word, "TRIGGERED"),
+        ({"active": True}, lambda: bar.activation.word, "ACTIVE"),
+    ):
+        assert wanted not in re.split(r", |: ", shows())
+        module.say(**values)
+        qtbot.waitUntil(lambda shows=shows, wanted=wanted: wanted in re.split(r", |: ", shows()))  # type: ignore[misc]
+
+
 FIRES = r"(?:fires?|deploys?)\b"
 REASSURES = re.compile(
     rf"\b(?:does not|do not|will not|won't|cannot|never|nothing can|no longer|not going to) {FIRES}|neither arms"
