@@ -12,6 +12,7 @@ import threading
 import time
 from collections import deque
 from collections.abc import Callable
+from contextlib import suppress
 from datetime import UTC, datetime
 from functools import partial
 from pathlib import Path
@@ -36,6 +37,8 @@ FLUSH_EVERY_S = 0.5
 SYNC_EVERY_S = 30.0
 # Left free for the store, which must be able to keep an intent.
 RESERVE_BYTES = 256 * 1024**2
+# How many names are tried for a new file: more than there are ports that may begin at once.
+NAMES_TRIED = 256
 # Batches that wait for the thread; more than a minute of the fastest stream.
 MAX_WAITING = 10_000
 # After this, with a fifth of what the library may hold, or where it is full, it goes on in the next file.
@@ -199,9 +202,16 @@ class Recorder:
             program=f"DPS-S Configurator {version()}",
         )
         _log.debug("Recording %s", self._port)
-        writer = SessionWriter(self._library.new_path(opening.started_at), opening)
+        writer = self._new_file(opening)
         self.paths.append(writer.path)
         return writer
+
+    def _new_file(self, opening: Opening) -> SessionWriter:
+        for _ in range(NAMES_TRIED):
+            # Another port or program that begins at the same time may have taken the name since it was found free.
+            with suppress(FileExistsError):
+                return SessionWriter(self._library.new_path(opening.started_at), opening)
+        raise OSError(errno.EEXIST, "no name is free")
 
     def _check_disk(self) -> None:
         self._synced_at = self._clock()

@@ -15,6 +15,7 @@ import pytest
 from app.engine.transport import PortError, PortErrorKind
 from app.recordings import recorder, session_file
 from app.recordings.excerpt import HEAD
+from app.recordings.library import RecordingLibrary
 from app.recordings.markers import MarkerKind
 from app.recordings.recording import export
 from app.recordings.session_file import SessionWriter
@@ -111,6 +112,28 @@ def test_where_the_file_system_has_no_locks_it_is_recorded_all_the_same(
         bench.record(batch(1000.0, report(1000.0)))
         bench.finish()
         assert [entry.sample_count for entry in bench.library.entries()] == [1]
+
+
+def test_a_name_that_another_port_takes_meanwhile_costs_no_recording(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Many ports that open at once look for a free name at the same time."""
+    new_path, taken = RecordingLibrary.new_path, list[Path]()
+
+    def first_taken(library: RecordingLibrary, started_at: datetime) -> Path:
+        path = new_path(library, started_at)
+        if not taken:
+            path.write_bytes(b"of another port")
+            taken.append(path)
+        return path
+
+    monkeypatch.setattr(RecordingLibrary, "new_path", first_taken)
+    with recorder_in(tmp_path) as bench:
+        bench.record(batch(1000.0, report(1000.0)))
+        bench.finish()
+        assert bench.recorder.trouble is None
+        assert bench.library.entries()[0].sample_count == 1
+        assert taken[0].read_bytes() == b"of another port"
 
 
 def test_an_unexpected_error_ends_the_recording_but_not_the_thread(
