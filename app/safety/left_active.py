@@ -13,9 +13,10 @@ program leaves it behind, too. The program itself does not show the entry of a c
 
 import logging
 from collections.abc import Mapping
+from contextlib import suppress
 from typing import Any, NamedTuple, Protocol
 
-from msgspec import Struct, convert
+from msgspec import Struct, ValidationError, convert
 from msgspec.structs import replace
 
 from app.engine.conversation import ConversationView
@@ -142,7 +143,11 @@ def note_safe(states: States, safe: LeftActive) -> None:
 
 
 def _kept(states: States) -> dict[str, LeftActive]:
-    return {run: replace(convert(kept, LeftActive), run=run) for run, kept in states.states(LEFT).items()}
+    found = {}
+    for run, kept in states.states(LEFT).items():
+        with suppress(ValidationError):  # one that was altered hides no other, and keeps no act from its intent
+            found[run] = replace(convert(kept, LeftActive), run=run)
+    return found
 
 
 def _forget(states: States, run: str) -> None:

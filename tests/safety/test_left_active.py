@@ -48,6 +48,14 @@ def left(run: str, name: str = "", at: str = "2026-01-02T12:00:00+00:00", **more
     return LeftActive(run=run, module=name, port=PORT, at=at, **more)
 
 
+@pytest.mark.promise("f")
+def test_one_that_was_altered_hides_no_other() -> None:
+    state = State()
+    state.set_state("left:x", {"module": 1})
+    keep_left(state, left("a"))
+    assert len(state.names()) == 1
+
+
 @pytest.mark.promise("l")
 def test_it_ends_when_the_module_reports_locked_in_the_same_conversation() -> None:
     state = State()
