@@ -546,6 +546,13 @@ class Store:
     def _open(self) -> tuple[Facts, UserMessage | None]:
         """Open the file, and introduce this station by its key and the name of its computer. Raises as `open_file`."""
         connection, notice = open_file(self.path)
+        try:
+            return self._introduce(connection), notice
+        except BaseException:
+            connection.close()
+            raise
+
+    def _introduce(self, connection: sqlite3.Connection) -> Facts:
         facts = Facts(connection, "", self._now)
         known = facts.state("station")
         try:
@@ -562,4 +569,4 @@ class Store:
         last, name = facts.newest(StationNamed, None), clean(platform.node().strip()) or "station"
         if last is None or (last.content.public_key, last.content.name) != (key, name):
             facts.add(StationNamed(public_key=key, name=name))
-        return facts, notice
+        return facts

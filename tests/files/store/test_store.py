@@ -1,6 +1,7 @@
 """The store: what it keeps, and the files that it meets instead of its own."""
 
 import argparse
+import os
 import sqlite3
 import stat
 import sys
@@ -20,6 +21,7 @@ from app.cli.archive import run_service
 from app.safety.left_active import LeftActive, all_left
 from app.store.fact_store import FILE_NAME, LAYOUT, Facts, Store, StoreError, StoreErrorKind, copies_of, copy_if_due
 from app.store.rows import ActIntended, Content, ModuleNamed, SaidNew, Serviced, ServiceKind, SettingsSeen, StationNamed
+from app.store.station import KEY_FILE
 from tests.support.patience import PATIENCE_S
 from tests.support.records.stored import add
 
@@ -259,6 +261,17 @@ def test_what_is_left_active_outlives_a_file_that_is_damaged_elsewhere(
     with opened(folder) as store:
         assert "New records are started." in notice(store)
         assert store.read(all_left) == (left,)
+
+
+@pytest.mark.skipif(not Path("/proc/self/fd").is_dir(), reason="the system does not say which files are open")
+def test_where_there_is_no_station_there_is_no_store_and_no_file_stays_open(folder: Path) -> None:
+    (folder / KEY_FILE).mkdir(parents=True)
+    store = Store(folder)
+    with pytest.raises(StoreError):
+        store.opened.result(PATIENCE_S)
+    store.close()
+    numbers = Path("/proc/self/fd").iterdir()
+    assert not [number for number in numbers if os.path.realpath(number) == str(folder / FILE_NAME)]
 
 
 def test_without_a_copy_a_damaged_file_is_set_aside_and_said(folder: Path) -> None:

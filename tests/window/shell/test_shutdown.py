@@ -160,7 +160,9 @@ def test_no_process_stays_behind(sticks_in: str) -> None:
         raise SystemExit(application.run(application.WindowOptions(port="/dev/stubborn", offscreen_seconds=2.5)))
     """
     ended = ran_code(code, sticks_in)
-    said = [line for line in ended.stderr.splitlines() if "propagateSizeHints" not in line]
+    # A slow machine may be told that the end of the recording is left to the system.
+    usual = ("propagateSizeHints", "The recording was not closed within")
+    said = [line for line in ended.stderr.splitlines() if not any(word in line for word in usual)]
     assert (ended.returncode, said) == (1, [])  # it was not seen that a module answers
     assert json.loads(ended.stdout.splitlines()[0])["took_s"] < CLOSING_S + MACHINE_S
 
