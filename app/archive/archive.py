@@ -24,12 +24,11 @@ from app.store.fact_store import (
     Facts,
     Store,
     StoreError,
-    StoreErrorKind,
     connect,
     connect_to_read,
     is_whole,
     set_aside,
-    store_error_of,
+    unusable,
     utc_now,
 )
 from app.store.rows import (
@@ -44,6 +43,7 @@ from app.store.rows import (
     time_in_id,
 )
 from app.text.messages import clean
+from protocol.translatable import marked
 
 _log = logging.getLogger(__name__)
 
@@ -80,7 +80,7 @@ def all_facts(store: Store) -> Iterator[Facts]:
     store.wait()
     path = store.folder / OTHERS_FILE
     try:
-        with closing(connect(path, is_checked=False)) as connection:
+        with closing(connect(path)) as connection:
             connection.execute("PRAGMA synchronous = NORMAL")  # what a lost power takes comes again
             connection.execute(f"PRAGMA wal_autocheckpoint = {CHECKPOINT_PAGES}")
             connection.execute(_REFUSED)
@@ -94,14 +94,12 @@ def all_facts(store: Store) -> Iterator[Facts]:
 
 def _error_of(error: sqlite3.Error, path: Path, store: Store) -> StoreError:
     if isinstance(error, sqlite3.OperationalError):  # a lock, a full disk or a missing permission: it is not bad
-        return store_error_of(error, path)
-    try:
-        if is_whole(path):  # so it is the store
-            return store_error_of(error, store.path)
-        _log.warning("%s is begun anew: %s", path, error)
-        return StoreError(StoreErrorKind.OTHERS, set_aside(path))
-    except (sqlite3.Error, OSError) as trouble:
-        return store_error_of(trouble, path)
+        return unusable(path, error)
+    if is_whole(path):
+        return unusable(store.path, error)
+    _log.warning("%s is begun anew: %s", path, error)
+    text = marked("The records of other stations are damaged, and kept as {file}: they come with the next exchange.")
+    return StoreError(text, file=set_aside(path))
 
 
 def status_of(store: Store) -> ArchiveStatus:

@@ -18,7 +18,7 @@ from pathlib import Path
 from typing import Any, Final, NamedTuple
 from urllib.parse import parse_qsl, unquote
 
-from app.store.fact_store import BUSY_S, INSERT, check_or_make, make_tables
+from app.store.fact_store import BUSY_S, INSERT, check_or_make, check_whole, make_tables
 from app.store.rows import COLUMNS, Row
 from app.system.files import CANNOT_READ, CANNOT_WRITE
 from app.text.messages import ErrorCode, UserError, clean
@@ -216,7 +216,7 @@ class FilePlace:
                 # No write-ahead log: a stick that is pulled out has one file, and not two of three.
                 file.execute("PRAGMA journal_mode = DELETE")
                 file.execute("PRAGMA synchronous = FULL")
-                check_or_make(file, path, is_whole=False)
+                check_or_make(file, path)
                 schema = "SELECT type, name, sql FROM sqlite_master ORDER BY type, name"
                 # A trigger or a view of somebody else's would run when the file is read or written.
                 with closing(sqlite3.connect(":memory:", isolation_level=None)) as ours:
@@ -227,7 +227,7 @@ class FilePlace:
                 if file.execute("SELECT 1 FROM state").fetchone() is not None:
                     raise sqlite3.DatabaseError("it is the store of a station")
                 # As a whole only now, as that runs what a stranger's tables demand of each row.
-                check_or_make(file, path)
+                check_whole(file)
             except BaseException:
                 self.close()
                 raise

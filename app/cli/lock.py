@@ -31,7 +31,7 @@ ARGUMENTS = (
 )
 
 
-class LateJournal:
+class LateJournal(Journal):
     """The journal of LOCK, whose store is loaded behind its first frame. What it is told before that it tells then, in
     order. LOCK waits for no entry: none that this gives out is ever done."""
 

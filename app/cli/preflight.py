@@ -143,7 +143,7 @@ def _check(args: argparse.Namespace, profile: Profile, records: Records) -> int:
                     if evidence is not ready.case.evidence:
                         filed = judge(evidence, ready.case.past)
                         if filed.assessment.verdict is Verdict.GO:
-                            records.store.write(lambda facts: note_go(facts, records.known_as.run))
+                            records.store.write(lambda facts: note_go(facts, records.run))
         # READY said nothing about whoever answers now, so the check is judged anew, with its interruption.
         except Interrupted as ended:
             evidence.note_error(ended)

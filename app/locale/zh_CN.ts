@@ -2728,10 +2728,6 @@
         <translation>档案数据库必须以 UTF8 编码创建。</translation>
     </message>
     <message>
-        <source>The disk is full: {file} cannot be written.</source>
-        <translation>磁盘已满：无法写入 {file}。</translation>
-    </message>
-    <message>
         <source>The disk is too slow.</source>
         <translation>磁盘写入过慢。</translation>
     </message>
@@ -2886,10 +2882,6 @@
     <message>
         <source>The profile's {rate} baud is left out: a batch does not change it.</source>
         <translation>配置文件中的 {rate} 波特已略去：批量设置不更改波特率。</translation>
-    </message>
-    <message>
-        <source>The program may not write into {file}.</source>
-        <translation>程序无权写入 {file}。</translation>
     </message>
     <message>
         <source>The readings differ: records may be missing. Read again.</source>
@@ -3798,6 +3790,18 @@
         <translation>无效</translation>
     </message>
     <message>
+        <source>it is closed</source>
+        <translation>已关闭</translation>
+    </message>
+    <message>
+        <source>it is still being opened</source>
+        <translation>仍在打开</translation>
+    </message>
+    <message>
+        <source>it needs a newer version of this program</source>
+        <translation>需要本程序的更新版本</translation>
+    </message>
+    <message>
         <source>its times begin again, as of several flights in one table</source>
         <translation>时间重新开始，像是一个表格中有多次飞行</translation>
     </message>
@@ -4330,6 +4334,10 @@
         <translation>模块锁定，由飞行器激活</translation>
     </message>
     <message>
+        <source>the disk is too slow</source>
+        <translation>磁盘太慢</translation>
+    </message>
+    <message>
         <source>the module answers</source>
         <translation>模块已应答</translation>
     </message>
@@ -4562,8 +4570,8 @@
         <translation>无法读取 {file}：{why}。</translation>
     </message>
     <message>
-        <source>{file} cannot be used.</source>
-        <translation>{file} 无法使用。</translation>
+        <source>{file} cannot be used: {why}.</source>
+        <translation>{file} 无法使用：{why}。</translation>
     </message>
     <message>
         <source>{file} cannot be written: {why}.</source>
@@ -4594,20 +4602,8 @@
         <translation>{file} 已损坏</translation>
     </message>
     <message>
-        <source>{file} is held by another program.</source>
-        <translation>{file} 被其他程序占用。</translation>
-    </message>
-    <message>
         <source>{file} is not a profile</source>
         <translation>{file} 不是配置文件</translation>
-    </message>
-    <message>
-        <source>{file} is still being opened.</source>
-        <translation>{file} 仍在打开。</translation>
-    </message>
-    <message>
-        <source>{file} needs a newer version of this program.</source>
-        <translation>{file} 需要本程序的更新版本。</translation>
     </message>
     <message>
         <source>{file}: the name of a report ends in .pdf.</source>

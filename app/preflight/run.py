@@ -28,7 +28,7 @@ from app.procedures.act import Performed, perform
 from app.procedures.history import read_history
 from app.procedures.read import NO_REPLY
 from app.procedures.write import SettingChange, WriteContext, WriteFault, await_flags_known, set_each, why_not_verified
-from app.safety.journal import Act, Journal, NoJournal, Outcome
+from app.safety.journal import Act, Journal, Outcome
 from app.safety.permit import Interlock, Permit, Refusal
 from app.text.messages import message
 from protocol.catalogue import BY_NAME, HEARTBEAT
@@ -60,7 +60,7 @@ def run_preflight(
     evidence.began_at, evidence.baud_rate = begin.now, begin.baud_rate
     _log.debug("checking in conversation %d", evidence.conversation)
     try:
-        yield from _collect(evidence, begin.now, is_enabling=is_enabling, journal=journal or NoJournal())
+        yield from _collect(evidence, begin.now, is_enabling=is_enabling, journal=journal or Journal())
     except BaseException as error:
         evidence.note_error(error)
         _log.debug("check ended early: %s", error)

@@ -28,7 +28,7 @@ from app.engine.procedure import (
 )
 from app.procedures.find import find_rate
 from app.procedures.read import ACTIVE
-from app.safety.journal import Act, Entry, Journal, NoJournal, Outcome
+from app.safety.journal import Act, Entry, Journal, Outcome
 from app.text.i18n import tr
 from protocol.catalogue import LOCK, STATUS
 from protocol.events import Answered, Reply
@@ -153,7 +153,7 @@ def lock(
     cancellation are results, not exceptions. `repeat`: a new one, which shows the progress. `pressed_in`: the number of
     the conversation of that journal, where the next one may have begun before this does; `OWED` since one that has
     ended."""
-    journal, repeat = journal or NoJournal(), repeat or LockRepeat()
+    journal, repeat = journal or Journal(), repeat or LockRepeat()
     proof = _Proof(pressed_in)
     entries: list[Entry] = []
     is_port_lost = is_replaced = False

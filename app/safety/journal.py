@@ -9,7 +9,6 @@ from collections.abc import Iterable, Mapping
 from concurrent.futures import Future
 from enum import Enum
 from types import MappingProxyType
-from typing import Protocol
 
 from app.engine.procedure import Procedure, wait_for
 from app.text.messages import UserError
@@ -86,35 +85,23 @@ class Outcome(Enum):
 Entry = Future[str]
 
 
-class Journal(Protocol):
-    """The journal of one conversation. Every method returns at once; entries are written in order."""
+class Journal:
+    """The journal of one conversation. Every method returns at once; entries are written in order.
 
-    @property
-    def is_ready(self) -> bool:
-        """False if `begin` cannot succeed."""
-        ...
+    This one logs nothing, as there is no store: so nothing dangerous is sent. Others are made from it.
+    """
 
-    def begin(self, act: Act, frame: bytes, detail: Mapping[str, object], /) -> Entry:
-        """Log the intent."""
-        ...
-
-    def settle(self, entry: Entry, outcome: Outcome, result: Mapping[str, object], /) -> None:
-        """Log the outcome; a missing one reads as unknown."""
-        ...
-
-
-class NoJournal:
-    """A journal that logs nothing, as there is no store: so nothing dangerous is sent."""
-
+    # Whether `begin` may succeed.
     is_ready = False
 
     def begin(self, _act: Act, _frame: bytes, _detail: Mapping[str, object], /) -> Entry:
+        """Log the intent."""
         entry = Entry()
         entry.set_exception(UserError(""))
         return entry
 
     def settle(self, _entry: Entry, _outcome: Outcome, _result: Mapping[str, object], /) -> None:
-        return
+        """Log the outcome; a missing one reads as unknown."""
 
 
 def durable(entry: Entry) -> Procedure[None]:

@@ -14,7 +14,7 @@ program leaves it behind, too. The program itself does not show the entry of a c
 import logging
 from collections.abc import Mapping
 from contextlib import suppress
-from typing import Any, NamedTuple, Protocol
+from typing import Any, Protocol
 
 from msgspec import Struct, ValidationError, convert
 from msgspec.structs import replace
@@ -43,16 +43,8 @@ class States(Protocol):
     def set_state(self, key: str, value: object, /) -> None: ...
 
 
-class KnownAs(NamedTuple):
-    """The words by which the audit log knows a module: the `name` that a person said in this conversation, "" where
-    nobody did, and the conversation, `run`, which no other one is called."""
-
-    name: str = ""
-    run: str = ""
-
-
 class LeftActive(Struct, frozen=True, kw_only=True):
-    """The state of one conversation, as it is kept. `at`: when, ISO 8601 in UTC."""
+    """The state of one conversation, as it is kept. `run`: names the conversation. `at`: when, ISO 8601 in UTC."""
 
     run: str = ""
     module: str = ""
@@ -111,14 +103,14 @@ def drop_intent(states: States, run: str, intent: str) -> None:
         _forget(states, run)
 
 
-def note_named(states: States, known_as: KnownAs) -> None:
-    """A person says in this conversation which module it is. From now on its report counts for what was left under that
-    name before; not for what is left elsewhere later."""
-    for run, left in _kept(states).items():
-        if run == known_as.run:
-            states.set_state(LEFT + run, replace(left, module=known_as.name))
-        elif known_as.name and left.module == known_as.name:
-            states.set_state(LEFT + run, replace(left, named_again_in=known_as.run))
+def note_named(states: States, run: str, name: str) -> None:
+    """A person says in the conversation `run` which module it is. From now on its report counts for what was left under
+    that name before; not for what is left elsewhere later."""
+    for other, left in _kept(states).items():
+        if other == run:
+            states.set_state(LEFT + other, replace(left, module=name))
+        elif name and left.module == name:
+            states.set_state(LEFT + other, replace(left, named_again_in=run))
 
 
 def note_go(states: States, run: str) -> None:

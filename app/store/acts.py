@@ -11,37 +11,36 @@ import logging
 import os
 from collections.abc import Callable, Mapping
 from concurrent.futures import Future
-from contextlib import suppress
 from datetime import datetime
-from typing import Any, Final, NamedTuple
+from typing import Any, NamedTuple
 
 from msgspec.structs import replace
 
 from app.engine.target import is_simulated
-from app.safety.journal import NOTE, Act, Entry, Outcome
-from app.safety.left_active import KnownAs, LeftActive, drop_intent, keep_left, note_locked, note_safe
-from app.store.fact_store import Facts, Kept, Store, StoreError
-from app.store.rows import EARLIEST, ActEnded, ActIntended, DeployIntended, MayHaveFired, time_text
+from app.safety.journal import NOTE, Act, Entry, Journal, Outcome
+from app.safety.left_active import LeftActive, drop_intent, keep_left, note_locked, note_safe
+from app.store.fact_store import Facts, Store, StoreError
+from app.store.rows import ActEnded, ActIntended, DeployIntended, MayHaveFired, time_text
 from app.text.messages import UserMessage, clean
 
 _log = logging.getLogger(__name__)
 
-UNNAMED: Final = KnownAs()
 _LEAVES_ACTIVE = (Act.ACTIVATE, Act.LOCK)
 
 
 class Where(NamedTuple):
-    """The connection of an act, and by what its module is known. `adapter` is its USB identity."""
+    """The connection of an act, and its module. `adapter` is its USB identity; `name`: as a person said it in this
+    conversation, "" where nobody did; `run` names the conversation."""
 
     port: str
     origin: str
     adapter: str = ""
-    known_as: KnownAs = UNNAMED
+    name: str = ""
+    run: str = ""
 
     def left_active(self, at: str) -> LeftActive:
         """Return what this connection leaves ACTIVE. `at` is ISO 8601 in UTC."""
-        known_as = self.known_as
-        return LeftActive(run=known_as.run, module=known_as.name, port=self.port, adapter=self.adapter, at=at)
+        return LeftActive(run=self.run, module=self.name, port=self.port, adapter=self.adapter, at=at)
 
 
 def new_run() -> str:
@@ -60,11 +59,11 @@ def begin(facts: Facts, act: Act, frame: bytes, detail: Mapping[str, object], wh
         frame=frame.hex(" "),
         origin=where.origin,
         adapter=clean(where.adapter),
-        run=where.known_as.run,
+        run=where.run,
         note=plain.pop(NOTE, ""),
         detail=plain,
     )
-    row = facts.add(intent, where.known_as.name or None)
+    row = facts.add(intent, where.name or None)
     if act in _LEAVES_ACTIVE and not is_simulated(where.port):
         left = where.left_active(row.made_at)
         keep_left(facts, replace(left, is_lock_unconfirmed=act is Act.LOCK, intent=row.id))
@@ -73,25 +72,25 @@ def begin(facts: Facts, act: Act, frame: bytes, detail: Mapping[str, object], wh
 
 def settle(facts: Facts, intent: str, act: Act, where: Where, outcome: Outcome, result: Mapping[str, object]) -> None:
     """Add what came of an intent; to be called once."""
-    facts.add(ActEnded(of=intent, outcome=outcome, result=_plain(result)), where.known_as.name or None)
+    facts.add(ActEnded(of=intent, outcome=outcome, result=_plain(result)), where.name or None)
     has_done_nothing = outcome is Outcome.NOT_SENT or (act is Act.ACTIVATE and outcome is Outcome.REFUSED)
     if act in (Act.LOCK, Act.SHUTDOWN) and outcome is Outcome.CONFIRMED:
-        note_locked(facts, where.known_as.run)
+        note_locked(facts, where.run)
     elif act in _LEAVES_ACTIVE and has_done_nothing:
-        drop_intent(facts, where.known_as.run, intent)
+        drop_intent(facts, where.run, intent)
 
 
 def note_report(facts: Facts, where: Where, *, is_active: bool) -> None:
     """Note what the module reports: when that changes, when it gets a name, and at the end of its conversation."""
     if not is_active:
-        note_locked(facts, where.known_as.run)
+        note_locked(facts, where.run)
     elif not is_simulated(where.port):
         keep_left(facts, where.left_active(time_text(facts.now())))
 
 
 def note_said_safe(facts: Facts, left: LeftActive, origin: str) -> None:
     """A person says that it is locked, or switched off. Nothing was sent: that stands in the log without a frame."""
-    where = Where(left.port, origin, left.adapter, KnownAs(left.module, left.run))
+    where = Where(left.port, origin, left.adapter, left.module, left.run)
     intent = begin(facts, Act.LOCK, b"", {"reported_by": "person"}, where)
     settle(facts, intent, Act.LOCK, where, Outcome.CONFIRMED, {"sent": 0})
     note_safe(facts, left)
@@ -102,7 +101,7 @@ def _plain(values: Mapping[str, object]) -> dict[str, Any]:
     return {name: clean(value) if isinstance(value, str) else value for name, value in values.items()}
 
 
-class StoreJournal:
+class StoreJournal(Journal):
     """The journal of one conversation, or of one command, written by the store's own thread."""
 
     is_ready = True
@@ -161,7 +160,7 @@ class Fired(NamedTuple):
 def all_fired(facts: Facts, module: str | None) -> list[Fired]:
     """Return when the module of this name (None: any without a name) may have fired, the oldest first."""
     seen = facts.of_module(MayHaveFired, module)
-    fired = [Fired(_seen_at(kept), kept.content.port, kept.content.adapter) for kept in seen]
+    fired = [Fired(kept.at, kept.content.port, kept.content.adapter) for kept in seen]
     deploys = facts.of_module(DeployIntended, module)
     if deploys:
         ends = {kept.content.of: kept.content.outcome for kept in facts.of_module(ActEnded, module)}
@@ -169,14 +168,6 @@ def all_fired(facts: Facts, module: str | None) -> list[Fired]:
         left = [kept for kept in deploys if ends.get(kept.row.id) is not Outcome.NOT_SENT]
         fired += [Fired(kept.at, kept.content.port, kept.content.adapter) for kept in left]
     return sorted(fired)
-
-
-def _seen_at(kept: Kept[MayHaveFired]) -> str:
-    """Return when it was seen: never later than it was kept, as another station may have written anything."""
-    with suppress(ValueError, OverflowError):
-        seen_at = time_text(datetime.fromisoformat(kept.content.seen_at))
-        return seen_at if EARLIEST <= seen_at < kept.at else kept.at
-    return kept.at
 
 
 def note_triggered(facts: Facts, module: str = "", *, port: str, adapter: str = "") -> None:
@@ -194,14 +185,15 @@ def unnamed_fired(facts: Facts, *, port: str, adapter: str = "") -> list[Fired]:
             here.append(fired)
     if not here:
         return []  # who names a module need not wait until the reports of all others were read
-    claimed = {kept.content.seen_at for kept in facts.of_kind(MayHaveFired)}
+    claimed = {kept.at for kept in facts.of_kind(MayHaveFired) if kept.row.module is not None}
     return [fired for fired in here if fired.at not in claimed]
 
 
 def claim_fired(facts: Facts, module: str, *, port: str, adapter: str = "") -> None:
-    """A person says this name at a port: what fired there without a name was this module."""
+    """A person says this name at a port: what fired there without a name was this module, at that time."""
     for fired in unnamed_fired(facts, port=port, adapter=adapter):
-        facts.add(MayHaveFired(port=clean(port), adapter=clean(adapter), seen_at=fired.at), module)
+        at = datetime.fromisoformat(fired.at)
+        facts.add(MayHaveFired(port=clean(port), adapter=clean(adapter)), module, at=at)
 
 
 # What is left streaming

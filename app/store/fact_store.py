@@ -11,7 +11,6 @@ damaged, another's, of a development build   set aside under another name, and a
 a newer version's, held, not writable    left alone: `StoreError`
 """
 
-import errno
 import json
 import logging
 import os
@@ -24,13 +23,12 @@ from collections.abc import Callable, Iterator
 from concurrent.futures import CancelledError, Future
 from contextlib import closing, suppress
 from datetime import UTC, datetime, timedelta
-from enum import Enum
 from pathlib import Path
 from typing import Any, Generic, NamedTuple, TypeVar
 
 import msgspec
 
-from app.safety.left_active import LEFT, LeftActive
+from app.safety.left_active import LEFT
 from app.store.rows import (
     AHEAD,
     COLUMNS,
@@ -47,7 +45,7 @@ from app.store.rows import (
 from app.store.station import own_station
 from app.system.files import data_folder
 from app.text.i18n import tr
-from app.text.messages import ErrorCode, UserError, UserMessage, clean, joined, message
+from app.text.messages import ErrorCode, UserError, UserMessage, clean, error_text, joined, message
 from protocol.translatable import marked
 
 _log = logging.getLogger(__name__)
@@ -60,8 +58,6 @@ APPLICATION_ID = 0x44505353
 LAYOUT = 20
 # How long another program may hold the file before a call fails.
 BUSY_S = 5.0
-# With less room on the disk there is none for a commit.
-MIN_FREE_BYTES = 64 * 1024
 COPIES_KEPT = 7
 _KEPT = "BEGIN SELECT RAISE(ABORT, 'facts are only ever added'); END"
 TABLES = (
@@ -91,33 +87,10 @@ OPENING_LIMIT_S = 5.0
 COPY_EVERY_S = 600.0
 # For the copy that is still being made at `close`; else it is made at the next opening.
 COPY_LIMIT_S = 0.3
+OPENING = marked("it is still being opened")
+SLOW = marked("the disk is too slow")
 # Twice the same fact is one: a restored copy gets it again from the archive.
 INSERT = f"INSERT INTO facts ({COLUMNS}) VALUES (?, ?, ?, ?, ?, ?) ON CONFLICT DO NOTHING"  # noqa: S608
-
-
-class StoreErrorKind(Enum):
-    """The value is a sentence in English with the place for the file, translatable."""
-
-    FULL = marked("The disk is full: {file} cannot be written.")
-    READ_ONLY = marked("The program may not write into {file}.")
-    NEWER = marked("{file} needs a newer version of this program.")
-    BUSY = marked("{file} is held by another program.")
-    DAMAGED = marked("{file} is damaged.")
-    FAILED = marked("{file} cannot be used.")
-    OPENING = marked("{file} is still being opened.")
-    OTHERS = marked("The records of other stations are damaged, and kept as {file}: they come with the next exchange.")
-    # Of a write that had begun: whether it is kept is not known.
-    HANGS = marked("{file} does not answer.")
-
-
-_KINDS = {
-    sqlite3.SQLITE_FULL: StoreErrorKind.FULL,
-    sqlite3.SQLITE_READONLY: StoreErrorKind.READ_ONLY,
-    sqlite3.SQLITE_CANTOPEN: StoreErrorKind.READ_ONLY,
-    sqlite3.SQLITE_BUSY: StoreErrorKind.BUSY,
-    sqlite3.SQLITE_CORRUPT: StoreErrorKind.DAMAGED,
-    sqlite3.SQLITE_NOTADB: StoreErrorKind.DAMAGED,
-}
 
 
 class StoreError(UserError):
@@ -125,29 +98,20 @@ class StoreError(UserError):
 
     code = ErrorCode.STORE
 
-    def __init__(self, kind: StoreErrorKind, path: Path) -> None:
-        super().__init__(kind.value, file=path)
-        self.kind = kind
+
+class StoreHangs(StoreError):
+    """The disk does not answer to a write that had begun: whether it is kept is not known."""
+
+
+def unusable(path: Path, why: str | Exception) -> StoreError:
+    """`why`: `marked`, or in the system's words."""
+    text = UserMessage(why if isinstance(why, str) else error_text(why))
+    return StoreError(marked("{file} cannot be used: {why}."), file=path, why=text)
 
 
 def not_kept(trouble: UserError) -> str:
     """Say whether what was to be written is kept, in the language in use."""
-    is_known = not isinstance(trouble, StoreError) or trouble.kind is not StoreErrorKind.HANGS
-    return tr("Not kept.") if is_known else tr("It may still be kept.")
-
-
-def store_error_of(error: sqlite3.Error | OSError, path: Path) -> StoreError:
-    """Log what happened, and return what a person should know of it."""
-    _log.warning("%s: %s", path, error)
-    if isinstance(error, OSError):
-        return StoreError(StoreErrorKind.FULL if error.errno == errno.ENOSPC else StoreErrorKind.READ_ONLY, path)
-    # The lowest byte says what failed, and the others where. Python's own errors have no code.
-    kind = _KINDS.get(getattr(error, "sqlite_errorcode", 0) & 0xFF, StoreErrorKind.FAILED)
-    if kind in (StoreErrorKind.READ_ONLY, StoreErrorKind.FAILED):
-        # Of a full disk SQLite only says that a file beside it cannot be opened.
-        with suppress(OSError):
-            kind = StoreErrorKind.FULL if shutil.disk_usage(path.parent).free < MIN_FREE_BYTES else kind
-    return StoreError(kind, path)
+    return tr("It may still be kept.") if isinstance(trouble, StoreHangs) else tr("Not kept.")
 
 
 # The file
@@ -162,21 +126,21 @@ def open_file(path: Path) -> tuple[sqlite3.Connection, UserMessage | None]:
     try:
         if not was_there and copies_of(path):
             raise sqlite3.DatabaseError("empty or gone")
-        return connect(path), None
+        connection = connect(path)
+        try:
+            check_whole(connection)
+        except BaseException:
+            connection.close()
+            raise
+        return connection, None
     except sqlite3.OperationalError:
         raise  # a lock, a full disk or a missing permission: the file itself is not bad
     except sqlite3.DatabaseError as error:
         _log.warning("%s: %s", path, error)
     aside = set_aside(path)
     told = [message(marked("The records cannot be used and are kept as {file}."), file=aside)] if was_there else []
-    whole = []
-    for copy in copies_of(path):
-        with suppress(sqlite3.DatabaseError, StoreError), closing(connect_to_read(copy)) as connection:
-            check_or_make(connection, copy)
-            whole.append((connection.execute("SELECT count(*) FROM facts").fetchone()[0], copy))
-    if whole:
-        # As facts are only added, the last copy is the one with most of them, whatever day the clock said.
-        _count, copy = max(whole)
+    copy = next(filter(is_whole, copies_of(path)), None)
+    if copy is not None:
         shutil.copyfile(copy, path)
         text = marked("Records restored from the copy of {when}; later ones are missing.")
         told.append(message(text, when=copy.name.split(".")[1]))
@@ -184,7 +148,7 @@ def open_file(path: Path) -> tuple[sqlite3.Connection, UserMessage | None]:
         told.append(message(marked("New records are started.")))
     connection = connect(path)
     for key, value in _left_active(aside).items():
-        connection.execute("INSERT OR REPLACE INTO state VALUES (?, ?)", (key, json.dumps(value)))
+        connection.execute("INSERT OR REPLACE INTO state VALUES (?, ?)", (key, value))
     return connection, joined(told, " ")
 
 
@@ -197,26 +161,13 @@ def set_aside(path: Path) -> Path:
     return aside
 
 
-def is_whole(path: Path) -> bool:
-    """Whether the file is ours and not damaged. Raises as `open_file` where it cannot be read."""
-    try:
-        with closing(connect_to_read(path)) as connection:
-            check_or_make(connection, path)
-    except sqlite3.OperationalError:
-        raise
-    except sqlite3.DatabaseError:
-        return False
-    return True
-
-
-def connect(path: Path, *, is_checked: bool = True) -> sqlite3.Connection:
-    """The file; made where it is missing. `is_checked`: as a whole, which takes a second for 200 MB. Raises as
-    `open_file`."""
+def connect(path: Path) -> sqlite3.Connection:
+    """The file; made where it is missing. Raises as `open_file`."""
     # As an address, so that a file may be attached as one that is only read.
     address = path.absolute().as_uri()
     connection = sqlite3.connect(address, uri=True, timeout=BUSY_S, isolation_level=None, check_same_thread=False)
     try:
-        check_or_make(connection, path, is_whole=is_checked)
+        check_or_make(connection, path)
         connection.execute("PRAGMA journal_mode = WAL")
         connection.execute("PRAGMA synchronous = FULL")
         connection.execute("PRAGMA recursive_triggers = ON")  # else INSERT OR REPLACE removes a row in silence
@@ -241,24 +192,39 @@ def make_tables(connection: sqlite3.Connection) -> None:
             connection.execute(f"PRAGMA user_version = {LAYOUT}")
 
 
-def check_or_make(connection: sqlite3.Connection, path: Path, *, is_whole: bool = True) -> None:
-    """Make the tables in an empty file. Raise `sqlite3.DatabaseError` for one that is damaged or of something else,
-    `StoreError` for a newer one."""
+def check_or_make(connection: sqlite3.Connection, path: Path) -> None:
+    """Make the tables in an empty file. Raise `sqlite3.DatabaseError` for one of something else, `StoreError` for a
+    newer one."""
     if not connection.execute("SELECT count(*) FROM sqlite_master").fetchone()[0]:
         make_tables(connection)
     if connection.execute("PRAGMA application_id").fetchone()[0] != APPLICATION_ID:
         raise sqlite3.DatabaseError("of another program")
     layout = connection.execute("PRAGMA user_version").fetchone()[0]
     if layout > LAYOUT:
-        raise StoreError(StoreErrorKind.NEWER, path)
+        raise unusable(path, marked("it needs a newer version of this program"))
     if layout < LAYOUT:
         raise sqlite3.DatabaseError("of a development build")
-    if is_whole and connection.execute("PRAGMA quick_check(1)").fetchone()[0] != "ok":
+
+
+def check_whole(connection: sqlite3.Connection) -> None:
+    """Raise `sqlite3.DatabaseError` for a file that is damaged. It takes a second for 200 MB."""
+    if connection.execute("PRAGMA quick_check(1)").fetchone()[0] != "ok":
         raise sqlite3.DatabaseError("damaged")
 
 
-def _left_active(former: Path) -> dict[str, object]:
-    """Return what a file that was set aside leaves ACTIVE, by key of the state, as far as it can be read.
+def is_whole(path: Path) -> bool:
+    """Whether the file is ours, of this layout, and not damaged."""
+    try:
+        with closing(connect_to_read(path)) as connection:
+            check_or_make(connection, path)
+            check_whole(connection)
+    except (sqlite3.Error, StoreError):
+        return False
+    return True
+
+
+def _left_active(former: Path) -> dict[str, str]:
+    """Return what a file that was set aside leaves ACTIVE, as rows of the state, as far as it can be read.
 
     The audit log of a development build had an intent (`act`) and what came of it (`outcome`, linked by the intent's
     hash), both as JSON.
@@ -268,17 +234,15 @@ def _left_active(former: Path) -> dict[str, object]:
         WHERE a.kind = 'act' AND a.link IN ('activate', 'lock', 'shutdown') ORDER BY a.number
     """
     leaves_active = ("activate", "confirmed"), ("activate", "unknown"), ("lock", "refused"), ("lock", "unknown")
-    left: dict[str, object] = {}
+    left: dict[str, str] = {}
     # Nothing in it is trusted.
     with (
         suppress(sqlite3.Error, ValueError, LookupError, TypeError, AttributeError),
         closing(connect_to_read(former)) as connection,
     ):
         if connection.execute("PRAGMA user_version").fetchone()[0] == LAYOUT:  # it is damaged elsewhere
-            kept = connection.execute("SELECT key, value FROM state WHERE substr(key, 1, ?) = ?", (len(LEFT), LEFT))
-            for key, value in kept:
-                with suppress(msgspec.DecodeError):
-                    left[key] = msgspec.to_builtins(msgspec.json.decode(value, type=LeftActive))
+            for key, value in connection.execute("SELECT key, value FROM state WHERE key LIKE ?", (f"{LEFT}%",)):
+                left[str(key)] = str(value)
             return left
         for at, payload, ended in connection.execute(query):
             content: Any = json.loads(payload)
@@ -291,7 +255,7 @@ def _left_active(former: Path) -> dict[str, object]:
                 continue
             if (act, outcome) in leaves_active:
                 here = {"module": module, "port": port, "adapter": adapter, "at": at}
-                left[key] = {**here, "is_lock_unconfirmed": act == "lock"}
+                left[key] = json.dumps({**here, "is_lock_unconfirmed": act == "lock"})
             elif act != "activate" and outcome == "confirmed" and not detail.get("is_in_doubt"):
                 left.pop(key, None)
     return left
@@ -460,8 +424,9 @@ class Store:
         try:
             return writing.result(WRITE_LIMIT_S)
         except (CancelledError, TimeoutError) as error:  # it was closed meanwhile, or the disk does not answer
-            kind = StoreErrorKind.FAILED if writing.cancel() else StoreErrorKind.HANGS
-            raise StoreError(kind, self.path) from error
+            if writing.cancel():
+                raise unusable(self.path, SLOW) from error
+            raise StoreHangs(marked("{file} does not answer."), file=self.path) from error
 
     def wait(self) -> None:
         """Wait until it is open, for a limited time: not in the window's thread. Raises `StoreError`."""
@@ -469,7 +434,7 @@ class Store:
         try:
             self.opened.result(OPENING_LIMIT_S)
         except TimeoutError:
-            raise StoreError(StoreErrorKind.OPENING, self.path) from None
+            raise unusable(self.path, OPENING) from None
 
     def read(self, work: Callable[[Facts], Result]) -> Result:
         """Read in this thread, and wait for the opening as `wait`. Raises `StoreError`."""
@@ -478,7 +443,7 @@ class Store:
             with closing(connect_to_read(self.path)) as connection:
                 return work(Facts(connection, self.station, self._now))
         except sqlite3.Error as error:
-            raise store_error_of(error, self.path) from error
+            raise unusable(self.path, error) from error
 
     def state(self, key: str) -> Any:
         """Return the value; None where it is not set. Raises `StoreError`."""
@@ -515,7 +480,7 @@ class Store:
             facts, notice = self._open()
         except BaseException as error:  # noqa: BLE001  also a fault of the program: nobody may wait for ever
             _log.warning("There is no store: %s", error)
-            trouble = store_error_of(error, self.path) if isinstance(error, sqlite3.Error | OSError) else error
+            trouble = unusable(self.path, error) if isinstance(error, sqlite3.Error | OSError) else error
             self.opened.set_exception(trouble)
             for _work, future in iter(self._work.get, None):
                 if future.set_running_or_notify_cancel():
@@ -535,7 +500,7 @@ class Store:
                 facts.connection.execute("BEGIN IMMEDIATE")
                 result = work(facts)
         except sqlite3.Error as error:
-            future.set_exception(store_error_of(error, self.path))
+            future.set_exception(unusable(self.path, error))
         except BaseException as error:  # noqa: BLE001  passed on by the future as what it is
             if not isinstance(error, UserError):
                 _log.error("A fault of the program, and none of the store", exc_info=error)
@@ -561,7 +526,7 @@ class Store:
             # Facts go on under the key of before; only signing needs its file.
             _log.warning("The key of this station cannot be used: %s", error)
             if known is None:
-                raise StoreError(StoreErrorKind.FAILED, self.path) from error
+                raise unusable(self.path, error) from error
             key = known
         if known != key:
             facts.set_state("station", key)

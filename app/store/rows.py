@@ -123,8 +123,6 @@ class MayHaveFired(Content, frozen=True, kw_only=True):
 
     port: Text
     adapter: Text = ""
-    # Of one that a name has claimed later: when that without a name was.
-    seen_at: Word = ""
 
 
 class MessageText(Struct, frozen=True, kw_only=True):

@@ -18,8 +18,8 @@ from app.engine.conversation import ConversationView
 from app.engine.target import is_simulated
 from app.modules.names import remembered, store_as_found, what_speaks_against
 from app.safety.journal import Journal
-from app.safety.left_active import KnownAs, LeftActive, all_left, note_named
-from app.store.acts import StoreJournal, Where, new_run, note_report, note_said_safe
+from app.safety.left_active import LeftActive, all_left, note_locked, note_named
+from app.store.acts import StoreJournal, Where, new_run, note_said_safe
 from app.store.fact_store import CLOSE_LIMIT_S, FILE_NAME, Facts, Store, not_kept
 from app.store.rows import Row
 from app.system.files import data_folder
@@ -35,13 +35,14 @@ Result = TypeVar("Result")
 
 
 class Records(NamedTuple):
-    """The records of one connection. `find_where` may take seconds, for the adapter's USB identity."""
+    """The records of one connection. `find_where` may take seconds, for the adapter's USB identity. `run` names the
+    conversation."""
 
     journal: Journal
     store: Store
     port: str
     find_where: Callable[[], Where]
-    known_as: KnownAs
+    run: str
 
     def keep_as_found(self, settings: Mapping[str, Value], boot_count: int | None) -> "Future[Row]":
         # The future ends when it is on disk or has failed; a failure does not prevent changing a setting.
@@ -64,10 +65,10 @@ class CommandStore(Store):
 
     def records(self, port: str, module: str | None = None) -> Records:
         # The store's thread finds the adapter, while the port is opened. `module`: its name.
-        known_as = KnownAs(module or "", new_run())
-        find_where = cache(lambda: Where(port, ORIGIN, adapter_of(port), known_as))
+        run = new_run()
+        find_where = cache(lambda: Where(port, ORIGIN, adapter_of(port), module or "", run))
         journal = StoreJournal(self, find_where, on_trouble=self.troubles.append)
-        return Records(journal, self, port, find_where, known_as)
+        return Records(journal, self, port, find_where, run)
 
 
 @contextmanager
@@ -167,16 +168,15 @@ def conclude_lock(records: Records, args: argparse.Namespace, locked: Conversati
         if locked is not None and args.module:
             against = speaks_against(facts, args.module, locked)
             if args.same_module or not against:
-                known_as = records.known_as._replace(name=args.module)
-                note_named(facts, known_as)
-                note_report(facts, records.find_where()._replace(known_as=known_as), is_active=False)
+                note_named(facts, records.run, args.module)
+                note_locked(facts, records.run)
         if locked is not None and args.same_module:
             for one in _left_here(facts, args.port, args.module):
                 if not one.module:
                     note_said_safe(facts, one, ORIGIN)
         # What this run left is said by itself.
         left = _left_here(facts, args.port, args.module)
-        return against, [one for one in left if one.run != records.known_as.run]
+        return against, [one for one in left if one.run != records.run]
 
     against, left = records.ask(update) or ("", [])
     add = tr("If it is this module, add {option}.", option="--same-module")

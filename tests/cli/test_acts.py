@@ -20,7 +20,7 @@ from app.port_urls.protocol_sim import open_bench
 from app.procedures.act import Performed
 from app.safety.journal import REQUESTS, Act, Outcome
 from app.safety.last_known import keep_away
-from app.safety.left_active import KnownAs, all_left
+from app.safety.left_active import all_left
 from app.simulator.bench import SimulatedBench
 from app.simulator.endpoints import TcpEndpoint
 from app.store.fact_store import FILE_NAME, open_file, utc_now
@@ -89,7 +89,7 @@ def test_without_a_store_no_dangerous_frame_leaves_but_lock(
     data_folder().write_text("in the way", encoding="utf-8")
     printed = dps_s([*words.split(), "--port", port], code)
     assert [part for part in said if part not in printed.out + printed.err] == []
-    assert "The program may not write into " in printed.err
+    assert "dps-s.sqlite cannot be used: File exists." in printed.err
     assert sets(wire) == sent
 
 
@@ -270,9 +270,9 @@ def line() -> Iterator[str]:
 def leave(port: str, module: str = "", act: Act = Act.ACTIVATE, outcome: Outcome = Outcome.CONFIRMED) -> None:
     """As another process logged it, whose clock was an hour ahead."""
     with closing(open_store(clock=lambda: utc_now() + timedelta(hours=1))) as store:
-        known_as = KnownAs(module, f"before {module}")
-        entry = begin(store, act, REQUESTS[act].encode(), {}, port=port, known_as=known_as)
-        settle(store, entry, act, outcome, {}, port=port, known_as=known_as)
+        run = f"before {module}"
+        entry = begin(store, act, REQUESTS[act].encode(), {}, port=port, name=module, run=run)
+        settle(store, entry, act, outcome, {}, port=port, name=module, run=run)
 
 
 def left() -> list[str]:

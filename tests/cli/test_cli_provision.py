@@ -15,7 +15,7 @@ from app.modules.names import modules, remember
 from app.port_urls.protocol_sim import open_bench
 from app.simulator.bench import SimulatedBench
 from app.simulator.module import Memory
-from app.store.fact_store import Facts, StoreError, StoreErrorKind
+from app.store.fact_store import Facts, StoreError
 from app.store.rows import Content, ModuleProvisioned, PreflightCheck, Row
 from app.terminal import console
 from app.terminal.console import Refused
@@ -206,11 +206,11 @@ def test_a_full_disk_ends_the_batch_and_nothing_has_half_a_name(
 
     def full(self: Facts, content: Content, *args: Any, **values: Any) -> Row:
         if isinstance(content, ModuleProvisioned):
-            raise StoreError(StoreErrorKind.FULL, Path())
+            raise StoreError("It cannot be used.")
         return add(self, content, *args, **values)
 
     def unopened(_path: Path) -> None:
-        raise StoreError(StoreErrorKind.FULL, Path())
+        raise StoreError("It cannot be used.")
 
     with monkeypatch.context() as patch:
         patch.setattr("app.store.fact_store.open_file", unopened)

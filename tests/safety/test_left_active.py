@@ -9,7 +9,6 @@ from app.engine.conversation import ConversationView, How, Known
 from app.safety.last_known import Activation, keep_away, seen_activation, was_heard_active
 from app.safety.left_active import (
     FiringDoubt,
-    KnownAs,
     LeftActive,
     all_left,
     drop_intent,
@@ -70,14 +69,14 @@ def test_it_ends_when_the_module_reports_locked_in_the_same_conversation() -> No
 @pytest.mark.promise("l")
 def test_a_named_one_ends_when_a_module_reports_locked_that_was_named_so_afterwards() -> None:
     state = State()
-    note_named(state, KnownAs("M-07", "before"))
+    note_named(state, "before", "M-07")
     keep_left(state, left("a", "M-07"))
     note_locked(state, "before")
     assert state.names() == ["M-07"], "that one was named before"
-    note_named(state, KnownAs("M-08", "b"))
+    note_named(state, "b", "M-08")
     note_locked(state, "b")
     assert state.names() == ["M-07"], "another name"
-    note_named(state, KnownAs("M-07", "c"))
+    note_named(state, "c", "M-07")
     assert state.names() == ["M-07"], "a name alone says nothing"
     note_locked(state, "c")
     assert state.kept == {}
@@ -87,7 +86,7 @@ def test_a_named_one_ends_when_a_module_reports_locked_that_was_named_so_afterwa
 def test_one_without_a_name_ends_by_a_persons_word_only() -> None:
     state = State()
     keep_left(state, left("a"))
-    note_named(state, KnownAs("M-07", "b"))
+    note_named(state, "b", "M-07")
     note_locked(state, "b")
     assert state.names() == ["a"]
     note_safe(state, all_left(state)[0])
@@ -97,7 +96,7 @@ def test_one_without_a_name_ends_by_a_persons_word_only() -> None:
 def test_it_gets_the_name_that_is_said_later_in_its_conversation() -> None:
     state = State()
     keep_left(state, left("a"))
-    note_named(state, KnownAs("M-07", "a"))
+    note_named(state, "a", "M-07")
     assert state.names() == ["M-07"]
     keep_left(state, left("a"))  # by who does not know the name
     assert state.names() == ["M-07"]

@@ -9,10 +9,11 @@ from typing import TYPE_CHECKING, Any
 from PySide6.QtCore import QObject, Signal
 
 from app.engine.target import Target
-from app.safety.journal import Journal, NoJournal
-from app.safety.left_active import KnownAs, LeftActive
-from app.store.acts import UNNAMED, StoreJournal, StreamMemory, Where
-from app.store.fact_store import Store, StoreError, StoreErrorKind
+from app.safety.journal import Journal
+from app.safety.left_active import LeftActive
+from app.store.acts import StoreJournal, StreamMemory, Where
+from app.store.fact_store import OPENING, Store, StoreError, unusable
+from protocol.translatable import marked
 
 if TYPE_CHECKING:  # it loads zstandard, which the window's first paint does not wait for
     from app.recordings.library import RecordingLibrary
@@ -64,9 +65,9 @@ class Storage(QObject):
         """The store once it is open, or why there is none (yet). Never waits."""
         store = self.begun
         if store is None:
-            return StoreError(StoreErrorKind.FAILED, self.folder)
+            return unusable(self.folder, marked("it is closed"))
         if not store.opened.done():
-            return StoreError(StoreErrorKind.OPENING, store.path)
+            return unusable(store.path, OPENING)
         trouble = store.opened.exception()
         return trouble if isinstance(trouble, StoreError) else store
 
@@ -92,12 +93,11 @@ class Storage(QObject):
         notice = store.opened.result()
         return None if notice is None else notice.translated()
 
-    def journal(self, target: Target | None, known_as: KnownAs = UNNAMED) -> Journal:
+    def journal(self, where: Where | None) -> Journal:
         """Return the journal of a store that may still be opening: LOCK waits for no entry, and an act for its own."""
         store = self.begun
-        if target is None or store is None or (store.opened.done() and self.ready is None):
-            return NoJournal()
-        where = Where(target.device, ORIGIN, target.identity, known_as)
+        if where is None or store is None or (store.opened.done() and self.ready is None):
+            return Journal()
         return StoreJournal(store, lambda: where)
 
     def stream_memory(self, target: Target) -> StreamMemory:

@@ -7,7 +7,7 @@ from PySide6.QtCore import QObject, Signal
 
 from app.engine.conversation import How
 from app.safety.left_active import LeftActive, all_left
-from app.store.acts import Where, note_report, note_said_safe
+from app.store.acts import note_report, note_said_safe
 from app.store.fact_store import Facts
 from app.text.i18n import tr
 from ui.core.background_task import BackgroundTask
@@ -57,16 +57,15 @@ class LeftActiveWatch(QObject):
 
     def _watch(self, port: Port) -> None:
         """A report that differs from what the store was told of this conversation."""
-        module, target = port.module, port.target
+        module, where = port.module, port.module.where
         known = module.view.values.get("active")
-        if known is None or known.how is How.ACKNOWLEDGED or target is None or target.is_simulated:
+        if known is None or known.how is How.ACKNOWLEDGED or where is None:
             return
         is_active = known.value is True
         told = (module.run_id, module.name, module.is_going, is_active)
         # One that is LOCKED counts only while its conversation goes on: afterwards that is what it reported last.
         if told != self._told.get(port) and (is_active or module.is_going):
             self._told[port] = told
-            where = Where(target.device, ORIGIN, target.identity, module.known_as)
             self._update(partial(note_report, where=where, is_active=is_active))
 
     def _update(self, note: Callable[[Facts], object]) -> None:

@@ -29,8 +29,8 @@ from app.modules.names import Remembered, remember, remembered, store_as_found, 
 from app.procedures.light import LightDirection
 from app.safety.journal import Journal
 from app.safety.last_known import SeenActivation, seen_activation
-from app.safety.left_active import KnownAs, note_go, note_named
-from app.store.acts import claim_fired, new_run, note_triggered
+from app.safety.left_active import note_go, note_named
+from app.store.acts import Where, claim_fired, new_run, note_triggered
 from app.store.fact_store import Facts, StoreError
 from app.store.rows import Row
 from app.text.i18n import tr
@@ -38,12 +38,12 @@ from app.text.messages import UserMessage, capitalised, clean, join_sentences, l
 from protocol.catalogue import READABLE_SETTINGS
 from protocol.events import Ended, EndReason
 from protocol.fields import Value
+from ui.services.storage import ORIGIN, Storage
 
 if TYPE_CHECKING:
     from app.preflight.checks import Person
     from app.preflight.verdict import CheckState
     from app.settings.profiles import Profile
-    from ui.services.storage import Storage
     from ui.session.check import ModuleCheck
     from ui.session.guided import Guided
     from ui.session.page_job import PageJob
@@ -203,13 +203,14 @@ class ShownModule(QObject):
         return self._port.firing_doubt.is_open
 
     @property
-    def known_as(self) -> KnownAs:
-        return KnownAs(self.name, self.run_id)
+    def where(self) -> Where | None:
+        """Where its acts are done, and what it is known by now; None without a port."""
+        target = self.target
+        return None if target is None else Where(target.device, ORIGIN, target.identity, self.name, self.run_id)
 
     @property
     def journal(self) -> Journal:
-        """The journal, with what the module is known by now."""
-        return self._storage.journal(self._port.target, self.known_as)
+        return self._storage.journal(self.where)
 
     # What is done with it
 
@@ -399,16 +400,16 @@ class ShownModule(QObject):
         if name == self.name or not self.is_going:
             return
         self.name = name
-        target, known_as = self._port.target, self.known_as
+        where = self.where
 
         def note(facts: Facts) -> None:
             """What fired here without a name, and what was left ACTIVE under this one, was this module."""
-            note_named(facts, known_as)
-            if known_as.name and target is not None:
-                claim_fired(facts, known_as.name, port=target.device, adapter=target.identity)
+            if where is not None:
+                note_named(facts, where.run, where.name)
+                if where.name:
+                    claim_fired(facts, where.name, port=where.port, adapter=where.adapter)
 
-        if target is not None:
-            self._write(note)
+        self._write(note)
         self.keep()
         self.named.emit()
         self.changed.emit()

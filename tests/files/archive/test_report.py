@@ -14,12 +14,10 @@ import pytest
 from app.archive.archive import sync
 from app.archive.report import HistoryEvent, as_edits, last_writes, module_history, report, settings_changed
 from app.safety.journal import NOTE, Act, Outcome
-from app.safety.left_active import KnownAs
 from app.store.fact_store import Store
 from app.store.rows import (
     Content,
     Judgement,
-    MayHaveFired,
     ModuleVisited,
     PreflightCheck,
     Serviced,
@@ -139,16 +137,6 @@ def test_a_trigger_record_that_two_stations_read_is_one_and_judged_by_either(
         assert due(here) == [NO_CHECK, f"Unjudged trigger records: {unjudged}."]
 
 
-@pytest.mark.parametrize("seen_at", ["zzz", "2026-99-99T00:00:00+00:00", "0001-01-01T00:00:00+00:00", "9999-12-31"])
-@pytest.mark.promise("g")
-def test_a_time_that_is_none_costs_no_report(here: Store, other: Store, tmp_path: Path, seen_at: str) -> None:
-    """One such row of any station ended the report for all modules."""
-    add(other, MayHaveFired(port="p", seen_at=seen_at), 1)
-    for store in (other, here):
-        sync(store, str(tmp_path / "stick"))
-    assert due(here)[1].startswith(f"It fired, or was told to, on {(NOW - timedelta(days=1)).astimezone():%Y-%m-%d}")
-
-
 # The history of one: its settings before and after, over a restart, and earlier ones to be written again
 
 
@@ -158,8 +146,8 @@ def seen(store: Store, boot_count: int, **settings: Any) -> None:
 
 def write(store: Store, outcome: Outcome, *, note: str = "", **detail: Any) -> None:
     detail |= {NOTE: note} if note else {}
-    intent = begin(store, Act.WRITE, b"\x20", detail, port="P", known_as=KnownAs("M-07"))
-    settle(store, intent, Act.WRITE, outcome, port="P", known_as=KnownAs("M-07"))
+    intent = begin(store, Act.WRITE, b"\x20", detail, port="P", name="M-07")
+    settle(store, intent, Act.WRITE, outcome, port="P", name="M-07")
 
 
 def history(store: Store) -> tuple[list[HistoryEvent], list[str]]:

@@ -183,6 +183,7 @@ def test_where_the_store_itself_is_damaged_the_file_of_the_others_stays(desk: De
         honest(module="M\u202e07"),
         honest(module=" "),
         honest(made_at="3000-01-01T00:00:00.000000+00:00"),
+        honest(made_at="1970-01-01T00:00:00.000000+00:00"),
         honest(made_at="2026-01-01 00:00+00:00"),
         honest(station="x" * 64),
         honest(kind="Said new"),
@@ -197,7 +198,7 @@ def test_where_the_store_itself_is_damaged_the_file_of_the_others_stays(desk: De
         made("preflight_check", '{"verdict":"GO","is_void":false,"is_simulated":false,"document":"{}"}'),
         honest(content='{"is_new":true,"x":"' + "x" * 1_000_000 + '"}'),  # not even fetched
     ],
-    ids=range(18),
+    ids=range(19),
 )
 @pytest.mark.promise("g")
 def test_a_row_that_is_no_fact_is_left_out_and_named_once(row: Row, desk: Desk) -> None:

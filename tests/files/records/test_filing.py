@@ -20,7 +20,7 @@ from app.records.record import read_document
 from app.records.verification import RecordState, StationNames, verify
 from app.settings.profiles import NO_PROFILE
 from app.settings.values import DEFAULTS
-from app.store.fact_store import Facts, Store, StoreError, StoreErrorKind, not_kept
+from app.store.fact_store import Facts, Store, StoreError, not_kept
 from app.store.rows import Judgement, ModuleVisited, PreflightCheck
 from app.store.station import KEY_FILE
 from app.text.messages import UserError
@@ -123,7 +123,7 @@ def test_what_is_just_being_written_may_still_be_kept_and_is_not_called_not_kept
 
 def test_a_record_that_could_not_be_kept_is_still_signed(store: Store, monkeypatch: pytest.MonkeyPatch) -> None:
     def full(*_: object, **__: object) -> int:
-        raise StoreError(StoreErrorKind.FULL, store.path)
+        raise StoreError("It cannot be used.")
 
     with monkeypatch.context() as patch:
         patch.setattr("app.store.fact_store.Facts.add", full)

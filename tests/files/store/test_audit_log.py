@@ -13,7 +13,7 @@ import pytest
 from app.procedures.act import perform
 from app.procedures.lock import Locked, lock
 from app.safety.journal import Act, Outcome
-from app.safety.left_active import KnownAs, all_left
+from app.safety.left_active import all_left
 from app.safety.permit import Interlock
 from app.store.acts import StoreJournal, Where, note_report, note_said_safe
 from app.store.fact_store import FILE_NAME, Store
@@ -67,12 +67,11 @@ def test_an_intent_without_an_outcome_reads_as_unknown(tmp_path: Path) -> None:
 @pytest.mark.promise("l")
 def test_what_is_left_active(acts: list[tuple[Act, Outcome | None]], left: list[bool], tmp_path: Path) -> None:
     for port in PORT, "sim://M-07":
-        known_as = KnownAs("M-07", port)
         for act, outcome in acts:
             with closing(open_store(tmp_path)) as store:  # also after `kill -9`
-                entry = begin(store, act, FRAME, {}, port=port, known_as=known_as)
+                entry = begin(store, act, FRAME, {}, port=port, name="M-07", run=port)
                 if outcome is not None:
-                    settle(store, entry, act, outcome, port=port, known_as=known_as)
+                    settle(store, entry, act, outcome, port=port, name="M-07", run=port)
     with closing(open_store(tmp_path)) as store:
         found = store.read(all_left)
     assert [(one.port, one.is_lock_unconfirmed) for one in found] == [(PORT, is_lock) for is_lock in left]
@@ -80,13 +79,13 @@ def test_what_is_left_active(acts: list[tuple[Act, Outcome | None]], left: list[
 
 @pytest.mark.promise("l")
 def test_what_the_module_reports_and_a_person_says(store: Store) -> None:
-    here = Where(PORT, "window", "usb 1", KnownAs("M-07", "run"))
+    here = Where(PORT, "window", "usb 1", "M-07", "run")
     for is_active, count in ((False, 0), (True, 1), (True, 1), (False, 0), (True, 1)):
         store.write(partial(note_report, where=here._replace(port="sim://"), is_active=True))
         store.write(partial(note_report, where=here, is_active=is_active))
         assert len(store.write(all_left).result()) == count
     (left,) = store.write(all_left).result()
-    assert (left.module, left.run, left.port, left.adapter) == (*here.known_as, PORT, "usb 1")
+    assert (left.module, left.run, left.port, left.adapter) == ("M-07", "run", PORT, "usb 1")
     store.write(lambda facts: note_said_safe(facts, left, "window"))
     assert store.write(all_left).result() == ()
     (said,) = audit(store)

@@ -13,7 +13,6 @@ from app.preflight.checks import CheckResult, Person
 from app.preflight.verdict import Verdict
 from app.records.filing import Filed, file_check
 from app.safety.journal import REQUESTS, Act, Outcome
-from app.safety.left_active import KnownAs
 from app.settings.profiles import NO_PROFILE
 from app.store.acts import claim_fired, note_triggered
 from app.store.fact_store import Store
@@ -47,10 +46,10 @@ def file(store: Store, name: str | None = "M-07") -> Filed:
 
 def deploy(store: Store, outcome: Outcome | None, name: str = "M-07", port: str = PORT) -> None:
     """None: the program ended before it knew what came of it."""
-    known_as, frame = KnownAs(name, "run"), REQUESTS[Act.DEPLOY].encode()
-    intent = begin(store, Act.DEPLOY, frame, {}, port=port, adapter=ADAPTER, known_as=known_as)
+    where = {"port": port, "adapter": ADAPTER, "name": name, "run": "run"}
+    intent = begin(store, Act.DEPLOY, REQUESTS[Act.DEPLOY].encode(), {}, **where)
     if outcome is not None:
-        settle(store, intent, Act.DEPLOY, outcome, port=port, adapter=ADAPTER, known_as=known_as)
+        settle(store, intent, Act.DEPLOY, outcome, **where)
 
 
 def trigger(store: Store, name: str = "M-07") -> None:
@@ -140,10 +139,9 @@ def test_an_unnamed_deploy_that_never_left_is_of_nobody(store: Store) -> None:
 
 
 def test_a_triggered_that_was_seen_before_the_deploy_was_known_not_to_have_left_stays(store: Store) -> None:
-    known_as, frame = KnownAs("", "run"), REQUESTS[Act.DEPLOY].encode()
-    intent = begin(store, Act.DEPLOY, frame, {}, port=PORT, adapter=ADAPTER, known_as=known_as)
+    intent = begin(store, Act.DEPLOY, REQUESTS[Act.DEPLOY].encode(), {}, port=PORT, adapter=ADAPTER)
     trigger(store, "")
-    settle(store, intent, Act.DEPLOY, Outcome.NOT_SENT, port=PORT, adapter=ADAPTER, known_as=known_as)
+    settle(store, intent, Act.DEPLOY, Outcome.NOT_SENT, port=PORT, adapter=ADAPTER)
     assert claimed(store, "M-07")
 
 

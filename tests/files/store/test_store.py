@@ -19,7 +19,7 @@ import pytest
 from app.archive.archive import all_facts
 from app.cli.archive import run_service
 from app.safety.left_active import LeftActive, all_left
-from app.store.fact_store import FILE_NAME, LAYOUT, Facts, Store, StoreError, StoreErrorKind, copies_of, copy_if_due
+from app.store.fact_store import FILE_NAME, LAYOUT, Facts, Store, StoreError, copies_of, copy_if_due
 from app.store.rows import ActIntended, Content, ModuleNamed, SaidNew, Serviced, ServiceKind, SettingsSeen, StationNamed
 from app.store.station import KEY_FILE
 from tests.support.patience import PATIENCE_S
@@ -152,7 +152,8 @@ def test_reading_waits_no_longer_than_its_limit_for_a_disk_that_never_answers(
     finally:
         release.set()
         store.close()
-    assert refused.value.kind is refused_too.value.kind is StoreErrorKind.OPENING
+    assert "being opened" in str(refused.value)
+    assert "being opened" in str(refused_too.value)
 
 
 def test_the_command_that_keeps_a_service_does_not_wait_for_ever(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -216,10 +217,10 @@ def damage(path: Path) -> None:
 @pytest.mark.parametrize("what", ["damaged", "no database", "empty", "gone", "gone but its log"])
 @pytest.mark.promise("f")
 def test_the_newest_whole_copy_takes_the_place_of_a_file_that_cannot_be_used(what: str, folder: Path) -> None:
-    for said_on, copied_on, module in ((-2, 9, "older"), (-1, 0, "M-07")):  # the clock was ahead at the first copy
-        with opened(folder, NOON + timedelta(days=said_on), module):
+    for day, module in ((-1, "older"), (0, "M-07")):
+        with opened(folder, NOON + timedelta(days=day), module):
             pass
-        copied(folder, NOON + timedelta(days=copied_on))
+        copied(folder, NOON + timedelta(days=day))
     path = folder / FILE_NAME
     log = path.with_name(f"{FILE_NAME}-wal")
     # Held open, so that its log stays.
@@ -290,7 +291,7 @@ def test_a_file_of_a_newer_version_is_left_alone(folder: Path) -> None:
     before = path.read_bytes()
     with opened(folder) as store, pytest.raises(StoreError) as caught:
         add(store, INTENT).result(PATIENCE_S)
-    assert caught.value.kind is StoreErrorKind.NEWER
+    assert "newer version" in caught.value.sentence
     assert str(path) in caught.value.sentence
     assert path.read_bytes() == before
 

@@ -17,8 +17,8 @@ from app.engine.target import Target
 from app.engine.transport import PortError, PortErrorKind
 from app.engine.worker import Batch, Connection, PortState
 from app.records.filing import Filed
-from app.safety.journal import NoJournal
-from app.store.fact_store import StoreError, StoreErrorKind
+from app.safety.journal import Journal
+from app.store.fact_store import StoreError
 from protocol.events import Ended, EndReason
 from protocol.fields import Value
 from tests.support.window.fakes_ui import ListedPorts, window
@@ -163,10 +163,10 @@ class NoStorage(Storage):
         return None
 
     def open_store(self) -> StoreError:
-        return StoreError(StoreErrorKind.FAILED, Path())
+        return StoreError("It cannot be used.")
 
-    def journal(self, *_: object) -> NoJournal:
-        return NoJournal()
+    def journal(self, *_: object) -> Journal:
+        return Journal()
 
 
 class FakePorts:

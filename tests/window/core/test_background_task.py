@@ -16,7 +16,7 @@ from shiboken6 import delete
 from app.engine.conversation import ConversationView
 from app.engine.procedure import Job, Pause, Procedure, Report
 from app.engine.worker import Batch, Connection
-from app.store.fact_store import Store, StoreError, StoreErrorKind
+from app.store.fact_store import Store, StoreError
 from protocol.events import Ended, EndReason
 from tests.support.line.sim_line import engine_view
 from tests.support.patience import PATIENCE_S
@@ -125,7 +125,7 @@ def test_work_on_the_store_is_done_though_it_is_replaced_and_its_trouble_is_told
     task.run_in(queue, lambda _facts: done.append(2), told.then, told.failed)
     qtbot.waitUntil(lambda: not task.is_running)
     assert (done, len(told.results)) == ([1, 2], 1)
-    trouble = StoreError(StoreErrorKind.FAILED, Path())
+    trouble = StoreError("It cannot be used.")
     task.run_in(queue, lambda _facts: fail(trouble), told.then, told.failed)
     qtbot.waitUntil(lambda: not task.is_running)
     assert told.errors == [trouble]

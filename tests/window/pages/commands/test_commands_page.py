@@ -14,7 +14,7 @@ from app.engine.target import Target
 from app.procedures.act import Performed
 from app.safety.journal import REQUESTS, Act, Outcome
 from app.safety.ritual import Stage
-from app.store.fact_store import StoreError, StoreErrorKind
+from app.store.fact_store import StoreError
 from protocol.messages import Source
 from tests.support.line.frames import lose
 from tests.support.records.stored import audit as audited
@@ -152,11 +152,11 @@ def test_without_a_log_nothing_dangerous_is_sent_and_locking_is(
     qtbot: QtBot, qapp: QApplication, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     def fail(*_: object) -> None:
-        raise StoreError(StoreErrorKind.READ_ONLY, tmp_path)
+        raise StoreError("It cannot be used.")
 
     monkeypatch.setattr("app.store.fact_store.open_file", fail)
     with desk(qtbot, qapp, tmp_path, "commands", active=True) as one:
-        assert notice_text(one.assembly.window.notice_bar) == f"The program may not write into {tmp_path}."
+        assert notice_text(one.assembly.window.notice_bar) == "It cannot be used."
         one.commands.refresh()
         assert "The audit log cannot be written" in one.commands.ritual.conditions.text()
         one.click("lock_button")

@@ -20,7 +20,7 @@ from app.preflight.verdict import Judged, Standing, Verdict
 from app.records.verification import RecordState, verify_file
 from app.settings.profile_file import read_profile
 from app.settings.profiles import ActivatedBy, ManualLine, Profile
-from app.store.fact_store import Store, StoreError, StoreErrorKind
+from app.store.fact_store import Store, StoreHangs
 from app.store.rows import PreflightCheck
 from app.system.files import data_folder
 from app.text.messages import UserMessage
@@ -309,7 +309,7 @@ def test_of_a_verdict_that_a_hanging_disk_may_still_take_that_is_said(
     one: Desk, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     def hang(store: Store, _work: object) -> None:
-        raise StoreError(StoreErrorKind.HANGS, store.path)
+        raise StoreHangs("It does not answer.")
 
     monkeypatch.setattr(Store, "write_in_time", hang)
     assert one.check() is Standing.READY
