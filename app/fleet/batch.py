@@ -14,8 +14,6 @@ from functools import partial
 from pathlib import Path
 from typing import Final, NamedTuple
 
-from msgspec import convert, to_builtins
-
 from app.engine.conversation import Interrupted
 from app.engine.procedure import Pause, Procedure
 from app.limits.past import Past
@@ -32,7 +30,7 @@ from app.settings.profile_file import read_profile
 from app.settings.profiles import Profile
 from app.settings.values import SETTINGS_BY_KEY, fingerprint
 from app.store.fact_store import Facts, Store
-from app.store.rows import MessageText, ModuleProvisioned
+from app.store.rows import ModuleProvisioned
 from app.text.messages import UserError, UserMessage, joined, message, message_from_json, visible
 from protocol.catalogue import BAUD_RATE, BOOT_COUNT, BOOTS
 from protocol.fields import Value
@@ -217,7 +215,7 @@ class BatchRun:
         turn = ModuleProvisioned(
             batch=self.batch.key,
             name=name,
-            why=None if why is None else convert(why.to_json(), MessageText),
+            why=None if why is None else why.to_json(),
             code=fingerprint(settings) or "",
             boot_count=boot_count,
         )
@@ -234,9 +232,7 @@ class BatchRun:
             if content.batch == self.batch.key and content.why is None:
                 done[content.name] = BatchRow(content.name, READY, turn.at, content.code)
             elif content.batch == self.batch.key:
-                aside.append(
-                    BatchRow("", SET_ASIDE, turn.at, content.code, message_from_json(to_builtins(content.why)))
-                )
+                aside.append(BatchRow("", SET_ASIDE, turn.at, content.code, message_from_json(content.why)))
         return [*(done.get(name, BatchRow(name)) for name in self.batch.names), *aside]
 
     def left(self, facts: Facts) -> tuple[list[str], list[str]]:

@@ -5,11 +5,11 @@ A result without a module is kept but counts for none.
 
 from collections.abc import Mapping
 
-from msgspec import convert, to_builtins
+from msgspec import to_builtins
 
 from app.guided.results import GuidedKind, GuidedResult, StoredTest, stored_test
 from app.store.fact_store import Facts, Kept
-from app.store.rows import GuidedTestDone, TestValue
+from app.store.rows import GuidedTestDone
 from app.text.messages import clean
 
 
@@ -18,8 +18,7 @@ def keep_test(facts: Facts, result: GuidedResult, *, module: str | None, who: st
     measured = []
     for value in result.measured:
         texts = {"name": value.name, "shown": value.shown, "tolerance": value.tolerance}
-        plain = {key: text.to_json() for key, text in texts.items()} | {"verdict": value.verdict.value}
-        measured.append(convert(plain, TestValue))
+        measured.append({key: text.to_json() for key, text in texts.items()} | {"verdict": value.verdict.value})
     test = GuidedTestDone(
         test=result.kind.value,
         verdict=result.verdict.value,

@@ -79,10 +79,9 @@ TABLES = (
 )
 # For what is still to be written at `close`.
 CLOSE_LIMIT_S = 5.0
-# For what a command or a check waits for; longer than `BUSY_S`, so that it is told if another program holds the file.
-WRITE_LIMIT_S = 6.0
-# How long reading waits for the opening: a disk that never answers must not keep a check from its verdict.
-OPENING_LIMIT_S = 5.0
+# For what a command or a check waits for, as a disk may never answer; longer than `BUSY_S`, so that it is told if
+# another program holds the file.
+ANSWER_LIMIT_S = 6.0
 # How often it is looked whether the copy of the day was made, in a program that is open for days.
 COPY_EVERY_S = 600.0
 # For the copy that is still being made at `close`; else it is made at the next opening.
@@ -422,7 +421,7 @@ class Store:
         `StoreError`."""
         writing = self.write(work)
         try:
-            return writing.result(WRITE_LIMIT_S)
+            return writing.result(ANSWER_LIMIT_S)
         except (CancelledError, TimeoutError) as error:  # it was closed meanwhile, or the disk does not answer
             if writing.cancel():
                 raise unusable(self.path, SLOW) from error
@@ -432,7 +431,7 @@ class Store:
         """Wait until it is open, for a limited time: not in the window's thread. Raises `StoreError`."""
         self.start()
         try:
-            self.opened.result(OPENING_LIMIT_S)
+            self.opened.result(ANSWER_LIMIT_S)
         except TimeoutError:
             raise unusable(self.path, OPENING) from None
 
@@ -512,26 +511,20 @@ class Store:
         """Open the file, and introduce this station by its key and the name of its computer. Raises as `open_file`."""
         connection, notice = open_file(self.path)
         try:
-            return self._introduce(connection), notice
+            facts = Facts(connection, "", self._now)
+            last, name = facts.newest(StationNamed, None), clean(platform.node().strip()) or "station"
+            try:
+                key = own_station(self.folder).key
+            except UserError as error:
+                # Facts go on under the key of before; only signing needs its file.
+                _log.warning("The key of this station cannot be used: %s", error)
+                if last is None:
+                    raise StoreError(error.message) from error
+                key = last.content.public_key
+            facts.station = self.station = key
+            if last is None or (last.content.public_key, last.content.name) != (key, name):
+                facts.add(StationNamed(public_key=key, name=name))
         except BaseException:
             connection.close()
             raise
-
-    def _introduce(self, connection: sqlite3.Connection) -> Facts:
-        facts = Facts(connection, "", self._now)
-        known = facts.state("station")
-        try:
-            key = own_station(self.folder).key
-        except UserError as error:
-            # Facts go on under the key of before; only signing needs its file.
-            _log.warning("The key of this station cannot be used: %s", error)
-            if known is None:
-                raise unusable(self.path, error) from error
-            key = known
-        if known != key:
-            facts.set_state("station", key)
-        facts.station = self.station = key
-        last, name = facts.newest(StationNamed, None), clean(platform.node().strip()) or "station"
-        if last is None or (last.content.public_key, last.content.name) != (key, name):
-            facts.add(StationNamed(public_key=key, name=name))
-        return facts
+        return facts, notice

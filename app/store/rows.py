@@ -8,7 +8,7 @@ A kind that this version does not know is kept and passed on, but nothing here r
 import hashlib
 from datetime import UTC, date, datetime, timedelta
 from enum import Enum
-from typing import Annotated, Literal, NamedTuple, TypeVar
+from typing import Annotated, Any, Literal, NamedTuple, TypeVar
 
 import msgspec
 from msgspec import Meta, Struct
@@ -125,26 +125,13 @@ class MayHaveFired(Content, frozen=True, kw_only=True):
     adapter: Text = ""
 
 
-class MessageText(Struct, frozen=True, kw_only=True):
-    """English with places, filled by texts or other messages; see `app.text.messages`."""
-
-    text: Note
-    values: dict[Word, "MessageText | Note"] = {}
-
-
-class TestValue(Struct, frozen=True, kw_only=True):
-    name: MessageText
-    shown: MessageText
-    tolerance: MessageText
-    verdict: Word
-
-
 class GuidedTestDone(Content, frozen=True, kw_only=True):
     test: Word
     verdict: Word
     who: Text = ""
     is_simulated: bool = False
-    measured: list[TestValue] = []
+    # Of each value its name, what was measured and the tolerance, as messages, and the verdict on it.
+    measured: list[dict[Word, Any]] = []
 
 
 class ActIntended(Content, frozen=True, kw_only=True):
@@ -198,7 +185,8 @@ class ModuleProvisioned(Content, frozen=True, kw_only=True):
 
     batch: Text
     name: Text
-    why: MessageText | None
+    # As `UserMessage.to_json` has it.
+    why: dict[Word, Any] | None
     code: Word
     boot_count: Byte | None
 

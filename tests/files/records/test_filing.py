@@ -91,7 +91,7 @@ def test_two_programs_that_file_at_once_lose_nothing(tmp_path: Path) -> None:
 
 def test_what_is_called_not_kept_is_not_kept_later(store: Store, monkeypatch: pytest.MonkeyPatch) -> None:
     """The disk answers again after the limit."""
-    monkeypatch.setattr("app.store.fact_store.WRITE_LIMIT_S", 0.1)
+    monkeypatch.setattr("app.store.fact_store.ANSWER_LIMIT_S", 0.1)
     goes_on = threading.Event()
     store.write(lambda _facts: goes_on.wait(PATIENCE_S))
     filed = file_one(store, "M-07")
@@ -105,7 +105,7 @@ def test_what_is_just_being_written_may_still_be_kept_and_is_not_called_not_kept
     store: Store, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """The disk hangs in the middle of it."""
-    monkeypatch.setattr("app.store.fact_store.WRITE_LIMIT_S", 0.5)
+    monkeypatch.setattr("app.store.fact_store.ANSWER_LIMIT_S", 0.5)
     goes_on = threading.Event()
     keep = keep_check
 

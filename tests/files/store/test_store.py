@@ -142,7 +142,7 @@ def test_reading_waits_no_longer_than_its_limit_for_a_disk_that_never_answers(
 ) -> None:
     release = threading.Event()
     monkeypatch.setattr("app.store.fact_store.open_file", lambda _path: release.wait())
-    monkeypatch.setattr("app.store.fact_store.OPENING_LIMIT_S", 0.1)
+    monkeypatch.setattr("app.store.fact_store.ANSWER_LIMIT_S", 0.1)
     store = Store(folder)
     try:
         with pytest.raises(StoreError) as refused:
@@ -157,7 +157,7 @@ def test_reading_waits_no_longer_than_its_limit_for_a_disk_that_never_answers(
 
 
 def test_the_command_that_keeps_a_service_does_not_wait_for_ever(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("app.store.fact_store.WRITE_LIMIT_S", 0.1)
+    monkeypatch.setattr("app.store.fact_store.ANSWER_LIMIT_S", 0.1)
     release = threading.Event()
     with opened(folder) as store:
         add(store, ModuleNamed(), "M-07").result(PATIENCE_S)
