@@ -10,7 +10,6 @@ the program ended, is switched off in the next conversation with the module on t
 
 import logging
 from collections.abc import Mapping
-from concurrent.futures import Future
 from dataclasses import dataclass
 
 from app.engine.procedure import Ask, Cancelled, EngineView, Inspect, Pause, Procedure, answer_in
@@ -91,8 +90,6 @@ def watch(
 class _Stream:
     def __init__(self, switch: StreamSwitch, memory: StreamMemory, listen_s: float) -> None:
         self.switch, self.memory, self.listen_s = switch, memory, listen_s
-        # Done when it is stored that the stream is being switched on.
-        self.intent: Future[None] | None = None
         # When this program switched it on; None if it did not.
         self.on_at: float | None = None
         # It was switched on and nothing came, or the module refused.
@@ -101,7 +98,7 @@ class _Stream:
     def steer(self, view: EngineView) -> Procedure[None]:
         memory, conversation = self.memory, view.conversation
         left_on = memory.left_on
-        if self.on_at is None and self.intent is None and left_on is not None:
+        if self.on_at is None and left_on is not None:
             # By its boot count it is the module of which the stream was left on, or else it was not switched on here.
             if left_on["boot_count"] not in (None, conversation.boot_count):
                 memory.clear()
@@ -119,11 +116,8 @@ class _Stream:
         is_busy = conversation.is_streaming or self.on_at is not None or self.has_given_up or conversation.is_shared
         if is_busy or view.now - conversation.began_at < self.listen_s:
             return
-        if self.intent is None:
-            self.intent = memory.note_on(conversation.boot_count)
-        if not self.intent.done():
-            return
         _log.debug("switching the stream on")
+        memory.note_on(conversation.boot_count)
         # Set before the answer, so that an unconfirmed or cancelled "on" is switched off again.
         self.on_at = view.now
         outcome = yield Ask(SERIAL_OUTPUT.set(True))
@@ -142,7 +136,7 @@ class _Stream:
                 self.memory.clear()
                 break
         _log.debug("the stream is off: %s", outcome)
-        self.on_at = self.intent = None
+        self.on_at = None
 
 
 def _is_accepted(outcome: Reply) -> bool:

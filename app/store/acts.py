@@ -8,7 +8,6 @@ has no name, either is a fact about no module, until the next name that is said 
 """
 
 import logging
-import os
 from collections.abc import Callable, Mapping
 from concurrent.futures import Future
 from datetime import datetime
@@ -41,11 +40,6 @@ class Where(NamedTuple):
     def left_active(self, at: str) -> LeftActive:
         """Return what this connection leaves ACTIVE. `at` is ISO 8601 in UTC."""
         return LeftActive(run=self.run, module=self.name, port=self.port, adapter=self.adapter, at=at)
-
-
-def new_run() -> str:
-    """Names one conversation: a module without a name is not known beyond it."""
-    return os.urandom(4).hex()
 
 
 def begin(facts: Facts, act: Act, frame: bytes, detail: Mapping[str, object], where: Where) -> str:
@@ -203,9 +197,9 @@ class StreamMemory:
     """It remembers of one adapter, or of one port where there is none, whether the program left a module's serial
     output on.
 
-    The intent is on the disk before the module is told, and stands until the module has confirmed "off": one that was
-    left on is not "as found", and the next conversation switches it off. An adapter does not tell which module is
-    behind it, so that its boot count has to be the same. Without a store it forgets with the program.
+    That is noted before the module is told, and stands until the module has confirmed "off": one that was left on is
+    not "as found", and the next conversation switches it off. An adapter does not tell which module is behind it, so
+    that its boot count has to be the same. Without a store it forgets with the program.
     """
 
     def __init__(self, store: Store | None = None, adapter: str = "") -> None:
@@ -227,15 +221,16 @@ class StreamMemory:
         is_known = kept.done() and not kept.cancelled() and kept.exception() is None
         return kept.result() if is_known else None
 
-    def note_on(self, boot_count: int | None) -> "Future[Any]":
-        """Note that it is switched on. The future is done when that is on the disk, or cannot be."""
-        return self._keep({"boot_count": boot_count})
+    def note_on(self, boot_count: int | None) -> None:
+        """It is switched on now."""
+        self._keep({"boot_count": boot_count})
 
     def clear(self) -> None:
         """The module has confirmed that it is off, or does not stream."""
         self._keep(None)
 
-    def _keep(self, state: dict[str, int | None] | None) -> "Future[Any]":
+    def _keep(self, state: dict[str, int | None] | None) -> None:
         self._left_on = Future()
         self._left_on.set_result(state)
-        return self._left_on if self._store is None else self._store.set_state(self._key, state)
+        if self._store is not None:
+            self._store.set_state(self._key, state)

@@ -11,6 +11,7 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from concurrent.futures import Future
 from contextlib import contextmanager
 from functools import cache, partial
+from secrets import token_hex
 from typing import NamedTuple, TypeVar
 
 from app.engine import ports as serial_ports
@@ -19,7 +20,7 @@ from app.engine.target import is_simulated
 from app.modules.names import remembered, store_as_found, what_speaks_against
 from app.safety.journal import Journal
 from app.safety.left_active import LeftActive, all_left, note_locked, note_named
-from app.store.acts import StoreJournal, Where, new_run, note_said_safe
+from app.store.acts import StoreJournal, Where, note_said_safe
 from app.store.fact_store import CLOSE_LIMIT_S, FILE_NAME, Facts, Store, not_kept
 from app.store.rows import Row
 from app.system.files import data_folder
@@ -65,7 +66,7 @@ class CommandStore(Store):
 
     def records(self, port: str, module: str | None = None) -> Records:
         # The store's thread finds the adapter, while the port is opened. `module`: its name.
-        run = new_run()
+        run = token_hex(4)
         find_where = cache(lambda: Where(port, ORIGIN, adapter_of(port), module or "", run))
         journal = StoreJournal(self, find_where, on_trouble=self.troubles.append)
         return Records(journal, self, port, find_where, run)

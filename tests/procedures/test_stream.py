@@ -2,7 +2,6 @@
 
 import time
 from collections.abc import Iterator
-from concurrent.futures import Future
 from contextlib import closing
 from itertools import pairwise
 from pathlib import Path
@@ -134,28 +133,6 @@ def wait_stored(store: Store, is_on: bool) -> None:
     while (store.state(f"stream:{ADAPTER}") is not None) is not is_on:
         assert time.monotonic() < deadline
         time.sleep(0.005)
-
-
-class Slow(StreamMemory):
-    """A slow disk."""
-
-    def __init__(self) -> None:
-        super().__init__()
-        self.done: Future[None] = Future()
-
-    def note_on(self, boot_count: int | None) -> Future[None]:
-        return self.done
-
-
-@pytest.mark.promise("c")
-def test_the_intent_is_on_disk_before_the_stream_is_switched_on() -> None:
-    memory = Slow()
-    rig = watched(memory=memory)
-    rig.step_for(LISTEN_S + 5)
-    assert sets(rig) == []
-    memory.done.set_result(None)
-    rig.step_for(1)
-    assert sets(rig) == [ON]
 
 
 @pytest.mark.parametrize(("boots", "is_wanted"), [(37, True), (None, False)])

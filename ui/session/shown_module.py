@@ -16,6 +16,7 @@ from collections.abc import Callable, Iterable, Mapping
 from concurrent.futures import Future
 from dataclasses import dataclass, field
 from functools import cached_property, partial
+from secrets import token_hex
 from typing import TYPE_CHECKING, Any
 
 from PySide6.QtCore import QObject, Signal
@@ -30,7 +31,7 @@ from app.procedures.light import LightDirection
 from app.safety.journal import Journal
 from app.safety.last_known import SeenActivation, seen_activation
 from app.safety.left_active import note_go, note_named
-from app.store.acts import Where, claim_fired, new_run, note_triggered
+from app.store.acts import Where, claim_fired, note_triggered
 from app.store.fact_store import Facts, StoreError
 from app.store.rows import Row
 from app.text.i18n import tr
@@ -138,8 +139,8 @@ class ShownModule(QObject):
         self.name = ""
         # A name against which something speaks, and that a person has said once.
         self.doubted_name = ""
-        # Names this conversation in the audit log.
-        self.run_id = new_run()
+        # Names this conversation in the audit log: a module without a name is not known beyond it.
+        self.run_id = token_hex(4)
         self.statistics = LinkStatistics()
         # The settings before the first write.
         self.as_found: Mapping[str, Value] | None = None
