@@ -29,7 +29,7 @@ from app.procedures.write import (
     why_not_verified,
     write_all,
 )
-from app.safety.consequences import Weight, consequences
+from app.safety.consequences import consequences
 from app.safety.journal import Act, Journal
 from app.settings.values import SETTINGS_BY_KEY
 from app.terminal import console
@@ -111,7 +111,7 @@ def warn(wishes: Sequence[SettingChange]) -> None:
     # What a value takes away is told, accepted or not.
     for wish in wishes:
         for consequence in consequences(wish.command, wish.value):
-            if consequence.weight is not Weight.PLAIN:
+            if consequence.is_risk:
                 console.notify(tr("Warning: {name}: {what}", name=wish.command.key, what=consequence.sentence))
 
 

@@ -552,20 +552,8 @@
         <translation>命令</translation>
     </message>
     <message>
-        <source>Confirm again: LOCK was pressed.</source>
-        <translation>请重新确认：已按下锁定。</translation>
-    </message>
-    <message>
-        <source>Confirm again: already used.</source>
-        <translation>请重新确认：确认已使用。</translation>
-    </message>
-    <message>
-        <source>Confirm again: it may be another module.</source>
-        <translation>请重新确认：可能是另一个模块。</translation>
-    </message>
-    <message>
-        <source>Confirm again: {seconds:.1f} s old.</source>
-        <translation>请重新确认：确认已过 {seconds:.1f} s。</translation>
+        <source>Confirm again.</source>
+        <translation>请重新确认。</translation>
     </message>
     <message>
         <source>Connect</source>
@@ -2922,10 +2910,6 @@
     <message>
         <source>The simulated module is not at rest.</source>
         <translation>模拟模块未处于静止状态。</translation>
-    </message>
-    <message>
-        <source>The status is {seconds:.1f} s old.</source>
-        <translation>状态是 {seconds:.1f} 秒前的。</translation>
     </message>
     <message>
         <source>The system lists no serial ports. Switch Bluetooth off and try again.</source>

@@ -13,11 +13,11 @@ from app.engine.conversation import ConversationView, StatusSample
 from app.limits.limits import bay_outside, softened
 from app.preflight.checks import CHECKS, FINGERPRINT_KEYS, Case, Check, CheckResult, Finding
 from app.preflight.evidence import FIRED, OVER, TOO_OLD, UNFINISHED, Void, changed, void_of_end
-from app.safety.journal import is_deploy_in
+from app.safety.journal import REQUESTS, Act
 from app.settings.profiles import ActivatedBy, ManualLine
 from app.text.messages import UserMessage, clean, joined, message
 from protocol.catalogue import SETTINGS
-from protocol.events import Event
+from protocol.events import Event, Sent
 from protocol.fields import Value
 from protocol.translatable import marked
 
@@ -208,8 +208,9 @@ def assess(case: Case) -> Assessment:
 
 def void_of_news(events: Iterable[Event], samples: Iterable[StatusSample]) -> Void | None:
     """Whether it may have fired by what came with one batch. To be asked with each."""
-    has_fired = is_deploy_in(events) or any(sample.triggered for sample in samples)
-    return FIRED if has_fired else None
+    # A deploy that left the computer counts, confirmed or not.
+    has_left = any(isinstance(event, Sent) and event.request == REQUESTS[Act.DEPLOY] for event in events)
+    return FIRED if has_left or any(sample.triggered for sample in samples) else None
 
 
 def void_reason(assessment: Assessment, conversation: ConversationView, now: float) -> Void | None:

@@ -233,7 +233,6 @@ def checked_inputs(
     age_s = None if status is None else view.now - present.asked_at
     return replace(
         inputs_of(view, permit, armed),
-        status_age_s=age_s,
         is_status_fresh=age_s is not None and age_s <= FRESH_FOR_S,
         active=None if status is None else status.active,
         triggered=None if status is None else status.triggered,

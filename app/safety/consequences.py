@@ -4,7 +4,6 @@ Falls are computed without drag, from rest: h = g t² / 2, v = g t, with standar
 figures are upper limits.
 """
 
-from enum import Enum
 from typing import NamedTuple
 
 from app.text.messages import UserMessage, message
@@ -21,17 +20,12 @@ LIGHT_MAX_V = 25.5
 _JOLT = marked("A jolt may fire it.")
 
 
-class Weight(Enum):
-    """How strongly a consequence is presented."""
-
-    PLAIN = "plain"
-    AGAINST_ADVICE = "against advice"  # shown as a warning; written only if a person accepts it
-    GRAVE = "grave"  # it fires at once, or never: treated like `AGAINST_ADVICE`, in stronger words
-
-
 class Consequence(NamedTuple):
+    """`is_risk`: it takes protection away, or is against the vendor's advice: shown as a warning, and written only if a
+    person accepts it."""
+
     message: UserMessage
-    weight: Weight = Weight.PLAIN
+    is_risk: bool = False
 
     @property
     def sentence(self) -> str:
@@ -44,29 +38,29 @@ def consequences(command: Command, value: Value) -> tuple[Consequence, ...]:
     explained = _explained(command, value)
     found = [] if explained is None else [explained]
     if command.name == "freefall_time" and 0 < float(value) < SHORT_FALL_S:
-        found.append(Consequence(message(_JOLT), Weight.AGAINST_ADVICE))
+        found.append(Consequence(message(_JOLT), is_risk=True))
     advice = command.advice
     if advice is not None:
         is_followed = value == DEFAULT_BAUD_RATE if command is BAUD_RATE else advice.is_followed_by(float(value))
         if not is_followed:
             text = marked("Vendor advises: {advice}")
-            found.append(Consequence(message(text, advice=message(advice.text)), Weight.AGAINST_ADVICE))
+            found.append(Consequence(message(text, advice=message(advice.text)), is_risk=True))
     return tuple(found)
 
 
 def risks(command: Command, value: Value) -> tuple[Consequence, ...]:
-    """Return what a person has to accept before `value` is written: less protection, or against the vendor's advice.
-    The baud rate has none: it takes no protection away and is never written without a permit."""
+    """Return what a person has to accept before `value` is written. The baud rate has none: it takes no protection away
+    and is never written without a permit."""
     if command is BAUD_RATE:
         return ()
-    return tuple(consequence for consequence in consequences(command, value) if consequence.weight is not Weight.PLAIN)
+    return tuple(consequence for consequence in consequences(command, value) if consequence.is_risk)
 
 
 def _explained(command: Command, value: Value) -> Consequence | None:
-    amount, weight = float(value), Weight.PLAIN
+    amount, is_risk = float(value), False
     match command.name:
         case "attitude_threshold":
-            rearms, weight = amount - RESET_BELOW_THRESHOLD_DEG, Weight.GRAVE
+            rearms, is_risk = amount - RESET_BELOW_THRESHOLD_DEG, True
             if amount == 0:
                 text = message(marked("Fires as soon as it is activated."))
             elif rearms <= 0:
@@ -77,37 +71,37 @@ def _explained(command: Command, value: Value) -> Consequence | None:
                 upside_down = marked("Fires only upside down, at {fires:.0f}°; rearms at {rearms:.0f}°.")
                 text = message(upside_down, fires=amount, rearms=rearms)
             else:
-                weight = Weight.PLAIN
+                is_risk = False
                 text = message(marked("Fires at {fires:.0f}°, rearms at {rearms:.0f}°."), fires=amount, rearms=rearms)
         case "freefall_acceleration" if amount == 0:
-            text, weight = message(marked("Never counts as falling: nothing is below 0 g.")), Weight.GRAVE
+            text, is_risk = message(marked("Never counts as falling: nothing is below 0 g.")), True
         case "freefall_acceleration" if amount >= 1:
             at_rest = marked("Counts as falling at rest (1 g): fires after the free-fall time.")
-            text, weight = message(at_rest), Weight.GRAVE
+            text, is_risk = message(at_rest), True
         case "freefall_acceleration":
             text = message(marked("Counts as falling below {limit:.1f} g; at rest 1 g."), limit=amount)
         case "freefall_time" if amount == 0:
-            text, weight = message(_JOLT), Weight.GRAVE
+            text, is_risk = message(_JOLT), True
         case "freefall_time":
             height_m, speed_km_h = GRAVITY_M_S2 * amount**2 / 2, GRAVITY_M_S2 * amount * 3.6
             falls = marked("{seconds:.2f} s of free fall is {height:.3g} m before it fires, at {speed:.2g} km/h.")
             text = message(falls, seconds=amount, height=height_m, speed=speed_km_h)
         case "light_threshold" if not 0 < amount < LIGHT_MAX_V:
-            text, weight = message(marked("Never tells an open bay from a closed one.")), Weight.GRAVE
+            text, is_risk = message(marked("Never tells an open bay from a closed one.")), True
         case "light_threshold":
             text = message(marked("Measure which side of {limit:.1f} V means open."), limit=amount)
         case "attitude_trigger" if value:
             text = message(marked("Fires by itself when it tips over."))
         case "attitude_trigger":
-            text, weight = message(marked("No protection when it tips over.")), Weight.AGAINST_ADVICE
+            text, is_risk = message(marked("No protection when it tips over.")), True
         case "freefall_trigger" if value:
             text = message(marked("Fires by itself in free fall."))
         case "freefall_trigger":
-            text, weight = message(marked("No protection in free fall.")), Weight.AGAINST_ADVICE
+            text, is_risk = message(marked("No protection in free fall.")), True
         case "serial_output":
             text = message(marked("Streams the status unasked.") if value else marked("Sends only when asked."))
         case "baud_rate":
             text = message(marked("The flight controller must then use {rate} baud, too."), rate=value)
         case _:
             return None
-    return Consequence(text, weight)
+    return Consequence(text, is_risk)

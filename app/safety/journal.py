@@ -5,7 +5,7 @@ exception; only then does a dangerous frame leave. Should the program end in bet
 intended, outcome unknown.
 """
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Mapping
 from concurrent.futures import Future
 from enum import Enum
 from types import MappingProxyType
@@ -13,7 +13,6 @@ from types import MappingProxyType
 from app.engine.procedure import Procedure, wait_for
 from app.text.messages import UserError
 from protocol.catalogue import ACTIVATION, BY_NAME, LOCK, Request
-from protocol.events import Event, Sent
 from protocol.translatable import marked
 
 # An intent that is not on the disk by then is taken back, and nothing is sent.
@@ -65,11 +64,6 @@ _ACTS: Mapping[Act, tuple[str, str, Request | None]] = {
 TITLES = MappingProxyType({act: title for act, (title, _, _) in _ACTS.items()})
 EFFECTS = MappingProxyType({act: effect for act, (_, effect, _) in _ACTS.items()})
 REQUESTS = MappingProxyType({act: request for act, (_, _, request) in _ACTS.items() if request is not None})
-
-
-def is_deploy_in(events: Iterable[Event]) -> bool:
-    """Whether a deploy left the computer, which nobody can take back, confirmed or not."""
-    return any(isinstance(event, Sent) and event.request == REQUESTS[Act.DEPLOY] for event in events)
 
 
 class Outcome(Enum):

@@ -113,7 +113,6 @@ class InterlockInputs:
     conversation: int | None = None  # the number of the one that goes on; None without one
     is_shared: bool = False
     is_slow: bool = False
-    status_age_s: float | None = None
     is_status_fresh: bool = False
     active: bool | None = None
     triggered: bool | None = None
@@ -146,7 +145,6 @@ def inputs_at(conversation: ConversationView, now: float) -> InterlockInputs:
         conversation=conversation.number if conversation.is_going else None,
         is_shared=conversation.is_shared,
         is_slow=conversation.is_slow,
-        status_age_s=None if tilt is None else now - tilt.at,
         is_status_fresh=is_fresh,
         active=reported("active"),
         triggered=reported("triggered"),
@@ -186,11 +184,7 @@ def _why_open(condition: Interlock, act: Act, inputs: InterlockInputs) -> UserMe
         case Interlock.AGREES:
             return inputs.contradiction
         case Interlock.FRESH_STATUS:
-            if inputs.is_status_fresh:
-                return None
-            if inputs.status_age_s is None or inputs.conversation is None:
-                return message(marked("No current status."))
-            return message(marked("The status is {seconds:.1f} s old."), seconds=max(0.0, inputs.status_age_s))
+            return None if inputs.is_status_fresh else message(marked("No current status."))
         case Interlock.IS_LOCKED:
             if inputs.active is None:
                 return message(_UNKNOWN_STATE)
@@ -257,16 +251,10 @@ def _why_not_still(reports: tuple[StatusSample, ...]) -> UserMessage | None:
 def _why_not_permitted(
     act: Act, inputs: InterlockInputs, missing: str, origins: tuple[Origin, ...]
 ) -> UserMessage | None:
-    permit, now = inputs.permit, inputs.now
+    permit = inputs.permit
     if permit is None or permit.act is not act or permit.origin not in origins:
         return message(missing)
-    if permit.is_spent:
-        return message(marked("Confirm again: already used."))
-    if permit.conversation != inputs.conversation:
-        return message(marked("Confirm again: it may be another module."))
     # LOCK wins also where both came in one moment.
-    if inputs.overtaken_at is not None and permit.granted_at <= inputs.overtaken_at:
-        return message(marked("Confirm again: LOCK was pressed."))
-    if not permit.is_in_time(now):
-        return message(marked("Confirm again: {seconds:.1f} s old."), seconds=max(0.0, now - permit.granted_at))
-    return None
+    is_overtaken = inputs.overtaken_at is not None and permit.granted_at <= inputs.overtaken_at
+    is_void = permit.is_spent or permit.conversation != inputs.conversation or is_overtaken
+    return message(marked("Confirm again.")) if is_void or not permit.is_in_time(inputs.now) else None

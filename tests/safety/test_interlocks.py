@@ -97,7 +97,7 @@ def opened(act: Act) -> dict[str, list[tuple[dict[str, Any], str]]]:
 def test_every_open_condition_is_named_whatever_else_is_open(act: Act) -> None:
     """Each alone, and beside one other."""
     allowed: dict[str, Any] = {
-        "now": NOW, "conversation": TALK, "status_age_s": 0.2, "is_status_fresh": True, "active": act is Act.DEPLOY,
+        "now": NOW, "conversation": TALK, "is_status_fresh": True, "active": act is Act.DEPLOY,
         "triggered": False, "tilt_deg": 7.0, "attitude_threshold_deg": 60.0, "reports": STILL, "armed": act,
         "permit": permit(act),
     }  # fmt: skip

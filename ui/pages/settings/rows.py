@@ -9,7 +9,6 @@ from PySide6.QtCore import QObject, QSignalBlocker, Qt
 from PySide6.QtWidgets import QComboBox, QFrame, QGridLayout, QLabel, QToolButton, QWidget
 
 from app.engine.conversation import How, Known
-from app.safety.consequences import Weight
 from app.safety.journal import TITLES, Act
 from app.settings.form import FORM_COMMANDS, RowState, SettingDraft
 from app.settings.values import DEFAULTS, advice_text, value_text
@@ -208,7 +207,7 @@ class SettingRow(QObject):
         for widget in (self.editor, self.default, self.discard):
             widget.setEnabled(is_editable)
         is_bad = row.state in (RowState.FAILED, RowState.IMPOSSIBLE)
-        is_loud = not is_bad and any(consequence.weight is not Weight.PLAIN for consequence in row.consequences)
+        is_loud = not is_bad and any(consequence.is_risk for consequence in row.consequences)
         word = tr(row.state.value)
         self.state.setText(word)
         self.state.setAccessibleName(labelled(tr(self.command.title), word))
