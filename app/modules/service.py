@@ -2,9 +2,10 @@
 
 from collections.abc import Iterable, Mapping
 from datetime import date, datetime
-from typing import Final, NamedTuple
+from typing import Any, Final, NamedTuple
 
-from app.store.acts import Fired, all_fired
+from app.engine.target import is_simulated
+from app.store.acts import all_fired
 from app.store.fact_store import Facts, Kept
 from app.store.rows import Serviced, ServiceKind
 from app.text.messages import UserError, UserMessage, clean, joined, message
@@ -53,11 +54,11 @@ class DueService(NamedTuple):
 
 
 def service_due(
-    facts: Facts, name: str, at: datetime, *, simulated: bool = False, more: Iterable[Fired] = ()
+    facts: Facts, name: str, at: datetime, *, simulated: bool = False, more: Iterable[Kept[Any]] = ()
 ) -> list[DueService]:
     """Return the services that the module of this name needs. `simulated` asks for a simulated one; `more` is what
     fired and is not under its name yet. Only what this station knows counts, as a verdict rests on it."""
-    fired = [one.at for one in (*all_fired(facts, name), *more) if one.is_simulated is simulated]
+    fired = [one.at for one in (*all_fired(facts, name), *more) if is_simulated(one.content.port) is simulated]
     return all_due(max(fired, default=None), facts.of_module(Serviced, name), at.date())
 
 

@@ -11,7 +11,7 @@ from dataclasses import replace
 from datetime import UTC, datetime, timedelta
 from itertools import islice, pairwise
 from pathlib import Path
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 from app.engine.target import is_simulated
 from app.guided.guided_store import last_tests
@@ -23,7 +23,7 @@ from app.preflight.evidence import Evidence
 from app.preflight.verdict import Assessment, Verdict, assess, verdict_named
 from app.records.record import Record, SignedRecord, make_record, sign
 from app.settings.profiles import Profile
-from app.store.acts import Fired, all_fired, claim_fired, unnamed_fired
+from app.store.acts import all_fired, claim_fired, unnamed_fired
 from app.store.fact_store import Facts, Kept, Store, StoreError
 from app.store.rows import PreflightCheck
 from app.store.station import own_station
@@ -229,10 +229,10 @@ class CheckLine(NamedTuple):
         return self.has_passed and not self.is_fired_since
 
 
-def check_line(check: Kept[PreflightCheck], fired: Iterable[Fired] = ()) -> CheckLine:
+def check_line(check: Kept[PreflightCheck], fired: Iterable[Kept[Any]] = ()) -> CheckLine:
     """`fired`: when its module may have fired."""
     content = check.content
-    is_fired_since = any(one.at > check.at and one.is_simulated is content.is_simulated for one in fired)
+    is_fired_since = any(one.at > check.at and is_simulated(one.content.port) is content.is_simulated for one in fired)
     return CheckLine(
         id=check.row.id,
         at=check.at,

@@ -18,7 +18,7 @@ from msgspec.structs import replace
 from app.engine.target import is_simulated
 from app.safety.journal import NOTE, Act, Entry, Journal, Outcome
 from app.safety.left_active import LeftActive, drop_intent, keep_left, note_locked, note_safe
-from app.store.fact_store import Facts, Store, StoreError
+from app.store.fact_store import Facts, Kept, Store, StoreError
 from app.store.rows import ActEnded, ActIntended, DeployIntended, MayHaveFired, time_text
 from app.text.messages import UserMessage, clean
 
@@ -138,30 +138,16 @@ class StoreJournal(Journal):
 # What may have fired
 
 
-class Fired(NamedTuple):
-    """`at`: ISO 8601 in UTC; `port` and `adapter`: where."""
-
-    at: str
-    port: str
-    adapter: str = ""
-
-    @property
-    def is_simulated(self) -> bool:
-        """What a simulated module does says nothing of a real one."""
-        return is_simulated(self.port)
-
-
-def all_fired(facts: Facts, module: str | None) -> list[Fired]:
-    """Return when the module of this name (None: any without a name) may have fired, the oldest first."""
-    seen = facts.of_module(MayHaveFired, module)
-    fired = [Fired(kept.at, kept.content.port, kept.content.adapter) for kept in seen]
+def all_fired(facts: Facts, module: str | None) -> list[Kept[Any]]:
+    """Return when the module of this name (None: any without a name) may have fired, the oldest first: a TRIGGERED that
+    was seen, and each deploy that left."""
+    fired: list[Kept[Any]] = [*facts.of_module(MayHaveFired, module)]
     deploys = facts.of_module(DeployIntended, module)
     if deploys:
         ends = {kept.content.of: kept.content.outcome for kept in facts.of_module(ActEnded, module)}
         # Without an outcome nobody knows what came of it, so that it counts.
-        left = [kept for kept in deploys if ends.get(kept.row.id) is not Outcome.NOT_SENT]
-        fired += [Fired(kept.at, kept.content.port, kept.content.adapter) for kept in left]
-    return sorted(fired)
+        fired += [kept for kept in deploys if ends.get(kept.row.id) is not Outcome.NOT_SENT]
+    return sorted(fired, key=lambda kept: kept.at)
 
 
 def note_triggered(facts: Facts, module: str = "", *, port: str, adapter: str = "") -> None:
@@ -169,12 +155,13 @@ def note_triggered(facts: Facts, module: str = "", *, port: str, adapter: str = 
     facts.add(MayHaveFired(port=clean(port), adapter=clean(adapter)), module or None)
 
 
-def unnamed_fired(facts: Facts, *, port: str, adapter: str = "") -> list[Fired]:
+def unnamed_fired(facts: Facts, *, port: str, adapter: str = "") -> list[Kept[Any]]:
     """Return what may have fired here without a name, and that no name has claimed: it is that of the next one that is
     said here. An adapter is known by its identity, where it has one, as its port may change."""
     here = []
     for fired in all_fired(facts, None):
-        is_here = fired.adapter == clean(adapter) if fired.adapter and adapter else fired.port == clean(port)
+        at = fired.content
+        is_here = at.adapter == clean(adapter) if at.adapter and adapter else at.port == clean(port)
         if is_here:
             here.append(fired)
     if not here:
