@@ -2,11 +2,11 @@
 
 from collections.abc import Callable, Mapping
 
-from app.safety.journal import Act, Entry, Outcome
+from app.safety.journal import Act, Entry, Journal, Outcome
 from app.text.messages import UserError, UserMessage
 
 
-class FakeJournal:
+class FakeJournal(Journal):
     """Calls `on_begin` while an intent is written. Writing fails if `is_broken`, and waits for `flush` if `is_held`."""
 
     def __init__(self) -> None:
