@@ -4318,6 +4318,10 @@
         <translation>模块锁定，由飞行器激活</translation>
     </message>
     <message>
+        <source>the disk is full</source>
+        <translation>磁盘已满</translation>
+    </message>
+    <message>
         <source>the disk is too slow</source>
         <translation>磁盘太慢</translation>
     </message>

@@ -86,6 +86,9 @@ ANSWER_LIMIT_S = 6.0
 COPY_EVERY_S = 600.0
 # For the copy that is still being made at `close`; else it is made at the next opening.
 COPY_LIMIT_S = 0.3
+# With less room on the disk there is none for a commit.
+MIN_FREE_BYTES = 64 * 1024
+FULL = marked("the disk is full")
 OPENING = marked("it is still being opened")
 SLOW = marked("the disk is too slow")
 # Twice the same fact is one: a restored copy gets it again from the archive.
@@ -104,8 +107,11 @@ class StoreHangs(StoreError):
 
 def unusable(path: Path, why: str | Exception) -> StoreError:
     """`why`: `marked`, or in the system's words."""
-    text = UserMessage(why if isinstance(why, str) else error_text(why))
-    return StoreError(marked("{file} cannot be used: {why}."), file=path, why=text)
+    text = why if isinstance(why, str) else error_text(why)
+    if isinstance(why, sqlite3.Error):
+        with suppress(OSError):  # of a full disk SQLite says this and that
+            text = FULL if shutil.disk_usage(path.parent).free < MIN_FREE_BYTES else text
+    return StoreError(marked("{file} cannot be used: {why}."), file=path, why=UserMessage(text))
 
 
 def not_kept(trouble: UserError) -> str:

@@ -138,13 +138,6 @@ def test_an_unnamed_deploy_that_never_left_is_of_nobody(store: Store) -> None:
     assert claimed(store, "M-07"), "what was seen before stays"
 
 
-def test_a_triggered_that_was_seen_before_the_deploy_was_known_not_to_have_left_stays(store: Store) -> None:
-    intent = begin(store, Act.DEPLOY, REQUESTS[Act.DEPLOY].encode(), {}, port=PORT, adapter=ADAPTER)
-    trigger(store, "")
-    settle(store, intent, Act.DEPLOY, Outcome.NOT_SENT, port=PORT, adapter=ADAPTER)
-    assert claimed(store, "M-07")
-
-
 def test_it_is_the_adapter_that_fired_whatever_its_port_is_called_now(store: Store) -> None:
     trigger(store, "")
     assert not claimed(store, "M-08", PORT, "another")

@@ -19,7 +19,7 @@ import pytest
 from app.archive.archive import all_facts
 from app.cli.archive import run_service
 from app.safety.left_active import LeftActive, all_left
-from app.store.fact_store import FILE_NAME, LAYOUT, Facts, Store, StoreError, copies_of, copy_if_due
+from app.store.fact_store import FILE_NAME, LAYOUT, Facts, Store, StoreError, copies_of, copy_if_due, unusable
 from app.store.rows import ActIntended, Content, ModuleNamed, SaidNew, Serviced, ServiceKind, SettingsSeen, StationNamed
 from app.store.station import KEY_FILE
 from tests.support.patience import PATIENCE_S
@@ -168,6 +168,13 @@ def test_the_command_that_keeps_a_service_does_not_wait_for_ever(folder: Path, m
         release.set()
 
 
+def test_a_full_disk_is_said_whatever_the_database_says(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    why = sqlite3.OperationalError("disk I/O error")
+    assert "disk I/O error" in str(unusable(folder.parent / FILE_NAME, why))
+    monkeypatch.setattr("shutil.disk_usage", lambda _path: argparse.Namespace(free=4096))
+    assert "the disk is full" in str(unusable(folder.parent / FILE_NAME, why))
+
+
 @pytest.mark.skipif(sys.platform == "win32", reason="Windows has no such rights")
 def test_its_folder_is_for_this_user_only(folder: Path) -> None:
     folder.mkdir(mode=0o777)
@@ -260,6 +267,7 @@ def test_what_is_left_active_outlives_a_file_that_is_damaged_elsewhere(
     intact = 8 * 4096  # the first page of each table
     path.write_bytes(data[:intact] + b"\xff" * (len(data) - intact))
     with opened(folder) as store:
+        assert notice(store).startswith("The records cannot be used and are kept as ")
         assert "New records are started." in notice(store)
         assert store.read(all_left) == (left,)
 
@@ -273,13 +281,6 @@ def test_where_there_is_no_station_there_is_no_store_and_no_file_stays_open(fold
     store.close()
     numbers = Path("/proc/self/fd").iterdir()
     assert not [number for number in numbers if os.path.realpath(number) == str(folder / FILE_NAME)]
-
-
-def test_without_a_copy_a_damaged_file_is_set_aside_and_said(folder: Path) -> None:
-    folder.mkdir()
-    (folder / FILE_NAME).write_bytes(b"SQLite format 3\x00" + bytes(1000))
-    with opened(folder, NOON, "M-07") as store:
-        assert notice(store).startswith("The records cannot be used and are kept as ")
 
 
 def test_a_file_of_a_newer_version_is_left_alone(folder: Path) -> None:
