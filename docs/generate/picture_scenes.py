@@ -211,7 +211,7 @@ def logs(studio: Studio) -> None:
         crashes = [write_flight(Path(folder) / f"crash-{one}.csv", lost_s=30.0 + one) for one in range(1, 3)]
         page = studio.page("logs", LogsPage)
         page.open_files([*surveys, *crashes])
-        studio.until(lambda: not page.work.is_reading, "the logs were not read")
+        studio.until(lambda: not page.result.is_busy, "the logs were not read")
         page.work.move([str(one) for one in surveys], FlightGroup.MUST_NOT)
         page.work.move([str(one) for one in crashes], FlightGroup.MUST)
         studio.until(lambda: not page.work.proposing.is_running, "nothing was proposed")

@@ -147,7 +147,7 @@ class Walk(Rig):
         page = self.find(LogsPage)
         paths = write_logs(self.folder / "logs")
         page.open_files(paths)
-        self.until(lambda: not page.work.is_reading)
+        self.until(lambda: not page.result.is_busy)
         yield self._stop("logs, one not read")
         first, second, *_ = map(str, paths)
         page.work.move([first], FlightGroup.MUST)

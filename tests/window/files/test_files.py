@@ -85,7 +85,7 @@ def test_several_files_dropped_on_any_page_open_all_and_each_that_cannot_be_read
         assert drop(assembly.window, profile, flight, tmp_path / "a.xyz", refused, tmp_path / "page.ulg")
         qtbot.waitUntil(lambda: settings.panel is not None)
         qtbot.waitUntil(logs.isVisible)
-        qtbot.waitUntil(lambda: not logs.work.is_reading)
+        qtbot.waitUntil(lambda: not logs.result.is_busy)
         assert [row.name for row in logs.work.rows() if row.outcome is not None] == [str(flight)]
         said = notice_text(logs.strip)
         assert said.startswith("3 of 4 not read.")

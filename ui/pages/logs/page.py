@@ -97,8 +97,6 @@ class LogsPage(Page):
         self.proposal = ProposalBar(services.exchange, self.work, self.thresholds)
         self.strip = self.proposal.strip
         self.view = LogView(services.in_use)
-        # How many files a person opened last, until they are read.
-        self._opened = 0
         self._make_actions()
         self._lay_out()
         work = self.work
@@ -189,9 +187,8 @@ class LogsPage(Page):
             self._folder = paths[0].parent
             self.result.dismiss()
             self._show_list()
-            self._opened = len(paths)
             self.table.clearSelection()
-            self.work.open(paths, columns)
+            self.work.open(paths, columns, partial(self._show_opened, len(paths)))
             self.refresh_list()
 
     def open_row(self, row: LogRow) -> None:
@@ -220,15 +217,16 @@ class LogsPage(Page):
     def _end_loading(self, names: list[str]) -> None:
         self.result.set_notice(partial(self._read_notice, names), "logs")
         self.refresh_list()
+
+    def _show_opened(self, count: int, names: list[str]) -> None:
         # What a person has chosen meanwhile stays chosen: the next key is for that.
-        if self._opened and not self.table.chosen():
+        if not self.table.chosen():
             self.table.choose(lambda row: row.name in names)
             chosen = self.table.chosen()
             if chosen:
                 self.table.scrollTo(self.table.selectionModel().selectedRows()[0])
-            if self._opened == 1 == len(chosen):
+            if count == 1 == len(chosen):
                 self.open_row(chosen[0])
-        self._opened = 0
 
     def _read_notice(self, names: list[str]) -> Notice | None:
         """Return a notice on each log that could not be read, as long as it is there; None where everything was

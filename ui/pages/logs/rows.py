@@ -5,7 +5,7 @@ Nothing here sends anything to a module.
 
 import math
 from collections import deque
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 from contextlib import suppress
 from datetime import UTC, datetime
 from enum import IntEnum
@@ -57,10 +57,10 @@ class LogFile(NamedTuple):
 
 
 class LogsWork(QObject):
-    """Reads files and folders one after another as a `job` of the page, and keeps what was read."""
+    """Reads files and folders as a `job` of the page, and keeps what was read."""
 
     changed = Signal()
-    ended = Signal(object)  # Everything was read: the names of these logs, also of those that were there before
+    ended = Signal(object)  # The names of the logs that were read, also of those that were there before
 
     def __init__(self, library: RecordingLibrary, job: PageJob) -> None:
         super().__init__(job)
@@ -71,10 +71,8 @@ class LogsWork(QObject):
         self.limits = TriggerLimits()
         self.proposal: ThresholdProposal | None = None
         self.proposing: BackgroundTask[ThresholdProposal] = BackgroundTask("dps-s thresholds", self)
-        # What is to be read; the thread takes it from here, and puts there what it has read.
-        self._orders: deque[tuple[tuple[Path, ...], CsvColumns | None]] = deque()
+        # What was read since, from the threads that read.
         self._done: deque[LogFile] = deque()
-        self.is_reading = False
         job.changed.connect(self._take)
 
     def side(self, group: FlightGroup) -> list[FlightSummary]:
@@ -114,44 +112,40 @@ class LogsWork(QObject):
 
     # Reading
 
-    def open(self, paths: Iterable[Path], columns: CsvColumns | None = None) -> None:
-        """Reads files and folders, without logs that are already there, and have not changed since."""
-        self._orders.append((tuple(paths), columns))
-        if not self.is_reading:
-            self._begin()
-
-    def _begin(self) -> None:
+    def open(
+        self,
+        paths: Iterable[Path],
+        columns: CsvColumns | None = None,
+        then: Callable[[list[str]], object] = lambda _names: None,
+    ) -> None:
+        """Reads files and folders in the background, without logs that are already there, and have not changed since;
+        `then` gets the names of all."""
+        wanted_paths, done = tuple(paths), self._done
         known = {Path(log.name): log.stamp for log in self.logs.values() if log.flight is not None}
-        orders, done = self._orders, self._done
 
         def read(running: Running) -> list[str]:
-            names: list[str] = []
-            while orders:
-                paths, columns = orders.popleft()
-                found = list(find_logs(paths))
-                names += map(str, found)
-                stamps = {path: stamp_of(path) for path in found}  # before it is read: it may grow meanwhile
-                wanted = [path for path in found if path not in known or known[path] != stamps[path]]
-                logs = summarise_logs(wanted, columns, is_cancelled=running.is_cancelled)
-                for number, (path, flight, why_not, head) in enumerate(logs, 1):
-                    done.append(LogFile(str(path), _UNSORTED, columns, flight, why_not, head, stamps[path]))
-                    running.share = number / len(wanted)
-            return names
+            found = list(find_logs(wanted_paths))
+            stamps = {path: stamp_of(path) for path in found}  # before it is read: it may grow meanwhile
+            wanted = [path for path in found if path not in known or known[path] != stamps[path]]
+            logs = summarise_logs(wanted, columns, is_cancelled=running.is_cancelled)
+            for number, (path, flight, why_not, head) in enumerate(logs, 1):
+                if running.is_cancelled():
+                    break
+                done.append(LogFile(str(path), _UNSORTED, columns, flight, why_not, head, stamps[path]))
+                running.share = number / len(wanted)
+            return [str(path) for path in found]
 
         def end(names: list[str]) -> None:
-            self.is_reading = False
             self._change()
             self.ended.emit(names)
-            if self._orders:  # its thread was about to end
-                self._begin()
+            then(names)
 
         def refused(error: Exception) -> str:
-            self._stop()
+            self._change()
             return tr("Failed: {why}.", why=error_text(error))
 
-        self.is_reading = True
         doing = tr("Reading logs…")
-        self._job.begin(doing, read, end, refused, cancelled=self._stop, writes=False, cause="logs")
+        self._job.begin(doing, read, end, refused, cancelled=self._change, writes=False, cause="logs")
 
     def _take(self) -> None:
         """Takes over the logs that were read since."""
@@ -161,14 +155,6 @@ class LogsWork(QObject):
             self.logs[log.name] = log._replace(group=self.logs.get(log.name, log).group)
         if is_new:
             self.changed.emit()
-
-    def _stop(self) -> None:
-        """Logs already read stay; what the thread still reads is nobody's."""
-        self.is_reading = False
-        self._take()
-        self._orders.clear()
-        self._orders, self._done = deque(), deque()
-        self._change()
 
     # What a person chooses
 

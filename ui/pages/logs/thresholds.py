@@ -7,8 +7,8 @@ from typing import ClassVar, Final
 import numpy as np
 import pyqtgraph as pg
 from numpy.typing import NDArray
-from PySide6.QtCore import QEvent, QPointF, QRectF, QSize, Qt, Signal
-from PySide6.QtGui import QColor, QKeyEvent, QMouseEvent, QPixmap
+from PySide6.QtCore import QPointF, QRectF, QSize, Qt, Signal
+from PySide6.QtGui import QColor, QMouseEvent, QPixmap
 from PySide6.QtWidgets import QFrame, QGridLayout, QLabel, QPushButton, QSizePolicy, QWidget
 
 from app.flights.judge import TriggerLimits
@@ -78,15 +78,6 @@ class ThresholdPanel(QWidget):
 
 
 _SWATCH_PX: Final = 12
-# Steps of tilt and of time.
-_KEYS: Final = {
-    Qt.Key.Key_Up: (1, 0),
-    Qt.Key.Key_Down: (-1, 0),
-    Qt.Key.Key_Right: (0, 1),
-    Qt.Key.Key_Left: (0, -1),
-    Qt.Key.Key_PageUp: (10, 0),
-    Qt.Key.Key_PageDown: (-10, 0),
-}
 _TIME_STEP_S: Final = 0.05
 # Lower and upper edge of the cells, by times and by tilts.
 _TIME_EDGES_S: Final = (float(TIMES_S[0]) - _TIME_STEP_S / 2, float(TIMES_S[-1]) + _TIME_STEP_S / 2)
@@ -122,11 +113,9 @@ class FireMapView(StaticPlot):
 
     def __init__(self) -> None:
         super().__init__("logs_map")
-        self.setFocusPolicy(Qt.FocusPolicy.StrongFocus)
         self.setCursor(Qt.CursorShape.CrossCursor)
         # What `cell_colours` needs.
         self._map: tuple[Cells, Cells, bool] | None = None
-        self._limits = TriggerLimits()
         self.image = pg.ImageItem(axisOrder="row-major")
         # Outlines and lines, so that they contrast with every cell.
         self.cross = [pg.InfiniteLine(angle=angle) for angle in (0, 90, 0, 90)]
@@ -149,7 +138,6 @@ class FireMapView(StaticPlot):
 
     def show_limits(self, limits: TriggerLimits, text: str) -> None:
         """Moves the cross; `text` is the accessible text."""
-        self._limits = limits
         self.announce(text)
         tilt, time_s = _on_map(limits.attitude_threshold_deg, limits.freefall_time_s)
         for line in self.cross:
@@ -170,7 +158,7 @@ class FireMapView(StaticPlot):
         tilts, times_s = range(30, 121, 15), (0.5, 1.0, 1.5, 2.0, 2.5)
         self.show_ticks("left", [(tilt, f"{tilt}°") for tilt in tilts], tr("Attitude threshold"))
         self.show_ticks("bottom", [(time_s, f"{time_s:g} s") for time_s in times_s], tr("Free-fall time"))
-        self._draw_frame()
+        self.view.setBorder(pg.mkPen(theme.border, width=theme.border_px))
         if self._map is not None:
             wrong, missed, has_must = self._map
             self.image.setImage(cell_colours(wrong, missed, has_must=has_must), autoLevels=False)
@@ -182,17 +170,7 @@ class FireMapView(StaticPlot):
             picture.fill(QColor(*colour))
             swatch.setPixmap(picture)
 
-    def _draw_frame(self) -> None:
-        theme = current()
-        colour, width = (theme.information.ink, 2) if self.hasFocus() else (theme.border, theme.border_px)
-        self.view.setBorder(pg.mkPen(colour, width=width))
-
-    # Mouse and keyboard
-
-    def event(self, event: QEvent) -> bool:
-        if event.type() in (QEvent.Type.FocusIn, QEvent.Type.FocusOut):
-            self._draw_frame()
-        return super().event(event)
+    # Mouse; the dials beside it have keys
 
     def choose_at(self, place: QPointF) -> None:
         """Chooses the thresholds at a place: whole degrees, steps of 0.05 s."""
@@ -201,20 +179,11 @@ class FireMapView(StaticPlot):
 
     def mousePressEvent(self, event: QMouseEvent) -> None:
         if event.button() == Qt.MouseButton.LeftButton:
-            self.setFocus(Qt.FocusReason.MouseFocusReason)
             self.choose_at(event.position())
 
     def mouseMoveEvent(self, event: QMouseEvent) -> None:
         if event.buttons() & Qt.MouseButton.LeftButton:
             self.choose_at(event.position())
-
-    def keyPressEvent(self, event: QKeyEvent) -> None:
-        steps = _KEYS.get(Qt.Key(event.key()))
-        if steps is not None:
-            tilt = self._limits.attitude_threshold_deg + steps[0]
-            self.chosen.emit(*_on_map(tilt, self._limits.freefall_time_s + steps[1] * _TIME_STEP_S))
-        else:
-            super().keyPressEvent(event)
 
 
 def _on_map(tilt_deg: float, time_s: float) -> tuple[float, float]:

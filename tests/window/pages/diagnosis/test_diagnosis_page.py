@@ -33,7 +33,7 @@ from tests.support.window.rig import Rig, on_fake_time
 from tests.support.window.steps import choosing, given, press, show_page
 from ui.main import Assembly
 from ui.pages.diagnosis.page import DiagnosisPage
-from ui.pages.diagnosis.traffic import MAX_ROW_BYTES, MAX_ROWS, Column, Filter, TrafficModel, TrafficView
+from ui.pages.diagnosis.traffic import MAX_ROWS, Column, Filter, TrafficModel, TrafficView
 from ui.pages.diagnosis.why import SharingCard
 from ui.services.context import PageEntry
 from ui.style.icons import Icon
@@ -365,7 +365,7 @@ def traffic(qtbot: QtBot) -> Iterator[TrafficView]:
     around.close()
 
 
-def test_the_oldest_rows_are_dropped_and_long_garbage_takes_several_rows_and_loses_nothing(qapp: QApplication) -> None:
+def test_the_oldest_rows_are_dropped_and_long_garbage_loses_nothing(qapp: QApplication) -> None:
     model = model_of(*streamed(MAX_ROWS - 1))
     model.append(streamed(11, first=MAX_ROWS))
     model.show_new()
@@ -373,7 +373,6 @@ def test_the_oldest_rows_are_dropped_and_long_garbage_takes_several_rows_and_los
     garbage = bytes(range(48)) * 100
     raws = [event.noise.raw for event in model_of(*rejected(garbage)).rows if isinstance(event, Rejected)]
     assert b"".join(raws) == garbage
-    assert max(map(len, raws)) <= MAX_ROW_BYTES < len(garbage)
 
 
 def test_rows_describe_their_frames_or_why_bytes_are_none_and_are_searched(traffic: TrafficView) -> None:
@@ -392,7 +391,6 @@ def test_rows_describe_their_frames_or_why_bytes_are_none_and_are_searched(traff
         (Filter.WITHOUT_STREAM, "", 4),
         (Filter.REJECTED, "", 2),
         (Filter.ALL, "42 61", 1),
-        (Filter.ALL, "4261", 1),
         (Filter.ALL, "Tilt 7", 10),
         (Filter.ALL, "query: cell", 1),
         (Filter.WITHOUT_STREAM, "tilt 7", 0),
