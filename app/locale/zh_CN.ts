@@ -2256,10 +2256,6 @@
         <translation>记录已从 {when} 的备份恢复；此后的记录缺失。</translation>
     </message>
     <message>
-        <source>Refresh</source>
-        <translation>刷新</translation>
-    </message>
-    <message>
         <source>Remove</source>
         <translation>移除</translation>
     </message>

@@ -105,12 +105,11 @@ class BundlePreview(QWidget):
         self.text.setLineWrapMode(QPlainTextEdit.LineWrapMode.NoWrap)
         self.text.setTabChangesFocus(True)
         self.text.setFont(fixed_font(Size.SMALL))
-        renew, save = QPushButton(tr("Refresh")), QPushButton(tr("Save support bundle…"))
-        control(renew, "bundle_renew", picture=Icon.AGAIN, slot=self.make)
+        save = QPushButton(tr("Save support bundle…"))
         self.save = control(save, "bundle_save", picture=Icon.BUNDLE, role="primary", slot=self.choose_and_save)
         self._where = text_label("bundle_log_path", "small", is_selectable=True)
-        buttons = in_row(1, renew, save, spacing=Space.S)
-        in_column(promise, buttons, (self.text, 1), self._where, of=self, spacing=Space.S, margins=(Space.M, Space.S))
+        parts = (promise, in_row(1, self.save), (self.text, 1), self._where)
+        in_column(*parts, of=self, spacing=Space.S, margins=(Space.M, Space.S))
         self._timer = VisibilityTimer(self, self.make)
 
     def begin_again(self) -> None:

@@ -14,7 +14,6 @@ from app.system.clock import clock_text, wall_offset_s
 from app.text.i18n import tr
 from app.text.messages import in_brackets
 from protocol.events import Answered, Ended, Event, Received, Rejected, Role, Sent, Unanswered
-from protocol.messages import Noise
 from protocol.translatable import marked
 from ui.forms.tables import Index, list_rows
 from ui.style.icons import Icon, icon
@@ -24,9 +23,9 @@ from ui.widgets.number_line import WheelGuard
 from ui.widgets.visibility_timer import VisibilityTimer
 
 MAX_ROWS: Final = 10_000
-# A longer run of rejected bytes takes several rows, which bounds the memory.
-MAX_ROW_BYTES: Final = 1024
+# Of a row, and of the row that is chosen.
 SHOWN_BYTES: Final = 32
+CHOSEN_BYTES: Final = 96
 # A person cannot read more.
 DRAW_EVERY_MS: Final = 160
 _ANYWHERE: Final = QModelIndex()
@@ -82,7 +81,7 @@ def is_streamed(row: Event) -> bool:
     return isinstance(row, Received) and row.role is Role.STREAMED
 
 
-def cell_text(row: Event, column: int, longest: int = MAX_ROW_BYTES) -> str:
+def cell_text(row: Event, column: int, longest: int | None = None) -> str:
     """Bytes as "41 75 32", of which those after `longest` are only counted."""
     match column:
         case Column.TIME:
@@ -91,7 +90,7 @@ def cell_text(row: Event, column: int, longest: int = MAX_ROW_BYTES) -> str:
             return shown(row).kind
         case Column.BYTES:
             raw = shown(row).raw
-            cut = f" … +{len(raw) - longest}" if len(raw) > longest else ""
+            cut = f" … +{len(raw) - longest}" if longest and len(raw) > longest else ""
             return raw[:longest].hex(" ").upper() + cut
     return event_sentence(row)
 
@@ -107,14 +106,7 @@ class TrafficModel(QAbstractTableModel):
         self.bytes_font = fixed_font(Size.SMALL)
 
     def append(self, events: Iterable[Event]) -> None:
-        for event in events:
-            if isinstance(event, Rejected):
-                noise = event.noise
-                for first in range(0, len(noise.raw), MAX_ROW_BYTES):
-                    raw = noise.raw[first : first + MAX_ROW_BYTES]
-                    self.new.append(Rejected(Noise(raw, noise.reason, noise.offset + first), event.at))
-            elif not isinstance(event, Answered):  # its frame has a row already
-                self.new.append(event)
+        self.new.extend(event for event in events if not isinstance(event, Answered))  # its frame has a row already
 
     def show_new(self) -> None:
         surplus = min(len(self.rows), len(self.rows) + len(self.new) - MAX_ROWS)
@@ -153,7 +145,7 @@ class TrafficModel(QAbstractTableModel):
             case Qt.ItemDataRole.DisplayRole:
                 return cell_text(row, column, SHOWN_BYTES)
             case Qt.ItemDataRole.ToolTipRole:
-                return cell_text(row, column)
+                return cell_text(row, column, CHOSEN_BYTES)
             case Qt.ItemDataRole.FontRole if column == Column.BYTES:
                 return self.bytes_font
             case Qt.ItemDataRole.DecorationRole if column == Column.KIND:
@@ -166,22 +158,18 @@ class TrafficModel(QAbstractTableModel):
 
 
 class TrafficFilter(QSortFilterProxyModel):
-    """Shows the rows of one kind that contain the searched words or bytes."""
+    """Shows the rows of one kind in which the searched text stands."""
 
     def __init__(self, model: TrafficModel) -> None:
         super().__init__(model)
         self._model = model
         self._kind = Filter.ALL
-        # In lower case, and its digits where it is pairs of hex digits.
-        self._query = self._query_hex = ""
+        self._text = ""
         self.setSourceModel(model)
 
-    def use(self, kind: Filter, query: str) -> None:
+    def use(self, kind: Filter, text: str) -> None:
         self.beginFilterChange()
-        self._kind, self._query = kind, query.strip().lower()
-        digits = "".join(self._query.split())
-        is_hex = len(digits) % 2 == 0 and all(digit in "0123456789abcdef" for digit in digits)
-        self._query_hex = digits if is_hex else ""
+        self._kind, self._text = kind, text.strip().lower()
         self.endFilterChange(QSortFilterProxyModel.Direction.Rows)
 
     def filterAcceptsRow(self, source_row: int, _source_parent: Index) -> bool:
@@ -190,9 +178,8 @@ class TrafficFilter(QSortFilterProxyModel):
             return False
         if self._kind is Filter.WITHOUT_STREAM and is_streamed(row):
             return False
-        if not self._query or (self._query_hex and self._query_hex in shown(row).raw.hex()):
-            return True
-        return self._query in event_sentence(row).lower() or self._query in shown(row).kind.lower()
+        searched = Column.MEANING, Column.BYTES, Column.KIND
+        return not self._text or any(self._text in cell_text(row, column).lower() for column in searched)
 
 
 class TrafficView(QWidget):
@@ -301,5 +288,5 @@ class TrafficView(QWidget):
         text = tr("{count} selected", count=f"{len(selected):,}") if selected else tr("Select a row.")
         if len(selected) == 1:
             event = self._event(selected[0])
-            text = f"{shown(event).kind}  {cell_text(event, Column.BYTES, 96)}\n{event_sentence(event)}"
+            text = f"{shown(event).kind}  {cell_text(event, Column.BYTES, CHOSEN_BYTES)}\n{event_sentence(event)}"
         self.detail.setText(text)
