@@ -1,6 +1,5 @@
 """State of one module as the fleet page shows it and what it needs next; one profile for several modules."""
 
-from collections import Counter
 from collections.abc import Iterable
 from dataclasses import dataclass, field
 from enum import Enum
@@ -40,13 +39,6 @@ class Need(Enum):
     ACTIVATE = "activate"
     WAIT = "wait"
     NOTHING = marked("None")
-
-
-def summary(verdicts: Iterable[Verdict | None]) -> str:
-    """ "2 GO, 1 READY, 1 NO-GO"."""
-    counts = Counter(Standing.NOT_CHECKED.value if verdict is None else verdict.value for verdict in verdicts)
-    order = (Standing.GO, Standing.READY, Standing.NO_GO, Standing.NOT_CHECKED)
-    return join_names(f"{counts[one.value]} {tr(one.value)}" for one in order if counts[one.value])
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -16,6 +16,7 @@ from PySide6.QtWidgets import (
     QSizePolicy,
     QStackedLayout,
     QStackedWidget,
+    QTabWidget,
     QToolButton,
     QVBoxLayout,
     QWidget,
@@ -213,6 +214,16 @@ def stacked(stack: Stack, *views: QWidget) -> Stack:
     for view in views:
         stack.addWidget(view)
     return stack
+
+
+def tabbed(page: str, says: str) -> QTabWidget:
+    """Views of a page, chosen by tabs; `says` is the accessible name of these."""
+    tabs = named(QTabWidget(), f"{page}_views")
+    tabs.setDocumentMode(True)
+    tabs.setFocusPolicy(Qt.FocusPolicy.NoFocus)  # also of the bar, to which it passes the focus
+    tabs.setUsesScrollButtons(False)
+    named(tabs.tabBar(), f"{page}_tabs", says=says).setFocusPolicy(Qt.FocusPolicy.TabFocus)
+    return tabs
 
 
 def captioned_row(*fields: tuple[str, QWidget]) -> QGridLayout:

@@ -6,8 +6,7 @@ from functools import partial
 from pathlib import Path
 from typing import Final
 
-from PySide6.QtCore import Qt
-from PySide6.QtWidgets import QFormLayout, QFrame, QLabel, QPlainTextEdit, QPushButton, QTabWidget, QWidget
+from PySide6.QtWidgets import QFormLayout, QFrame, QLabel, QPlainTextEdit, QPushButton, QWidget
 
 from app import version
 from app.diagnosis.support_bundle import bundle_files, write_bundle
@@ -26,7 +25,7 @@ from ui.session.page_job import PageJob
 from ui.session.shown_module import ShownModule
 from ui.style.icons import Icon
 from ui.style.theme import Meaning, Size, Space, fixed_font, is_text_large
-from ui.widgets.controls import control, in_column, in_row, named, scroll_area, set_look, text_label
+from ui.widgets.controls import control, in_column, in_row, named, scroll_area, set_look, tabbed, text_label
 from ui.widgets.notice_bar import NoticeBar
 from ui.widgets.visibility_timer import VisibilityTimer
 
@@ -173,12 +172,7 @@ class DiagnosisPage(Page):
         self.result = PageJob(self)
         self.bundle = BundlePreview(services, self.traffic.model, self.result)
         self.strip = named(NoticeBar(), "diagnosis_notice")
-        tabs = self.tabs = named(QTabWidget(), "diagnosis_views")
-        tabs.setDocumentMode(True)
-        tabs.setFocusPolicy(Qt.FocusPolicy.NoFocus)  # also of the bar, to which it passes the focus
-        tabs.setUsesScrollButtons(False)
-        bar = named(tabs.tabBar(), "diagnosis_tabs", says=tr("Diagnosis"))
-        bar.setFocusPolicy(Qt.FocusPolicy.TabFocus)
+        tabs = self.tabs = tabbed("diagnosis", tr("Diagnosis"))
         self._keys: list[str] = []
         for key, title, view, scrolls in (
             ("why", tr("Connection"), self.why, True),

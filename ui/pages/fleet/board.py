@@ -92,7 +92,6 @@ class Board(QTableWidget):
         list_rows(self, row_px=self._row_px)
         self.setSelectionMode(QAbstractItemView.SelectionMode.SingleSelection)
         self.setWordWrap(True)
-        self.setContextMenuPolicy(Qt.ContextMenuPolicy.ActionsContextMenu)
         self.setMinimumHeight(_LEAST_ROWS * self._row_px)
         header = self.horizontalHeader()
         widest = _WIDEST_LARGE if is_text_large() else _WIDEST

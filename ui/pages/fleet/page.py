@@ -1,34 +1,30 @@
 """Fleet page: all connected modules in one table, and all modules ever seen."""
 
-from collections import Counter
 from functools import partial
 from pathlib import Path
 from typing import Final
 
 from PySide6.QtCore import Qt
-from PySide6.QtWidgets import QPushButton, QTabBar, QTabWidget, QToolButton, QWidget
+from PySide6.QtWidgets import QPushButton, QWidget
 
-from app.fleet.card import Applied, Card, Need, result_line, summary
+from app.fleet.card import Applied, result_line
 from app.preflight.checks import Person
-from app.preflight.verdict import Verdict
 from app.procedures.write import SettingChange, risk_message
 from app.settings.profiles import NO_PROFILE
 from app.text.i18n import tr
 from app.text.messages import capitalised, labelled
-from protocol.translatable import marked
 from ui.files.file_dialogs import AskOpen, ask_profile
 from ui.pages.fleet.archive_panel import ArchivePanel
-from ui.pages.fleet.board import NEED_MEANINGS, Board
+from ui.pages.fleet.board import Board
 from ui.pages.fleet.group_jobs import GroupProfile
 from ui.pages.fleet.members import AddPort, FleetMembers
 from ui.services.context import Services
 from ui.services.page import Page, WaysBack
 from ui.session.page_job import PageJob, progress_notice
 from ui.session.port import Port
-from ui.session.shown_module import ShownModule
 from ui.style.icons import Icon
 from ui.style.theme import Meaning, Space
-from ui.widgets.controls import EmptyState, control, in_column, in_row, named, text_label
+from ui.widgets.controls import EmptyState, control, in_column, in_row, named, tabbed
 from ui.widgets.notice_bar import NoticeBar
 from ui.widgets.notices import Choice, Notice
 from ui.widgets.visibility_timer import VisibilityTimer
@@ -46,8 +42,8 @@ class FleetPage(Page):
         self.ask_profile: AskOpen = ask_profile
         self.result = PageJob(self)
         self.members = FleetMembers(services)
-        # The last set of checks, with the modules that answered.
-        self._checked: dict[Port, ShownModule | None] = {}
+        # The last set of checks.
+        self._checked: tuple[Port, ...] = ()
         self.profile = GroupProfile(services, self.members, self)
         self.board = Board(self.members, self.profile)
         self._lay_out()
@@ -58,15 +54,12 @@ class FleetPage(Page):
     def _lay_out(self) -> None:
         self.lock_all = control(QPushButton(tr("LOCK ALL")), "fleet_lock_all", picture=Icon.LOCK, role="primary")
         self.lock_all.clicked.connect(self._lock_all)
-        self.summary = text_label("fleet_summary", "strong")
         head = self.make_header(tr("Fleet"), self.lock_all)
-        head.row.insertWidget(1, self.summary, 3)
         enable = partial(self._check, is_enabling=True)
         self.enable = head.add_rare("fleet_enable", tr("Enable triggers and check"), enable)
         self.show_marked = head.add_rare("fleet_show", tr("Show on all pages"), lambda: self._choose(self.board.marked))
         self.disconnect_marked = head.add_rare("fleet_disconnect", tr("Disconnect"), self._disconnect)
         self.board.chosen.connect(self._choose)
-        self.board.addActions([self.show_marked, self.disconnect_marked])
         self.add = AddPort(self.members, self._ports.watcher.refresh)
         self.check = control(QPushButton(tr("Check selected")), "fleet_check", picture=Icon.CHECKLIST, slot=self._check)
         self.open_profile = control(QPushButton(tr("Profile…")), "fleet_profile", picture=Icon.SETTINGS)
@@ -83,19 +76,9 @@ class FleetPage(Page):
         in_column(*parts, of=connected, margins=(0, Space.S, 0, 0))
         self.archive = ArchivePanel(self._services)
         self.archive.settings_wanted.connect(lambda: self.page_wanted.emit("settings"))
-        self.tabs = named(QTabWidget(), "fleet_views")
-        bar = named(QTabBar(), "fleet_tabs", says=tr("Fleet"))
-        self.tabs.setTabBar(bar)
-        self.tabs.setDocumentMode(True)
-        self.tabs.setFocusPolicy(Qt.FocusPolicy.NoFocus)  # also of the bar, to which it passes the focus
-        bar.setFocusPolicy(Qt.FocusPolicy.TabFocus)
-        self.tabs.setUsesScrollButtons(False)
+        self.tabs = tabbed("fleet", tr("Fleet"))
         self.tabs.addTab(connected, tr("Connected"))
         self.tabs.addTab(self.archive, tr("All modules"))
-        # Qt makes the scroll buttons anyway, and names them in English only.
-        for name, says in (("ScrollLeftButton", marked("Scroll left")), ("ScrollRightButton", marked("Scroll right"))):
-            for button in bar.findChildren(QToolButton, name):
-                control(button, name, says=tr(says))
         in_column(head, (self.tabs, 1), of=self, margins=(Space.M, 0, Space.M, Space.S))
 
     # What is shown
@@ -109,8 +92,6 @@ class FleetPage(Page):
         self.board.show_cards(cards, self.members.now())
         self.empty.setVisible(not cards)
         self.board.setVisible(bool(cards))
-        self.summary.setText(_summary(list(cards.values())))
-        self.summary.setVisible(bool(cards))
         is_free = not self.profile.is_running and not any(port.module.is_checking for port in connections)
         for one in (self.check, self.enable):
             one.setEnabled(is_free and bool(self.members.reachable))
@@ -122,7 +103,7 @@ class FleetPage(Page):
     def _notices(self) -> list[Notice]:
         """Return what is going on, else what it came to, else the profile that is open."""
         if self.is_checking:
-            done, total = len(self.verdicts), len(self._checked)
+            done, total = sum(not port.module.is_checking for port in self._checked), len(self._checked)
             text = tr("{what} ({done} of {total})", what=capitalised(tr("checking…")), done=done, total=total)
             return [progress_notice(text, self.cancel_checks)]
         results = self.profile.named_results()
@@ -161,32 +142,20 @@ class FleetPage(Page):
 
     def _check(self, _is_checked: bool = False, *, is_enabling: bool = False) -> None:
         """They send queries only, or enable the triggers of each locked module first."""
-        ports = self.members.ticked
-        if not any(port.module.is_checking for port in ports):
-            self._checked = {port: port.module if port in self.members.reachable else None for port in ports}
-            for module in filter(None, self._checked.values()):
-                module.begin_check(self.profile.profile or NO_PROFILE, Person(), is_enabling=is_enabling)
-            self.result.set_notice(self._checked_notice)
+        if not any(port.module.is_checking for port in self.members.ticked):
+            self._checked = self.members.reachable
+            for port in self._checked:
+                port.module.begin_check(self.profile.profile or NO_PROFILE, Person(), is_enabling=is_enabling)
+            self.result.dismiss()
 
     @property
     def is_checking(self) -> bool:
         return any(port.module.is_checking for port in self._checked)
 
-    @property
-    def verdicts(self) -> list[Verdict | None]:
-        """The verdicts that have ended, as they stand now: one that is void by now is not checked, None."""
-        ended = [module for port, module in self._checked.items() if not port.module.is_checking]
-        return [None if module is None else module.check_state.verdict for module in ended]
-
     def cancel_checks(self) -> None:
         for port in self._checked:
             if port.module.check is not None:
                 port.module.check.cancel()
-
-    def _checked_notice(self) -> Notice:
-        verdicts = self.verdicts
-        is_fine = all(verdict in (Verdict.GO, Verdict.READY) for verdict in verdicts)
-        return Notice(Meaning.INFORMATION if is_fine else Meaning.ATTENTION, summary(verdicts))
 
     def _choose_profile(self) -> None:
         self.ask_profile(self, self._services.preferences.profile_folder, self.open_profile_file)
@@ -216,16 +185,3 @@ class FleetPage(Page):
 
     def ways_back(self) -> WaysBack:
         return ((self.profile.profile is not None and not self.profile.is_running, self._close_profile),)
-
-
-def _summary(cards: list[Card]) -> str:
-    counts = Counter(card.need for card in cards)
-    active = sum(card.activation.may_fire for card in cards)
-    urgent = sum(NEED_MEANINGS[card.need] in (Meaning.DANGER, Meaning.ATTENTION) for card in cards)
-    parts = (
-        labelled(tr("Modules"), len(cards)),
-        f"{counts[Need.NOTHING]} {tr('GO')}" if counts[Need.NOTHING] else "",
-        f"{active} {tr('ACTIVE')}" if active else "",
-        tr("Attention: {count}", count=urgent) if urgent else "",
-    )
-    return " · ".join(filter(None, parts))
