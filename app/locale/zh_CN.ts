@@ -292,10 +292,6 @@
         <translation>假定：倾角等于阈值触发，加速度等于阈值不触发。</translation>
     </message>
     <message>
-        <source>Attention: {count}</source>
-        <translation>需处理：{count}</translation>
-    </message>
-    <message>
         <source>Attitude threshold</source>
         <translation>姿态开伞阈值</translation>
     </message>
@@ -2348,14 +2344,6 @@
         <translation>正在保存…</translation>
     </message>
     <message>
-        <source>Scroll left</source>
-        <translation>向左滚动</translation>
-    </message>
-    <message>
-        <source>Scroll right</source>
-        <translation>向右滚动</translation>
-    </message>
-    <message>
         <source>Search</source>
         <translation>搜索</translation>
     </message>
@@ -3962,10 +3950,6 @@
         <translation>没有状态上报</translation>
     </message>
     <message>
-        <source>no stream</source>
-        <translation>无数据流</translation>
-    </message>
-    <message>
         <source>no time, direction and bytes</source>
         <translation>没有时间、方向和字节</translation>
     </message>
@@ -4138,10 +4122,6 @@
         <translation>已暂停，落后 {time}</translation>
     </message>
     <message>
-        <source>polled</source>
-        <translation>轮询</translation>
-    </message>
-    <message>
         <source>port lost</source>
         <translation>串口断开</translation>
     </message>
@@ -4300,10 +4280,6 @@
     <message>
         <source>stream</source>
         <translation>串口输出</translation>
-    </message>
-    <message>
-        <source>streamed</source>
-        <translation>主动输出</translation>
     </message>
     <message>
         <source>the aircraft</source>

@@ -53,13 +53,13 @@ class Bench(Driver):
     def root(self) -> QWidget:
         return self.page
 
-    def say(self, *samples: StatusSample, is_streaming: bool = True, leave_out: str = "", **values: Value) -> None:
+    def say(self, *samples: StatusSample, leave_out: str = "", **values: Value) -> None:
         """Hand over a batch with these values, and a sample of them unless samples are given; the page shows it."""
         known = {key: value for key, value in (KNOWN | values).items() if key != leave_out}
         worker, taken = self.worker, len(self.page.data.tilt)
         worker.connection, worker.number, worker.ended = OPEN, max(1, worker.number), None
         worker.values = {key: Known(value, How.READ, self.now_s) for key, value in known.items()}
-        worker.stream_hz = 50.0 if is_streaming else 0.0
+        worker.stream_hz = 50.0
         state = known.get("triggered") is True, known.get("active") is True
         one = StatusSample(self.now_s, int(known["tilt_deg"]), float(known["acceleration_g"]), *state)
         worker.hand_over(samples=samples or (one,))

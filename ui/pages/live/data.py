@@ -15,7 +15,6 @@ from ui.plots.lanes import Mark, mark_of
 # Ten hours, polled once a second.
 _SLOW_SAMPLES: Final = 36_000
 _MAX_MARKERS: Final = 1000
-_RATE_OVER_S: Final = 2.0
 
 
 class LiveData(Measured):
@@ -53,10 +52,6 @@ class LiveData(Measured):
         self.markers.clear()
         self._first_s = None
         self._tracker = MarkerTracker()
-
-    def reports_per_s(self, now_s: float) -> float:
-        """Status reports per second, streamed or polled, over the last two seconds."""
-        return len(self.tilt.window(now_s - _RATE_OVER_S, now_s).time_s) / _RATE_OVER_S
 
     def on_batch(self, batch: Batch) -> list[Mark]:
         """Adds a batch; returns its events as marks."""

@@ -53,8 +53,6 @@ _BUSY: Final = (Phase.OPENING, Phase.FINDING, Phase.ASKING, Phase.ONLINE, Phase.
 DRAW_EVERY_MS: Final = 150
 # Numbers that changed faster could not be read.
 REFRESH_EVERY_S: Final = 0.06
-# A larger difference means that the time of day was set; smaller ones are a time server at work.
-CLOCK_SET_S: Final = 2.0
 _FOOT_PX: Final = 28
 
 
@@ -128,10 +126,7 @@ class LivePage(Page):
         return self._stack.currentWidget() is self.empty
 
     def on_batch(self, batch: Batch) -> None:
-        offset_s = wall_offset_s()
-        if abs(offset_s - self.plot.canvas.wall_offset_s) > CLOCK_SET_S:
-            self.plot.canvas.wall_offset_s = offset_s
-            self.plot.canvas.forget()
+        self.plot.canvas.wall_offset_s = wall_offset_s()  # which changes with the time of day, and with a sleep
         connection, view = batch.connection, batch.conversation
         state = connection, view.number, view.is_going, view.reported
         if state != self._state:
@@ -151,13 +146,8 @@ class LivePage(Page):
             self._stack.setCurrentWidget(self._content)
         self._refresh_empty()
         if not self.is_empty:
-            self.panel.show_device(
-                self.module.view,
-                now_s,
-                in_use=self._in_use,
-                reports_per_s=self.data.reports_per_s(now_s),
-                direction=self.module.light_direction,
-            )
+            direction = self.module.light_direction
+            self.panel.show_device(self.module.view, now_s, in_use=self._in_use, direction=direction)
 
     def draw(self) -> None:
         if not self.is_empty:

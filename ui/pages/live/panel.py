@@ -1,9 +1,7 @@
-"""Tiles of the Live page: tilt with its gauge, acceleration, light, cell, reports, boot count, in one column.
+"""Tiles of the Live page: tilt with its gauge, acceleration, light, cell, boot count, in one column.
 
 Each number is fresh, stale with its age, or unknown.
 """
-
-from typing import Final
 
 from PySide6.QtWidgets import QFrame
 
@@ -16,11 +14,9 @@ from app.text.i18n import tr
 from protocol.catalogue import BY_NAME
 from ui.plots.gauge import TiltGauge
 from ui.style.theme import Meaning, Size, Space, scaled
-from ui.widgets.controls import in_column, in_row, named
+from ui.widgets.controls import in_column, named
 from ui.widgets.readout import Freshness, Readout, age_of
 
-# Slow, since the rate of reports often varies by one.
-_COUNT_EVERY_S: Final = 0.5
 Note = tuple[Meaning | None, str]
 
 
@@ -35,22 +31,17 @@ class LivePanel(QFrame):
         self.acceleration = named(Readout(tr("Acceleration"), unit="g", template="0.0"), "live_acceleration")
         self.light = named(Readout(tr("Light"), unit="V", template="0.0"), "live_light")
         self.cell = named(Readout(tr("Cell voltage"), unit="V", template="0.00"), "live_cell")
-        self.stream = named(Readout(tr("Reports"), unit="/s", template="00", size=Size.TITLE), "live_stream")
         self.boot_count = named(Readout(tr("Boot count"), size=Size.TITLE), "live_boot_count")
         for readout, command in ((self.light, "light"), (self.cell, "cell_voltage"), (self.boot_count, "boot_count")):
             readout.setToolTip(tr(BY_NAME[command].explanation))
-        values = (self.tilt, self.acceleration, self.light, self.cell)
-        rest = in_row(self.stream, self.boot_count, spacing=Space.M)
-        in_column(self.gauge, *values, rest, 1, of=self, spacing=Space.S, margins=(Space.M, Space.S))
+        values = (self.tilt, self.acceleration, self.light, self.cell, self.boot_count)
+        in_column(self.gauge, *values, 1, of=self, spacing=Space.S, margins=(Space.M, Space.S))
         # Room for all that may be said, so that the plots beside it never move.
         age = tr("{time} ago", time=tr("{value:.0f} min", value=10))
         bays = [tr("{state} (assumed)", state=state) for state in (tr(OutOfLimit.BAY_OPEN.value), tr("bay closed"))]
         words = (tr(TRIGGER_OFF), tr(TRIGGER_NOT_KNOWN), tr("free fall"), tr("not charging"), tr("charger unknown"))
         self.light.reserve([f"{note}    " for note in (*bays, *words, tr("over {value}°", value=180))], limit="00.0 V")
-        self.stream.reserve((tr("streamed"), tr("polled"), tr("no stream"), age))
         self.boot_count.reserve((age,))
-        self._stream_kind: object = None
-        self._counted_at = 0.0
 
     def show_device(
         self,
@@ -58,7 +49,6 @@ class LivePanel(QFrame):
         now_s: float,
         *,
         in_use: LimitsInUse,
-        reports_per_s: float,
         direction: LightDirection | None,
     ) -> None:
         """Shows all values as known at a monotonic time. `direction`: which way the light was measured to read."""
@@ -108,17 +98,6 @@ class LivePanel(QFrame):
         note = (None, charge) if cell is None else (Meaning.ATTENTION, tr(cell.fault.value))
         _show(self.cell, view.known("cell_voltage_v", now_s), now_s, 2, note)
         _show(self.boot_count, view.known("boot_count", now_s), now_s, 0)
-
-        age = "" if tilt is None else age_of(tilt, now_s)
-        kind = view.is_streaming, view.is_going, age
-        if kind != self._stream_kind or now_s - self._counted_at >= _COUNT_EVERY_S:
-            self._stream_kind, self._counted_at = kind, now_s
-            if view.is_streaming:
-                self.stream.show_value(f"{view.stream_hz:.0f}", note=age or tr("streamed"))
-            elif view.is_going and reports_per_s > 0:
-                self.stream.show_value(f"{reports_per_s:.0f}", note=age or tr("polled"))
-            else:
-                self.stream.show_value("0", note=tr("no stream"))
 
 
 def _trigger_note(is_on: bool | None) -> Note:

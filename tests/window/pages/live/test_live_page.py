@@ -45,7 +45,6 @@ def test_fresh_then_stale_with_its_age(live: Bench) -> None:
     assert panel.tilt.accessibleName() == "Tilt: 12°, limit 60°, trigger not known"
     assert panel.light.accessibleName() == "Light: 0.3 V, limit 1.8 V, bay closed (assumed)"
     assert panel.cell.accessibleName() == "Cell voltage: 3.94 V, not charging"
-    assert panel.stream.accessibleName() == "Reports: 50 /s, streamed"
     live.pass_time(3.0)
     assert panel.tilt.accessibleName() == "Tilt: 12°, limit 60°, 3 s ago"
     assert panel.gauge.freshness is Freshness.STALE
@@ -97,7 +96,7 @@ def test_what_is_never_reported_is_unknown_and_what_is_outside_its_limit_is_mark
     assert panel.cell.meaning is panel.light.meaning is Meaning.ATTENTION
 
 
-def test_the_charger_the_triggers_and_the_reports_are_noted(live: Bench) -> None:
+def test_the_charger_and_the_triggers_are_noted(live: Bench) -> None:
     panel = live.page.panel
     live.say(charging=True)
     assert panel.cell.accessibleName().endswith(", charging")
@@ -108,12 +107,6 @@ def test_the_charger_the_triggers_and_the_reports_are_noted(live: Bench) -> None
         assert panel.tilt.accessibleName().endswith(says)
         assert ("trigger not known" in panel.gauge.accessibleName()) is (flag is None)
         assert ("trigger" in panel.acceleration.accessibleName()) is (flag is not True)
-    live.pass_time(2.5)
-    times = [live.now_s - 2 + n / 10 for n in range(1, 21)]
-    live.say(*(StatusSample(at, 3, 1.0, False, False) for at in times), is_streaming=False)
-    assert panel.stream.accessibleName() == "Reports: 10 /s, polled"
-    live.pass_time(5.0)
-    assert panel.stream.accessibleName() == "Reports: 0 /s, no stream"
 
 
 def test_the_bay_is_assumed_until_it_was_measured_closed_and_open(live: Bench) -> None:
