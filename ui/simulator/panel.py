@@ -1,21 +1,19 @@
 """The panel of the simulated module in its dock: tilt it, drop it, disturb its line."""
 
 import logging
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from typing import TYPE_CHECKING, Final
 
 from PySide6.QtCore import Qt
 from PySide6.QtGui import QShowEvent
 from PySide6.QtWidgets import QCheckBox, QDockWidget, QFormLayout, QFrame, QMainWindow, QPushButton, QSpinBox, QWidget
 
-from app.engine.target import Target
 from app.text.i18n import tr
 from app.text.messages import UserError
 from protocol.translatable import marked
 from ui.session.ports import Ports
-from ui.style.theme import Meaning, Space, is_text_large
+from ui.style.theme import Space, is_text_large
 from ui.widgets.controls import in_column, in_row, named, scroll_area, text_label
-from ui.widgets.notices import Choice, Notice
 from ui.widgets.number_line import Dial, NumberKind, WheelGuard, label_for
 from ui.widgets.visibility_timer import VisibilityTimer
 
@@ -144,30 +142,6 @@ class SimulatorPanel(QWidget):
                 box.setChecked(bool(getattr(module.setup, name)))
             self.drop.setEnabled(not world.is_falling(now_s))
             self.press.setEnabled(not module.is_on)
-
-
-_OF_REST: Final = frozenset(("tilt", "tilt_spread", "acceleration", "acceleration_spread"))
-
-
-def rest_offer(target: Target | None, against: Sequence[str], check_again: Callable[[], object]) -> Notice | None:
-    """Return the offer to lay the module at rest; None if it is real or at rest, or if no check of rest failed."""
-    if target is None or not target.is_simulated or not _OF_REST.intersection(against):
-        return None
-    from app.port_urls.protocol_sim import open_bench  # the first paint does not wait for it
-
-    try:
-        bench = open_bench(target.device)
-    except UserError:
-        return None
-    if not bench.world.is_lifelike and not bench.world.tilt_deg:
-        return None
-
-    def set_down() -> None:
-        bench.set_world(is_lifelike=False, tilt_deg=0)
-        check_again()
-
-    text = tr("The simulated module is not at rest.")
-    return Notice(Meaning.INFORMATION, text, (Choice("set_down", tr("Set down, check again"), set_down),))
 
 
 class SimulatorDock(QDockWidget):

@@ -165,8 +165,8 @@ def press_row(bench: Desk, id_: str) -> None:
     bench.click(act)
 
 
-def name_module(bench: Desk, name: str, page: str = "preflight") -> None:
-    edit = bench.find(QLineEdit, f"{page}_module_edit")
+def name_module(bench: Desk, name: str) -> None:
+    edit = bench.find(QLineEdit, "preflight_module_edit")
     bench.until(edit.isEnabled)
     edit.setFocus()
     edit.clear()

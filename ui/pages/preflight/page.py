@@ -43,7 +43,6 @@ from ui.session.check import ENTRIES
 from ui.session.module_field import ModuleField
 from ui.session.page_job import PageJob
 from ui.session.shown_module import ShownModule
-from ui.simulator.panel import rest_offer
 from ui.style.appearance import announce
 from ui.style.icons import Icon, icon
 from ui.style.theme import Meaning, Space, is_text_large
@@ -455,7 +454,7 @@ class PreflightPage(Page):
         self.form.enter_aircraft()
 
     def _on_work(self) -> None:
-        check, (standing, assessment, _void) = self._ports.module.check, self.state
+        check, standing = self._ports.module.check, self.state.standing
         if standing is not self._announced and standing in SPOKEN:
             shown = announcement(self._ports)
             announce(f"{shown.word}. {shown.head}")
@@ -468,10 +467,6 @@ class PreflightPage(Page):
                 self.result.notify(Meaning.ATTENTION, join_sentences((trouble.sentence, not_kept(trouble))))
         if standing is not Standing.VOID:
             self.list.verticalScrollBar().setValue(0)  # what failed is at the top
-        if standing is Standing.NO_GO and assessment is not None:
-            offer = rest_offer(self._ports.current.target, assessment.open_checks, self.check)
-            if offer is not None and self.strip.notice is None:
-                self.result.set_notice(offer._replace(dismiss=self.result.dismiss))
 
     def ways_back(self) -> WaysBack:
         return (

@@ -8,7 +8,7 @@ from typing import ClassVar, Final
 import pyqtgraph as pg
 from PySide6.QtCore import QSize, Qt, Signal
 from PySide6.QtGui import QColor, QIcon
-from PySide6.QtWidgets import QComboBox, QLabel, QPushButton, QSizePolicy, QWidget
+from PySide6.QtWidgets import QComboBox, QPushButton, QSizePolicy, QWidget
 
 from app.limits.limits import LimitsInUse
 from app.preflight.verdict import Verdict, verdict_named
@@ -103,7 +103,6 @@ _COLUMNS: Final[tuple[TableColumn[CheckLine], ...]] = (
         picture=_verdict_icon,
         widest=lambda: max((tr(one.value) + in_brackets(tr("simulated")) for one in Verdict), key=len),
     ),
-    TableColumn(marked("Module"), lambda check: check.module or "—", stretches=True),
     TableColumn(marked("Aircraft"), lambda check: check.aircraft or "—", stretches=True, is_spare=True),
     TableColumn(marked("Checked by"), lambda check: check.who or "—", stretches=True, is_spare=True),
     TableColumn(marked("Settings code"), lambda check: check.code or "—", widest=lambda: "MMMM-MMMM", is_spare=True),
@@ -125,7 +124,6 @@ class PastChecks(QWidget):
         self.filter.setSizeAdjustPolicy(QComboBox.SizeAdjustPolicy.AdjustToContents)
         WheelGuard(self.filter)
         self.filter.activated.connect(self._read)
-        self.count = named(QLabel(), "past_checks_count", "muted")
         self.table = RowsTable(
             "past_checks_table",
             tr("Past checks"),
@@ -140,9 +138,8 @@ class PastChecks(QWidget):
         self.charged = text_label("past_checks_charged", "small")
         self.export = named(QPushButton(icon(Icon.SAVE), tr("Export report…")), "past_checks_export")
         self.export.clicked.connect(lambda: self.export_wanted.emit(self.table.chosen()[0].id))
-        head = in_row(self.filter, 1, self.count, spacing=Space.M)
         foot = in_row((self.charged, 1), self.export)
-        parts = (head, (self.table, 1), self.trend, foot)
+        parts = (in_row(self.filter, 1), (self.table, 1), self.trend, foot)
         in_column(*parts, of=self, spacing=Space.S, margins=(Space.M, 0, Space.M, Space.S))
 
     def open(self) -> None:
@@ -168,11 +165,10 @@ class PastChecks(QWidget):
         if not isinstance(error, StoreError):
             raise error
         self._show(())
-        self.count.setText(error.sentence)
+        self.charged.setText(error.sentence)
 
     def _show(self, checks: Sequence[CheckLine]) -> None:
         self.checks = tuple(checks)
-        self.count.setText(tr("Checks: {count}", count=len(checks)))
         self.table.show_rows(self.checks)
         if checks:
             select_row(self.table, 0)

@@ -32,7 +32,6 @@ from ui.files.file_dialogs import AskPath, ask_path
 from ui.forms.tables import RowsTable, SearchedRows, TableColumn, select_row
 from ui.services.context import Services
 from ui.services.page import Page, WaysBack
-from ui.session.module_field import ModuleField
 from ui.session.trigger_reading import TriggerReading, TriggerRow
 from ui.style.icons import Icon, icon
 from ui.style.theme import Meaning, RowHeight, Size, Space, fixed_font, is_text_large
@@ -144,8 +143,6 @@ class TriggersPage(Page):
         )
         self.detail = TriggersDetail(lambda: self.work)
         self.strip = named(NoticeBar(), "triggers_notice")
-        self.name_field = ModuleField("triggers_module", services.ports)
-        self.name_field.setMinimumContentsLength(14)
         self.count = named(QLabel(), "triggers_count", "strong")
         self.list = SearchedRows("triggers", self.table, Icon.HISTORY)
         self.read = control(QPushButton(tr("Read")), "triggers_read", keys="F5", picture=Icon.HISTORY, role="primary")
@@ -154,9 +151,8 @@ class TriggersPage(Page):
         self.export.clicked.connect(self._export)
         self.saving = self.exporting = self.export
         head = self.make_header(tr("Triggers"), self.list.search, self.read)
-        says = in_row((self.count, 1), self.name_field, spacing=Space.M)
         foot = in_row(1, self.export, spacing=Space.S)
-        parts = (head, says, (self.list, 1), self.detail, self.strip, foot)
+        parts = (head, self.count, (self.list, 1), self.detail, self.strip, foot)
         in_column(*parts, of=self, spacing=Space.S, margins=(Space.M, 0, Space.M, Space.S))
         self.table.selectionModel().selectionChanged.connect(self._show_detail)
         services.exchange.review_wanted.connect(self._choose_unreviewed)
@@ -198,8 +194,8 @@ class TriggersPage(Page):
         if not self.work.rows or self.work.rows[0].is_stored:
             return []
         if not self.module.name:
-            text = tr("Name the module to keep these records.")
-            return [Notice(Meaning.INFORMATION, text, (Choice("name_it", tr("Name it"), self.name_field.setFocus),))]
+            name_it = Choice("name_it", tr("Name it"), lambda: self.page_wanted.emit("preflight"))
+            return [Notice(Meaning.INFORMATION, tr("Name the module to keep these records."), (name_it,))]
         store = self._services.storage.store
         if isinstance(store, StoreError):
             return [Notice(Meaning.ATTENTION, join_sentences((store.sentence, tr("Not kept."))))]

@@ -12,7 +12,7 @@ from pytestqt.qtbot import QtBot
 from app.preflight.verdict import Standing
 from app.store.rows import Judgement
 from tests.support.line.frames import lose
-from tests.support.window.desk import Desk, choose, confirm_name, desk, name_module
+from tests.support.window.desk import Desk, choose, confirm_name, desk
 from tests.support.window.steps import choosing, given, notice_text
 from ui.pages.triggers.page import COLUMNS
 from ui.style.theme import Meaning
@@ -23,7 +23,7 @@ EXAMPLE = bytes.fromhex("01 00 6C 02 3C 05 A0 00 01 03 EB".replace(" ", ""))
 
 
 def name_kept(bench: Desk, name: str) -> None:
-    name_module(bench, name, "triggers")
+    bench.assembly.ports.module.name_it(name)
     bench.until(lambda: not bench.triggers.work.is_busy)
 
 
