@@ -409,10 +409,8 @@ class FlightMargin(NamedTuple):
 
 
 class DefaultsResult(NamedTuple):
-    """The effect of the vendor's defaults in the flights of one side, while the other side is empty."""
+    """The effect of the vendor's defaults in the flights of one side."""
 
-    group: FlightGroup
-    total: int
     # The flights that fire and must not, or that must and do not fire in time.
     unexpected: tuple[str, ...]
     # The flights that do not fire, but hold too little to say so.
@@ -420,24 +418,20 @@ class DefaultsResult(NamedTuple):
 
 
 class ThresholdProposal(NamedTuple):
-    """`limits` is None where no thresholds separate the lists; `conflicts` then says why.
-
-    It is None, too, where one side is empty; `defaults` then says what the vendor's defaults do.
-    """
+    """`limits` is None where no thresholds separate the lists; `conflicts` then says why. It is None, too, where one
+    side is empty."""
 
     limits: TriggerLimits | None
     # The flight with the smallest margin, of each side.
     nearest: Mapping[FlightGroup, FlightMargin] = MappingProxyType({})
     # The names of the flights of each side because of which nothing separates them.
     conflicts: Mapping[FlightGroup, Sequence[str]] = MappingProxyType({})
-    defaults: DefaultsResult | None = None
 
 
 def propose(must_not: Sequence[FlightSummary], must: Sequence[FlightSummary]) -> ThresholdProposal:
     """Takes about 0.1 s for hundreds of flights."""
     if not must_not or not must:
-        group = FlightGroup.MUST if must else FlightGroup.MUST_NOT
-        return ThresholdProposal(None, defaults=defaults_result(must or must_not, group))
+        return ThresholdProposal(None)
     sides = {
         FlightGroup.MUST_NOT: [_Reached(flight, EVER) for flight in must_not],
         FlightGroup.MUST: [_Reached(flight, flight.end_s) for flight in must],
@@ -511,4 +505,4 @@ def defaults_result(flights: Sequence[FlightSummary], group: FlightGroup) -> Def
             unexpected.append(flight.name)
         if outcome.answer is Answer.NOT_JUDGED:
             not_judged.append(flight.name)
-    return DefaultsResult(group, len(flights), tuple(unexpected), tuple(not_judged))
+    return DefaultsResult(tuple(unexpected), tuple(not_judged))

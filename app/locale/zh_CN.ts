@@ -1404,10 +1404,6 @@
         <translation>日志</translation>
     </message>
     <message>
-        <source>Log file: {path}</source>
-        <translation>日志文件：{path}</translation>
-    </message>
-    <message>
         <source>Logs</source>
         <translation>日志</translation>
     </message>
@@ -1514,10 +1510,6 @@
     <message>
         <source>Message</source>
         <translation>消息</translation>
-    </message>
-    <message>
-        <source>Missed</source>
-        <translation>漏掉</translation>
     </message>
     <message>
         <source>Missing system libraries: {names}.</source>
@@ -1748,12 +1740,8 @@
         <translation>暂无建议</translation>
     </message>
     <message>
-        <source>No proposal: no log is on the side “must fire”.</source>
-        <translation>无建议：“必须触发”一侧没有日志。</translation>
-    </message>
-    <message>
-        <source>No proposal: no log is on the side “must not fire”.</source>
-        <translation>无建议：“不得触发”一侧没有日志。</translation>
+        <source>No proposal: no log is on the side “{side}”.</source>
+        <translation>无建议：“{side}”一侧没有日志。</translation>
     </message>
     <message>
         <source>No proposal: {count} of {total} not read</source>
@@ -4716,10 +4704,6 @@
     <message>
         <source>{names} and {count} more</source>
         <translation>{names} 及另外 {count} 项</translation>
-    </message>
-    <message>
-        <source>{names}: did it crash? Then it must fire.</source>
-        <translation>{names}：坠机了吗？那么必须触发。</translation>
     </message>
     <message>
         <source>{name} is also the name of other keys: {fingerprints}.</source>

@@ -155,7 +155,6 @@ class StaticPlot(PaintedWidget):
         canvas.ci.layout.setSpacing(0)
         canvas.ci.layout.setContentsMargins(0, scaled(Space.S), scaled(Space.M), 0)
         view.disableAutoRange()
-        view.sigResized.connect(self.fit_to_view)
         canvas.addItem(view, 0, 1)
         # Their width follows the labels: a picture of another width would cut them off.
         self.axes = {side: LabelAxis(side, view) for side in ("left", "bottom")}
@@ -180,9 +179,6 @@ class StaticPlot(PaintedWidget):
 
     def draw(self, theme: Theme) -> None:
         raise NotImplementedError
-
-    def fit_to_view(self) -> None:
-        """Fit what is drawn in pixels; called after a change of the view's size."""
 
     def add(self, *items: Any) -> None:
         for item in items:

@@ -15,6 +15,7 @@ from app.flights.judging import (
     Answer,
     FlightGroup,
     ThresholdProposal,
+    defaults_result,
     fire_map,
     loss_of_control,
     propose,
@@ -253,12 +254,11 @@ def test_a_crash_that_fires_only_after_the_impact_or_never_has_no_proposal(lies_
 def test_flights_of_one_side_propose_nothing_and_tell_what_the_defaults_do_in_them() -> None:
     """A crash among the flights that must not fire once led to a proposal of 89°."""
     tilt_only = made_flight(ORDINARY.tilt_deg, np.full(len(ORDINARY.time_s), np.nan), name="tilt only")
-    found = proposed([ORDINARY, LOST, tilt_only], [])
-    assert found.limits is None
-    assert found.defaults == (FlightGroup.MUST_NOT, 3, ("crash",), ("tilt only",))
-    found = proposed([], [ORDINARY, LOST])
-    assert found.limits is None
-    assert found.defaults == (FlightGroup.MUST, 2, ("calm",), ())
+    assert proposed([ORDINARY, LOST, tilt_only], []).limits is None
+    must_not = [summarise(log) for log in (ORDINARY, LOST, tilt_only)]
+    assert defaults_result(must_not, FlightGroup.MUST_NOT) == (("crash",), ("tilt only",))
+    assert proposed([], [ORDINARY, LOST]).limits is None
+    assert defaults_result(must_not[:2], FlightGroup.MUST) == (("calm",), ())
     assert proposed([], []).limits is None
 
 

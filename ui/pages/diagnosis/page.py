@@ -106,8 +106,7 @@ class BundlePreview(QWidget):
         self.text.setFont(fixed_font(Size.SMALL))
         save = QPushButton(tr("Save support bundle…"))
         self.save = control(save, "bundle_save", picture=Icon.BUNDLE, role="primary", slot=self.choose_and_save)
-        self._where = text_label("bundle_log_path", "small", is_selectable=True)
-        parts = (promise, in_row(1, self.save), (self.text, 1), self._where)
+        parts = (promise, in_row(1, self.save), (self.text, 1))
         in_column(*parts, of=self, spacing=Space.S, margins=(Space.M, Space.S))
         self._timer = VisibilityTimer(self, self.make)
 
@@ -155,9 +154,6 @@ class BundlePreview(QWidget):
         self.files = files
         self.save.setEnabled(True)
         self.text.setPlainText("\n".join(f"——— {name} ———\n{text}" for name, text in files.items()))
-        if self.log is not None:
-            self._where.setText(tr("Log file: {path}", path=self.log.trouble or self.log.path))
-        self._where.setVisible(self.log is not None)
 
 
 class DiagnosisPage(Page):

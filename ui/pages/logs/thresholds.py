@@ -12,7 +12,7 @@ from PySide6.QtGui import QColor, QMouseEvent, QPixmap
 from PySide6.QtWidgets import QFrame, QGridLayout, QLabel, QPushButton, QSizePolicy, QWidget
 
 from app.flights.judge import TriggerLimits
-from app.flights.judging import LEAST, MOST, TILTS_DEG, TIMES_S, Answer, DefaultsResult, FlightGroup
+from app.flights.judging import LEAST, MOST, TILTS_DEG, TIMES_S, Answer, FlightGroup
 from app.text.i18n import tr
 from app.text.messages import capitalised, join_names, labelled
 from protocol.catalogue import BY_NAME
@@ -237,8 +237,9 @@ class ProposalBar(QFrame):
             self._say(Icon.WARNING, head, lines, Meaning.ATTENTION)
         elif proposal is None:
             self._say(Icon.INFORMATION, tr("No proposal yet"), [tr("Choose logs, then press N or M.")])
-        elif proposal.defaults is not None:
-            self._say_defaults(proposal.defaults)
+        elif limits is None and not proposal.conflicts:
+            empty = FlightGroup.MUST if work.side(FlightGroup.MUST_NOT) else FlightGroup.MUST_NOT
+            self._say(Icon.INFORMATION, tr("No proposal: no log is on the side “{side}”.", side=tr(empty.value)))
         elif limits is None:
             words = {FlightGroup.MUST_NOT: tr("false trigger"), FlightGroup.MUST: tr("no trigger")}
             conflicts = proposal.conflicts.items()
@@ -265,20 +266,6 @@ class ProposalBar(QFrame):
     def refresh_use(self) -> None:
         # What is typed and cannot be used is not what would be handed over.
         self.use.setEnabled(self._exchange.can_use() and not self._thresholds.is_wrong)
-
-    def _say_defaults(self, defaults: DefaultsResult) -> None:
-        """With logs on one side only nothing is proposed: what the vendor's defaults do is all there is to say."""
-        count, total, names = len(defaults.unexpected), defaults.total, _names(defaults.unexpected)
-        lines = [tr("Not judged: {names}", names=_names(defaults.not_judged))] if defaults.not_judged else []
-        if defaults.group is FlightGroup.MUST:
-            head = tr("The vendor's defaults miss {count} of {total}", count=count, total=total)
-            lines += [labelled(tr("Missed"), names)] if count else []
-            lines.append(tr("No proposal: no log is on the side “must not fire”."))
-        else:
-            head = tr("The vendor's defaults fire in {count} of {total}", count=count, total=total)
-            lines += [tr("{names}: did it crash? Then it must fire.", names=names)] if count else []
-            lines.append(tr("No proposal: no log is on the side “must fire”."))
-        self._say(Icon.WARNING if count else Icon.CHECK, head, lines, Meaning.ATTENTION if count else None)
 
     def _say(self, picture: Icon, head: str, lines: Sequence[str] = (), meaning: Meaning | None = None) -> None:
         self.picture.show_icon(picture, meaning, is_muted=meaning is None)
