@@ -4830,10 +4830,6 @@
         <translation>晚到 {time}</translation>
     </message>
     <message>
-        <source>{title}: {low} to {high}, last {last}; checks: {count}</source>
-        <translation>{title}：{low} 至 {high}，最近 {last}；检查：{count} 次</translation>
-    </message>
-    <message>
         <source>{uptime} · boot {boot}</source>
         <translation>{uptime} · 第 {boot} 次开机</translation>
     </message>

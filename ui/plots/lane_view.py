@@ -110,7 +110,6 @@ class LaneView:
         self.scale = lane.scales[0]
         self.gaps: list[Span] = []
         self.ink = ""
-        self._least_scale = 0
         self._span = Span(-1.0, 0.0)
         # What range and grid depend on.
         self._range: object = None
@@ -146,12 +145,8 @@ class LaneView:
         self.values.setGeometry(QRectF(0, whole.top(), box.left(), whole.height()))
         self.view.setGeometry(whole)
 
-    def fit(self) -> None:
-        """Lets the next draw choose a smaller scale; otherwise the scale only grows."""
-        self._least_scale = 0
-
     def draw(self, span: Span, times: list[float]) -> None:
-        """Draws curve and limits of a time span, grows the scale where it must, and lines at these times."""
+        """Draws curve and limits of a time span in the scale that has room for them, and lines at these times."""
         lane, self._span = self.lane, span
         envelope = lane.series.decimated(*span, min(_MAX_BUCKETS, max(50, int(self.box.width()))))
         # The lowest and the highest value of each bucket are joined, interrupted where samples are missing.
@@ -173,9 +168,8 @@ class LaneView:
         if len(y):
             seen += [float(y.min()), float(y.max())]
         low, high = (min(seen), max(seen)) if seen else lane.scales[0][:2]
-        scales = lane.scales[self._least_scale :]
-        self.scale = next((scale for scale in scales if scale.low <= low and high <= scale.high), scales[-1])
-        self._least_scale = lane.scales.index(self.scale)
+        fitting = (scale for scale in lane.scales if scale.low <= low and high <= scale.high)
+        self.scale = next(fitting, lane.scales[-1])
         if (self.scale, span.length_s, times) != self._range:
             self._range = self.scale, span.length_s, times
             self._draw_grid(times)

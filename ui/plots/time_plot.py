@@ -72,8 +72,6 @@ class PlotView(pg.GraphicsView):  # type: ignore[misc]
             self.scene().addItem(item)
         # What the last picture depended on; None: it has to be drawn again.
         self._drawn: object = None
-        # The length drawn last, and whether it was live.
-        self._seen = (0.0, False)
         self._pressed = self._last = QPointF()
 
     def apply_theme(self) -> None:
@@ -107,12 +105,6 @@ class PlotView(pg.GraphicsView):  # type: ignore[misc]
         self.bounds = self.lanes[0].box.united(self.lanes[-1].box)
         self.time_range.width_px = max(1.0, self.bounds.width() * self.devicePixelRatioF())
 
-    def fit(self) -> None:
-        """Shows all values vertically."""
-        for lane in self.lanes:
-            lane.fit()
-        self.time_range.changed.emit()
-
     # Drawing
 
     def forget(self) -> None:
@@ -141,10 +133,6 @@ class PlotView(pg.GraphicsView):  # type: ignore[misc]
             self.forget()
             return
         self._drawn = self._appearance_key(time_range.now_s)
-        seen, self._seen = self._seen, (span.length_s, time_range.is_live)
-        if seen[0] != span.length_s or time_range.is_live > seen[1]:
-            for lane in self.lanes:
-                lane.fit()
         # A paused picture is labelled by the clock: "10 s before now" would soon be wrong.
         times = self.times.show_span(span.length_s, None if time_range.is_live else span.end_s + self.wall_offset_s)
         for lane in self.lanes:
@@ -296,8 +284,6 @@ class PlotView(pg.GraphicsView):  # type: ignore[misc]
                 time_range.zoom(1.25 if event.key() == Qt.Key.Key_Minus else 0.8, part)
             case Qt.Key.Key_Space:
                 time_range.toggle_pause()
-            case Qt.Key.Key_Home:
-                self.fit()
             case Qt.Key.Key_End:
                 time_range.back_to_live()
             case _:
@@ -371,7 +357,6 @@ class TimePlot(QWidget):
 
     def reset(self) -> None:
         self.canvas.marks.clear()
-        self.canvas.fit()
         self.time_range.back_to_live()
 
     def draw(self, now_s: float) -> None:

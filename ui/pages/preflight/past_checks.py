@@ -52,14 +52,8 @@ class VoltageTrend(StaticPlot):
         self._measured = measured
         values, text = self.values, labelled(tr("Cell voltage"), tr("not measured yet"))
         if values:
-            text = tr(
-                "{title}: {low} to {high}, last {last}; checks: {count}",
-                title=tr("Cell voltage"),
-                count=len(values),
-                low=f"{min(values):.2f} V",
-                high=f"{max(values):.2f} V",
-                last=f"{values[-1]:.2f} V",
-            )
+            span = tr("{low} to {high}", low=f"{min(values):.2f} V", high=f"{max(values):.2f} V")
+            text = labelled(tr("Cell voltage"), span)
         self.setToolTip(text)
         self.announce(text)
         self.redraw()
