@@ -11,7 +11,7 @@ from collections.abc import Callable, Iterable, Sequence
 from datetime import datetime
 from functools import partial
 from pathlib import Path
-from typing import Final, NamedTuple
+from typing import ClassVar, Final, NamedTuple
 
 from PySide6.QtCore import QEvent, QObject, QPoint, QSize, Qt
 from PySide6.QtGui import QDropEvent
@@ -89,6 +89,8 @@ class _FileDialog(QFileDialog):
     """Asks and says without blocking anything what Qt's own would in modal dialogs."""
 
     asks_before_replacing = True
+    # Where a file was saved last, by any page; none yet.
+    last_folder: ClassVar[Path | None] = None
 
     def accept(self) -> None:
         paths = [Path(one) for one in self.selectedFiles()]
@@ -181,9 +183,10 @@ def ask_folder(parent: QWidget, folder: Path, then: ThenPaths) -> None:
 def ask_path(
     parent: QWidget, title: str, suggested: Path, name_filter: str, then: ThenPath, *, is_extended: bool = False
 ) -> None:
-    """Lets the user choose where to save, and confirms replacing a file. `is_extended`: an existing file is not
-    replaced, so there is nothing to confirm."""
-    dialog = _dialog(parent, title, suggested.parent, name_filter, QFileDialog.FileMode.AnyFile)
+    """Lets the user choose where to save, and confirms replacing a file. A name alone is suggested in the folder of the
+    file that was saved last. `is_extended`: an existing file is not replaced, so there is nothing to confirm."""
+    folder = suggested.parent if suggested.is_absolute() else _FileDialog.last_folder or Path.home()
+    dialog = _dialog(parent, title, folder, name_filter, QFileDialog.FileMode.AnyFile)
     dialog.setDefaultSuffix(suggested.suffix.lstrip("."))
     dialog.asks_before_replacing = not is_extended
     dialog.setAcceptMode(QFileDialog.AcceptMode.AcceptSave)
@@ -198,7 +201,12 @@ def ask_path(
     button.clicked.connect(lambda: _ask_folder_name(dialog, tr("Name of the new folder"), ""))
     row = next(row for row in dialog.findChildren(QHBoxLayout) if row.indexOf(theirs) >= 0)
     row.insertWidget(row.indexOf(theirs), button)
-    _open_file_dialog(dialog, lambda paths: then(paths[0]))
+
+    def end(paths: Sequence[Path]) -> None:
+        _FileDialog.last_folder = paths[0].parent
+        then(paths[0])
+
+    _open_file_dialog(dialog, end)
 
 
 def ask_text(parent: QWidget, title: str, label: str, then: Callable[[str], object], *, text: str = "") -> None:

@@ -273,6 +273,9 @@ def test_a_folder_is_made_where_a_file_is_saved_or_it_is_said_that_it_cannot_be(
     assert (folder / "June").is_dir()
     dialog.accept()
     assert chosen == [folder / "June" / "a.csv"]
+    file_dialogs.ask_path(assembly.window, "Save…", Path("b.csv"), "All (*)", chosen.append)
+    assembly.window.findChildren(QFileDialog)[-1].accept()
+    assert chosen[1] == folder / "June" / "b.csv", "a name alone is saved where a file was saved last"
 
 
 def make_folder(qtbot: QtBot, dialog: QFileDialog, name: str) -> None:

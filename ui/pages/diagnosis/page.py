@@ -93,7 +93,6 @@ class BundlePreview(QWidget):
         # Texts by the name of the file.
         self.files: dict[str, str] | None = None
         self._making: BackgroundTask[dict[str, str]] = BackgroundTask("dps-s support bundle", self)
-        self._folder = Path.home()
         promised = tr(
             "The names of the user and the computer are replaced. Names of modules, files and ports, serial "
             "numbers and addresses stay: read everything before you pass it on. Nothing is sent."
@@ -144,11 +143,10 @@ class BundlePreview(QWidget):
             return
 
         def save(path: Path) -> None:
-            self._folder = path.parent
             self._result.write_file(path, partial(write_bundle, path, files))
 
         name = default_name("support", ".zip", datetime.now().astimezone())
-        self.ask_path(self, tr("Save support bundle…"), self._folder / name, "*.zip", save)
+        self.ask_path(self, tr("Save support bundle…"), Path(name), "*.zip", save)
 
     def _show(self, files: dict[str, str]) -> None:
         self.files = files

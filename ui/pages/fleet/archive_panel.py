@@ -173,8 +173,8 @@ class ArchivePanel(QWidget):
 
     def _choose_file(self) -> None:
         """Exchange with a file: one that is there gets what it lacks, and gives what this station lacks."""
-        suggested, then = Path.home() / "archive.dps-s", lambda path: self._exchange(str(path))
-        self.ask_file(self, tr("Exchange with a file…"), suggested, "*.dps-s", then, is_extended=True)
+        name, then = Path("archive.dps-s"), lambda path: self._exchange(str(path))
+        self.ask_file(self, tr("Exchange with a file…"), name, "*.dps-s", then, is_extended=True)
 
     def _exchange(self, place: str | None) -> None:
         """Exchange with a server or a file, in both directions; None: count only what is not shared with the server."""

@@ -11,7 +11,7 @@ from functools import partial
 from pathlib import Path
 from typing import Final, cast
 
-from PySide6.QtCore import QBuffer, QByteArray, QIODevice, QRectF, QStandardPaths, Qt
+from PySide6.QtCore import QBuffer, QByteArray, QIODevice, QRectF, Qt
 from PySide6.QtGui import QColor, QImage, QPainter, QPixmap, QShowEvent, QWindow
 from PySide6.QtWidgets import QFrame, QPushButton, QStackedLayout, QToolButton, QWidget
 
@@ -68,7 +68,6 @@ class LivePage(Page):
         self.plot = TimePlot(lanes, wall_offset_s=wall_offset_s())
         self.ask_path: AskPath = ask_path
         self.job = PageJob(self)
-        self._folder: Path | None = None
         self.strip = named(NoticeBar(is_foot=not is_text_large()), "live_notice")
         self.csv = control(QToolButton(), "live_save_csv", says=tr("Save values…"), keys="Ctrl+S", picture=Icon.TABLE)
         self.csv.clicked.connect(self._save_values)
@@ -222,8 +221,6 @@ class LivePage(Page):
 
     def _save(self, title: str, suffix: str, parts: Iterable[bytes], count: int, saved: Callable[[Path], str]) -> None:
         def save(path: Path) -> None:
-            self._folder = path.parent
-
             def write(running: Running) -> None:
                 write_parts(path, parts, count, running.set_progress_or_end)
 
@@ -232,11 +229,9 @@ class LivePage(Page):
 
             self.job.begin(tr("Saving…"), write, end, partial(not_written, path))
 
-        documents = QStandardPaths.writableLocation(QStandardPaths.StandardLocation.DocumentsLocation)
         name = self.module.name or self._ports.current.connection.port
-        folder = self._folder or Path(documents or Path.home())
-        suggested = folder / default_name(name, suffix, datetime.now().astimezone())
-        self.ask_path(self, title, suggested, f"*{suffix}", save)
+        suggested = default_name(name, suffix, datetime.now().astimezone())
+        self.ask_path(self, title, Path(suggested), f"*{suffix}", save)
 
 
 def picture_with_footer(pixmap: QPixmap, foot: str) -> QImage:

@@ -298,8 +298,6 @@ class LogsPage(Page):
         name = default_name(entry.module or entry.port, ".csv", entry.started_at.astimezone())
 
         def save(path: Path) -> None:
-            self._folder = path.parent
-
             def work(running: Running) -> Exported:
                 return export(entry, path, on_progress=running.set_progress_or_end)
 
@@ -312,7 +310,7 @@ class LogsPage(Page):
             self.result.begin(doing, work, end, partial(not_written, path), cause=str(path))
 
         title = tr("Recording of {time}", time=when_text(entry))
-        self.ask_path(self, title, self._folder / name, "*.csv;;*.mcap", save)
+        self.ask_path(self, title, Path(name), "*.csv;;*.mcap", save)
 
     def _remove(self) -> None:
         """Logs leave the list, and recordings are deleted, once that is confirmed."""

@@ -168,8 +168,6 @@ class PreflightPage(Page):
         self.ask_path: AskPath = ask_path
         self.ask_open: Callable[[QWidget, Path, str, str, ThenPath], object] = ask_open
         self.printer: Printer = print_pages
-        # Where the last report was saved.
-        self._folder = Path.home()
         self.form = PreflightForm(services, self.result)
         self.banner = VerdictBanner()
         self.activation = ActRow(services, Act.ACTIVATE, place="preflight")
@@ -358,12 +356,10 @@ class PreflightPage(Page):
         """Ask for a file name, then write the report as PDF and JSON."""
 
         def write(path: Path) -> None:
-            self._folder = path.parent
             saved = tr("Saved to {path}.", path=f"{path}, {path.with_suffix('.json')}")
             self._write_report(signed, path, lambda: self.result.notify_saved(path, saved))
 
-        suggested = self._folder / f"{suggested_name(signed.record)}.pdf"
-        self.ask_path(self, tr("Export report…"), suggested, "*.pdf", write)
+        self.ask_path(self, tr("Export report…"), Path(f"{suggested_name(signed.record)}.pdf"), "*.pdf", write)
 
     def _print(self) -> None:
         """Open the report in the system's own viewer, which knows the printers."""

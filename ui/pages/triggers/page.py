@@ -130,7 +130,6 @@ class TriggersPage(Page):
         super().__init__("triggers")
         self._services, self._ports = services, services.ports
         self.ask_path: AskPath = ask_path
-        self._folder = Path.home()
         self._is_review_wanted = False
         self.table = RowsTable(
             "triggers_table",
@@ -219,12 +218,10 @@ class TriggersPage(Page):
         write = partial(write_archive, module=name, records=[row.seen for row in rows], seen_once=once)
 
         def save(path: Path) -> None:
-            self._folder = path.parent
             self.work.job.write_file(path, partial(write, path), lambda _none: saved_text(path, len(rows)))
 
         safe = "".join(character if character.isalnum() or character in "-_" else "_" for character in name[:40])
-        suggested = self._folder / f"dps-s triggers {safe or 'module'}.csv"
-        self.ask_path(self, tr("Export…"), suggested, "*.csv", save)
+        self.ask_path(self, tr("Export…"), Path(f"dps-s triggers {safe or 'module'}.csv"), "*.csv", save)
 
     def ways_back(self) -> WaysBack:
         work = self.work
