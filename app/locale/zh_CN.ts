@@ -4834,10 +4834,6 @@
         <translation>{uptime} · 第 {boot} 次开机</translation>
     </message>
     <message>
-        <source>{used} of {size} used; then the oldest are deleted.</source>
-        <translation>已用 {used}/{size}；满后删除最旧的。</translation>
-    </message>
-    <message>
         <source>{value:.0f} h</source>
         <translation>{value:.0f} 小时</translation>
     </message>

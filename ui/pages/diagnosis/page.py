@@ -161,7 +161,7 @@ class DiagnosisPage(Page):
         super().__init__("diagnosis")
         self._opening = 0
         self.traffic = TrafficView()
-        self.why = WhyPanel(services)
+        self.why = WhyPanel(services, self)
         self.statistics = StatisticsView(services)
         self.result = PageJob(self)
         self.bundle = BundlePreview(services, self.traffic.model, self.result)
@@ -184,8 +184,6 @@ class DiagnosisPage(Page):
         # The notice is below all controls, so that it moves none of them.
         in_column(head, (tabs, 1), self.strip, of=self, spacing=Space.XS, margins=0)
         self.result.changed.connect(lambda: self.strip.show_notices(self.result.notices))
-        self.why.connect_wanted.connect(self.connect_wanted)
-        self.why.choose_wanted.connect(self.ports_wanted)
         services.ports.chosen.connect(self._begin_again)
 
     def show_module(self, module: ShownModule) -> None:

@@ -2,7 +2,7 @@
 
 from typing import Final
 
-from PySide6.QtCore import Qt, Signal
+from PySide6.QtCore import Qt
 from PySide6.QtGui import QGuiApplication
 from PySide6.QtWidgets import QCheckBox, QFrame, QGridLayout, QLabel, QLineEdit, QPushButton, QWidget
 
@@ -14,6 +14,7 @@ from protocol.events import Role
 from protocol.translatable import marked
 from ui.core.background_task import BackgroundTask
 from ui.services.context import Services
+from ui.services.page import Page
 from ui.style.icons import MEANING_ICONS, Icon
 from ui.style.theme import Meaning, Space, fixed_font
 from ui.widgets.controls import (
@@ -55,15 +56,12 @@ def figure(name: str, says: str) -> TickingLabel:
 
 
 class WhyPanel(QWidget):
-    """Diagnoses while visible. `choose_wanted`: show the list of ports."""
+    """Diagnoses while visible."""
 
-    choose_wanted = Signal()
-    connect_wanted = Signal(object)
-
-    def __init__(self, services: Services) -> None:
+    def __init__(self, services: Services, page: Page) -> None:
         super().__init__()
         self.setObjectName("why_panel")
-        self._ports, self._storage = services.ports, services.storage
+        self._ports, self._storage, self._page = services.ports, services.storage, page
         # What the system knows, and of which adapter: another one may have the name of its port by now.
         self._facts, self._facts_of = AdapterFacts(), ""
         self._asking: BackgroundTask[AdapterFacts] = BackgroundTask("dps-s adapter facts", self)
@@ -187,11 +185,11 @@ class WhyPanel(QWidget):
             case NextStep.COPY_COMMAND if self.diagnosis is not None:
                 QGuiApplication.clipboard().setText(self.diagnosis.command)
             case NextStep.CONNECT_AGAIN if self._ports.current.target is not None:
-                self.connect_wanted.emit(self._ports.current.target)
+                self._page.connect_wanted.emit(self._ports.current.target)
             case NextStep.FIND_RATE:
                 self._ports.current.find_rate()
             case _:
-                self.choose_wanted.emit()
+                self._page.ports_wanted.emit()
 
 
 class SharingCard(QFrame):

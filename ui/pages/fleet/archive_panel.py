@@ -36,6 +36,7 @@ from ui.core.background_task import BackgroundTask, Running
 from ui.files.file_dialogs import ask_path
 from ui.forms.tables import RowsTable, TableColumn, select_row, wrap_rows
 from ui.services.context import Services
+from ui.services.page import Page
 from ui.style.icons import Icon
 from ui.style.theme import Meaning, RowHeight, Space
 from ui.widgets.controls import control, in_column, in_row, named, scroll_area, set_role, stacked, text_label
@@ -78,16 +79,15 @@ _HISTORY_COLUMNS: Final = (
 
 class ArchivePanel(QWidget):
     """Exchanges records in a background thread, with a server by itself where one is set: one exchange at a time, and
-    the window never waits for it. `settings_wanted`: the page of the settings, which has earlier ones as edits."""
+    the window never waits for it."""
 
-    settings_wanted = Signal()
     # The server that is set, without its password.
     _server: str | None = None
 
-    def __init__(self, services: Services) -> None:
+    def __init__(self, services: Services, page: Page) -> None:
         super().__init__()
         self.setObjectName("archive_panel")
-        self._services = services
+        self._services, self._page = services, page
         self.ask_file = ask_path
         self._exchanging: BackgroundTask[tuple[str, bool]] = BackgroundTask("dps-s archive", self)
         timer = QTimer(self, interval=EXCHANGE_EVERY_MS)
@@ -272,7 +272,7 @@ class ArchivePanel(QWidget):
         for event in self.life.chosen():
             if event.settings and self._services.exchange.can_use():
                 self._services.exchange.used.emit(as_edits(event.settings))
-                self.settings_wanted.emit()
+                self._page.page_wanted.emit("settings")
                 return
 
     def _enter_service(self) -> None:

@@ -74,8 +74,7 @@ class FleetPage(Page):
         # The notice below the table, so that it moves no LOCK.
         parts = (buttons, (self.empty, 1), (self.board, 1), self.notice_bar)
         in_column(*parts, of=connected, margins=(0, Space.S, 0, 0))
-        self.archive = ArchivePanel(self._services)
-        self.archive.settings_wanted.connect(lambda: self.page_wanted.emit("settings"))
+        self.archive = ArchivePanel(self._services, self)
         self.tabs = tabbed("fleet", tr("Fleet"))
         self.tabs.addTab(connected, tr("Connected"))
         self.tabs.addTab(self.archive, tr("All modules"))

@@ -265,12 +265,8 @@ class LogsPage(Page):
         self.proposal.show_notices(self.result.notices)
 
     def _explain(self) -> None:
-        used = size_text(sum(entry.size_bytes for entry in self.work.entries))
-        size = size_text(self.work.library.max_bytes)
-        kept = tr("{used} of {size} used; then the oldest are deleted.", used=used, size=size)
         rules = (*RULES, *ASSUMPTIONS, marked("After a real trigger the parachute is open."))
-        sentences = (*map(tr, rules), *bounds_lines(), labelled(tr("Recordings"), kept))
-        text = "".join(f"<p>{sentence}</p>" for sentence in sentences)
+        text = "".join(f"<p>{sentence}</p>" for sentence in (*map(tr, rules), *bounds_lines()))
         QWhatsThis.showText(self.mapToGlobal(self.rect().center()), text, self)
 
     def _list_again(self) -> None:

@@ -13,7 +13,7 @@ from pathlib import Path
 from typing import Final, NamedTuple
 
 from PySide6.QtCore import QObject, Signal
-from PySide6.QtGui import QFontMetrics, QIcon
+from PySide6.QtGui import QIcon
 
 from app.flights.judge import TriggerLimits
 from app.flights.judging import Answer, FlightGroup, FlightOutcome, FlightSummary, ThresholdProposal, propose
@@ -28,7 +28,7 @@ from ui.core.background_task import BackgroundTask, Running
 from ui.forms.tables import TableColumn
 from ui.session.page_job import PageJob
 from ui.style.icons import Icon, icon
-from ui.style.theme import Meaning, font
+from ui.style.theme import Meaning
 
 _UNSORTED: Final = FlightGroup.UNSORTED
 
@@ -308,11 +308,6 @@ def _answer_order(row: LogRow) -> float:
     return at_s if row.verdict.meaning is not None else 1e9 + at_s
 
 
-def _widest_answer() -> str:
-    words = (tr(_UNREAD.word), tr(_NOT_JUDGED.word), tr(_LATE.word), "8:88:88.8")
-    return max(words, key=QFontMetrics(font()).horizontalAdvance)
-
-
 class LogColumn(IntEnum):
     NAME = 0
     WHEN = 1
@@ -350,7 +345,7 @@ COLUMNS: Final = (
         _answer_order,
         picture=lambda row: None if row.verdict is None else icon(row.verdict.icon, row.verdict.meaning),
         ink=lambda row: None if row.verdict is None else row.verdict.meaning,
-        widest=_widest_answer,
+        widest=lambda: max(tr(_UNREAD.word), tr(_NOT_JUDGED.word), tr(_LATE.word), "8:88:88.8", key=len),
     ),
     TableColumn[LogRow](
         marked("Side"),

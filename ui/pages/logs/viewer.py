@@ -25,7 +25,7 @@ from app.text.i18n import tr
 from app.text.messages import UserError, clean, error_text
 from protocol.translatable import marked
 from ui.core.background_task import BackgroundTask
-from ui.pages.logs.rows import LogRow, outcome_text, row_text, short_name, verdict_of
+from ui.pages.logs.rows import LogRow, outcome_text, short_name, verdict_of
 from ui.plots.lanes import Lane, Mark, Scale, Span, acceleration_lane, mark_of, measured_lanes, tilt_lane
 from ui.plots.time_plot import TimePlot
 from ui.style.icons import Icon
@@ -212,7 +212,6 @@ class LogView(QWidget):
             if flight.impact_s is not None:
                 marks.append(Mark(flight.impact_s + start_s, marked("impact"), Icon.DROP))
         self._show_details(*details)
-        self.details.setToolTip(row_text(row))
         plot = self.plot = TimePlot(opened.lanes, wall_offset_s=opened.wall_offset_s, bounds=opened.bounds)
         # A plot keeps a thousand: of more the most important, which are those that it is given last.
         plot.add_marks(sorted(marks, key=lambda mark: -mark.rank))

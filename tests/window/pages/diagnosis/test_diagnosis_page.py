@@ -108,7 +108,7 @@ def test_a_port_that_cannot_be_opened_leads_to_a_command_or_to_the_list_of_ports
         panel.hide()
         press(qtbot, page.why.act)
         assert panel.isVisible()
-        page.why.choose_wanted.emit()
+        page.ports_wanted.emit()
         assert panel.isVisible()  # shown, never toggled
         panel.hide()
         qtbot.waitUntil(lambda: page.why.evidence().facts == found[0])
