@@ -122,7 +122,7 @@ class Walk(Rig):
         yield self._stop("preflight, verdict")
         page.show_view("guided")
         for kind in GuidedKind:
-            page.guided.choose(kind)
+            page.guided.work.choose(kind)
             yield self._stop(f"preflight, guided {kind.name}")
         page.show_view("past")
         yield self._stop("preflight, past checks")

@@ -95,7 +95,7 @@ class GuidedPanel(QWidget):
         self.cancel.setToolTip(tr("Locks an activated module"))
         self.primary = named(StepButton(tr("Start"), is_safe=True), "guided_run", "primary")
         self._lay_out()
-        self.list.currentRowChanged.connect(lambda row: self.choose(GUIDED_TESTS[row].kind))
+        self.list.currentRowChanged.connect(lambda row: self.work.choose(GUIDED_TESTS[row].kind))
         self.cancel.chosen.connect(self._cancel)
         self.primary.chosen.connect(self.go_on)
         self._guard.broken.connect(self._on_broken)
@@ -236,9 +236,6 @@ class GuidedPanel(QWidget):
         return [] if text is None else [Notice(Meaning.ATTENTION, text)]
 
     # What a person does
-
-    def choose(self, kind: GuidedKind) -> None:
-        self.work.choose(kind)
 
     def _cancel(self) -> None:
         self.work.cancel()

@@ -46,7 +46,7 @@ from ui.session.shown_module import ShownModule
 from ui.style.appearance import announce
 from ui.style.icons import Icon, icon
 from ui.style.theme import Meaning, Space, is_text_large
-from ui.widgets.controls import Shortcut, captioned_row, in_column, in_row, named, set_role, without_key
+from ui.widgets.controls import Shortcut, captioned_row, in_column, in_row, named, retain_size, set_role, without_key
 from ui.widgets.notice_bar import NoticeBar
 from ui.widgets.step_button import StepButton
 from ui.widgets.visibility_timer import VisibilityTimer
@@ -179,12 +179,10 @@ class PreflightPage(Page):
         self.run = named(QPushButton(tr("Start")), "preflight_run")
         # Cancel disappears when the check ends: a press that comes too late must not enable anything.
         self.enable = named(StepButton(tr("Enable triggers and check")), "preflight_enable")
-        policy = self.enable.sizePolicy()
-        policy.setRetainSizeWhenHidden(False)  # no hole at the right of the main button
-        self.enable.setSizePolicy(policy)
+        retain_size(self.enable, is_kept=False)  # no hole at the right of the main button
         self.cancel = named(StepButton(tr("Cancel"), is_safe=True), "preflight_cancel")
         if is_text_large():  # nothing else lies in its row then
-            self.cancel.setSizePolicy(policy)
+            retain_size(self.cancel, is_kept=False)
         self.export = self.exporting = named(QPushButton(tr("Export report…")), "preflight_export")
         self._main: QPushButton = self.run
         # For which module ticks and aircraft were entered, by its name.

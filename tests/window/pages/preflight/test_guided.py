@@ -79,7 +79,7 @@ def act_as_told(bench: Hand) -> None:
 def start(bench: Hand, kind: GuidedKind) -> None:
     page = bench.guided
     bench.show_guided()
-    page.choose(kind)
+    page.work.choose(kind)
     bench.wait(0.3)
     if page.made_safe.isVisible():
         assert not page.primary.isEnabled()
@@ -133,18 +133,18 @@ def test_what_can_fire_is_said_and_confirmed_each_time_and_start_sends_nothing_b
     page = bench.guided
     bench.show_guided()
     for kind in KINDS:
-        page.choose(kind)
+        page.work.choose(kind)
         assert page.safety.isVisible()
         assert page.made_safe.isVisible() is (kind is GuidedKind.TILT)
-    page.choose(GuidedKind.TILT)
+    page.work.choose(GuidedKind.TILT)
     page.made_safe.click()
     bench.until(page.primary.isEnabled)
-    page.choose(GuidedKind.BAY)
-    page.choose(GuidedKind.TILT)
+    page.work.choose(GuidedKind.BAY)
+    page.work.choose(GuidedKind.TILT)
     assert not page.made_safe.isChecked()
     for kind in KINDS:
         start(bench, kind)
-        bench.guided.choose(next(other for other in KINDS if other is not kind))
+        bench.guided.work.choose(next(other for other in KINDS if other is not kind))
         assert (bench.guided.work.kind, bench.guided.work.is_running) == (kind, True)
         assert bench.sent == []
         bench.guided.work.cancel()
@@ -157,7 +157,7 @@ def test_an_active_module_is_not_tested_and_one_that_becomes_active_in_somebodys
 ) -> None:
     bench.settle_module(is_active=True)
     bench.show_guided()
-    bench.guided.choose(GuidedKind.BAY)
+    bench.guided.work.choose(GuidedKind.BAY)
     bench.wait(0.5)
     assert not bench.guided.primary.isEnabled()
     assert "ACTIVE" in notice_text(bench.guided.notice_bar)
