@@ -20,14 +20,6 @@
         <translation>视图(&amp;V)</translation>
     </message>
     <message>
-        <source>1. Connect: choose the adapter's port.
-2. Settings: compare with the vendor's advice.
-3. Pre-flight: before each flight, until it says GO.</source>
-        <translation>1. 连接：选择适配器的串口。
-2. 参数设置：与厂家建议对照。
-3. 飞行前检查：每次飞行前，直到显示“可以飞行”。</translation>
-    </message>
-    <message>
         <source>115200 (usual)</source>
         <translation>115200（常用）</translation>
     </message>

@@ -13,7 +13,7 @@ from typing import ClassVar, Final
 import pyqtgraph as pg
 from PySide6.QtCore import QEvent, QPointF, QRectF, QSize, Qt
 from PySide6.QtGui import QAccessible, QColor, QKeyEvent, QMouseEvent, QPen, QResizeEvent, QWheelEvent
-from PySide6.QtWidgets import QAbstractScrollArea, QGraphicsView, QPushButton, QToolButton, QWidget
+from PySide6.QtWidgets import QGraphicsView, QPushButton, QToolButton, QWidget
 
 from app.samples.samples import SeriesSample
 from app.system.clock import clock_text
@@ -252,15 +252,11 @@ class PlotView(pg.GraphicsView):  # type: ignore[misc]
         self.time_range.point(None)
 
     def wheelEvent(self, event: QWheelEvent) -> None:
-        """Zooms with Ctrl, after a click, and where nothing else can be scrolled."""
-        way, is_meant = event.angleDelta(), self.hasFocus() or event.modifiers() & Qt.KeyboardModifier.ControlModifier
-        above = self.parentWidget()
-        while not is_meant and above is not None:
-            if isinstance(above, QAbstractScrollArea) and above.verticalScrollBar().maximum() > 0:
-                event.ignore()
-                return
-            above = above.parentWidget()
-        event.accept()
+        """Zooms with Ctrl, and after a click; else the page scrolls."""
+        way = event.angleDelta()
+        event.setAccepted(self.hasFocus() or bool(event.modifiers() & Qt.KeyboardModifier.ControlModifier))
+        if not event.isAccepted():
+            return
         if abs(way.x()) > abs(way.y()):
             self.time_range.pan(-way.x() / 1200)
         else:

@@ -61,12 +61,10 @@ class StatisticsView(QWidget):
         statistics, lag_s = self._ports.module.statistics, self._ports.module.view.lag_s
         totals = statistics.totals
         share = min(1.0, totals.time_outs / totals.sent) if totals.sent else 0.0
-        # "0 %", "0.03 %", "12 %"
-        percent = f"{share * 100:.0f} %" if share >= 0.1 or not share else f"{share * 100:.2g} %"
         whys = (labelled(tr(why.value), f"{count:,}") for why, count in totals.rejected_bytes.most_common() if count)
         texts = {
             "sent": f"{totals.sent:,}",
-            "lost": f"{totals.time_outs:,}{in_brackets(percent)}" if totals.sent else "—",
+            "lost": f"{totals.time_outs:,}{in_brackets(f'{share * 100:.3g} %')}" if totals.sent else "—",
             "lag": "—" if lag_s is None else f"{lag_s:.2f} s",
             "restarts": f"{totals.restarts:,}",
             "losses": f"{statistics.losses:,}",

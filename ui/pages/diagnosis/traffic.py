@@ -251,8 +251,6 @@ class TrafficView(QWidget):
         text = tr("rows: {rows}", rows=f"{rows:,}")
         if not self._follows:
             text = tr("{count} new", count=f"{len(self.model.new):,}")
-        elif self.search.text() and not rows:
-            text = tr("No matches")
         self.count.setText(text)
 
     def _note_scrolling(self, position: int) -> None:

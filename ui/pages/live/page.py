@@ -34,17 +34,7 @@ from ui.services.page import Page
 from ui.session.page_job import PageJob
 from ui.style.icons import Icon
 from ui.style.theme import Size, Space, current, font, is_text_large
-from ui.widgets.controls import (
-    EmptyState,
-    Shortcut,
-    control,
-    in_column,
-    in_row,
-    named,
-    retain_size,
-    stacked,
-    text_label,
-)
+from ui.widgets.controls import EmptyState, Shortcut, control, in_column, in_row, named, retain_size, stacked
 from ui.widgets.notice_bar import NoticeBar
 from ui.widgets.visibility_timer import VisibilityTimer
 
@@ -90,21 +80,13 @@ class LivePage(Page):
         self._ports.chosen.connect(self._begin_again)
 
     def _lay_out(self) -> None:
-        # Until there are values: state of the link, and the first steps; what helps in trouble is in the notice.
+        # Until there are values: state of the link; what helps in trouble is in the notice.
         self.empty = EmptyState("live_empty", Icon.LIVE)
-        self._way = text_label("live_empty_way", "muted")
-        self._way.setText(
-            tr(
-                "1. Connect: choose the adapter's port.\n2. Settings: compare with the vendor's advice.\n"
-                "3. Pre-flight: before each flight, until it says GO."
-            )
-        )
         choose = QPushButton(tr("Choose a port…"))
         self.choose = control(choose, "live_choose_port", key="Ctrl+K", picture=Icon.PLUG, role="primary")
         self.choose.clicked.connect(self.ports_wanted)
         retain_size(self.choose)
-        self.empty.column.insertLayout(4, in_row(1, (self._way, 6), 1, margins=Space.S))
-        self.empty.column.insertLayout(5, in_row(1, self.choose, 1))
+        self.empty.column.insertLayout(4, in_row(1, self.choose, 1))
         head = self.make_header(tr("Live"), self.csv, self.png)
         head.row.setContentsMargins(Space.M, Space.XS, Space.M, Space.XS)
         card = named(QFrame(), "live_plots", "card")
@@ -191,7 +173,6 @@ class LivePage(Page):
             self.empty.text.setText(state_text.next_step)
             self.empty.text.setVisible(is_idle)
             self.choose.setVisible(state.phase not in _BUSY)
-            self._way.setVisible(is_idle)
 
     # Saving
 
