@@ -63,8 +63,6 @@ class Page(QWidget):
     accessible_role: ClassVar = QAccessible.Role.Section
     connect_wanted = Signal(object)  # To this `Target`; the window asks first where that is risky
     ports_wanted = Signal()  # To choose one
-    # To leave this `Port`; what to call once the window has asked where that is risky.
-    leave_wanted = Signal(object, object)
     page_wanted = Signal(str)  # The key of a page
     # The page itself says that nothing is connected, and leads on.
     shows_link: bool = False

@@ -33,7 +33,6 @@ class LeftActiveWatch(QObject):
         for port in ports.all:
             self._add(port)
         ports.added.connect(self._add)
-        ports.removed.connect(lambda port: self._told.pop(port, None))
 
     def load(self) -> None:
         """Load what was left ACTIVE, once the store is open."""

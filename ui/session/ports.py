@@ -11,7 +11,7 @@ from PySide6.QtCore import QObject, QTimer, Signal
 from PySide6.QtWidgets import QWidget
 
 from app.engine.target import Target
-from app.engine.worker import PUBLISH_EVERY_S, Batch, PortState
+from app.engine.worker import PUBLISH_EVERY_S
 from app.modules.names import modules
 from app.store.fact_store import StoreError
 from app.system.clock import steady_time
@@ -36,7 +36,6 @@ class Ports(QObject):
     chosen = Signal()  # Another port is current; `shown` follows
     notified = Signal(str)  # A line for the status bar
     added = Signal(object)  # A `Port`
-    removed = Signal(object)
 
     def __init__(
         self,
@@ -50,7 +49,6 @@ class Ports(QObject):
         super().__init__()
         self.clock, self.storage, self.watcher = clock, storage, watcher
         self._ports: list[Port] = []
-        self._leaving: set[Port] = set()
         self.current = self.add(make_worker)
         self.lock = LockControl(self)
         self._ticking = QTimer(self, interval=TICK_MS)
@@ -91,26 +89,6 @@ class Ports(QObject):
         self.added.emit(port)
         return port
 
-    def remove(self, port: Port) -> None:
-        """Close a port that is not current, and drop it once it is closed."""
-        if port is self.current or port not in self._ports:
-            return
-
-        def end() -> None:
-            port.stop(0.0)
-            port.deleteLater()
-
-        def on_batch(batch: Batch) -> None:
-            if batch.connection.state is PortState.CLOSED and port in self._leaving:
-                self._leaving.remove(port)
-                QTimer.singleShot(0, self, end)
-
-        self._ports.remove(port)
-        self._leaving.add(port)
-        port.batch.connect(on_batch)
-        port.disconnect_port()
-        self.removed.emit(port)
-
     def choose(self, port: Port) -> None:
         """Show this port's module in the pages. What runs on the other one is cancelled, but not its check."""
         if port not in self._ports or port is self.current:
@@ -144,11 +122,10 @@ class Ports(QObject):
         """Close all ports and end their workers, within `deadline_s`; whether they ended."""
         self._ticking.stop()
         ends_at = time.monotonic() + deadline_s
-        every = [*self._ports, *self._leaving]
-        if len(every) > 1:
-            for port in every:
+        if len(self._ports) > 1:
+            for port in self._ports:
                 port.disconnect_port()  # all at once; `stop` waits for one after the other
-        have_ended = [port.stop(max(0.0, ends_at - time.monotonic())) for port in every]
+        have_ended = [port.stop(max(0.0, ends_at - time.monotonic())) for port in self._ports]
         return all(have_ended)
 
     # What happens

@@ -92,7 +92,7 @@ class Attention(QObject):
     def _notices(self) -> Iterator[Notice]:
         """The gravest first."""
         port, left = self._ports.current, self._left_active.notices()
-        yield from filter(None, (self._window.leaving.notice(), port.lock.notice(), self._locks_elsewhere(port)))
+        yield from filter(None, (self._window.leaving.notice(), port.lock.notice(), self._locks_elsewhere()))
         yield from self._fired(port)
         yield from (notice for notice in left if notice.meaning is Meaning.ATTENTION)
         yield from self.said.said
@@ -104,10 +104,9 @@ class Attention(QObject):
         yield from self._interruptions(port)
         yield from (notice for notice in left if notice.meaning is not Meaning.ATTENTION)
 
-    def _locks_elsewhere(self, port: Port) -> Notice | None:
+    def _locks_elsewhere(self) -> Notice | None:
         """Modules that are not shown, and do not report LOCKED."""
-        others = [one for one in self._ports.all if one is not port and one.lock.is_unproven]
-        others = [one for one in others if not one.lock.is_repeating]
+        others = [one for one in self._ports.lock.others if one.lock.is_unproven and not one.lock.is_repeating]
         if not others or self._window.shown_page == "fleet":  # which says it itself
             return None
         names = join_names(one.module.name or one.connection.port for one in others)

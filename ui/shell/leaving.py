@@ -48,11 +48,9 @@ class Leaving(QObject):
             self._ask(wish)
         return False
 
-    def leave_port(
-        self, proceed: Callable[[], object], *, port: Port | None = None, is_opened_again: bool = False
-    ) -> None:
-        """Calls `proceed`; asks before an ACTIVE module is left or edits would be lost. `port`: else the shown one."""
-        self._ask(_Wish(proceed, (port or self._ports.current,), is_opened_again=is_opened_again))
+    def leave_port(self, proceed: Callable[[], object], *, is_opened_again: bool = False) -> None:
+        """Calls `proceed`; asks before the ACTIVE module that is shown is left, or its edits would be lost."""
+        self._ask(_Wish(proceed, (self._ports.current,), is_opened_again=is_opened_again))
 
     def stay(self) -> None:
         self._wish = None
@@ -81,16 +79,15 @@ class Leaving(QObject):
         self._wish = None
         for port in wish.ports:
             port.module.settings.revert()
-            if wish.is_closing or port is not self._ports.current:
+            if wish.is_closing:
                 port.interruptions.discard_drafts()
         wish.proceed()
 
     def _question(self, wish: _Wish) -> Notice | None:
         """Return one question about all that would be left behind; None where there is nothing."""
-        port, is_closing = wish.ports[0], wish.is_closing
-        is_other = not is_closing and port is not self._ports.current
+        is_closing = wish.is_closing
         count = sum(one.module.settings.count_unsent() for one in wish.ports)
-        if is_closing or is_other:
+        if is_closing:
             count += sum(one.interruptions.count_drafts() for one in wish.ports)
         parts = [tr("Settings not written: {count}.", count=count)] if count else []
         editor = self._window.findChild(QWidget, "profile_editor")
@@ -115,10 +112,7 @@ class Leaving(QObject):
             choices = [stay._replace(is_main=True), drop]
         else:
             return None
-        text = join_sentences(parts)
-        if is_other:
-            text = labelled(port.module.name or port.connection.port, text)
-        return Notice(Meaning.ATTENTION, text, tuple(choices), cause="leaving")
+        return Notice(Meaning.ATTENTION, join_sentences(parts), tuple(choices), cause="leaving")
 
     def _lock_first(self, wish: _Wish) -> None:
         def on_locked() -> None:

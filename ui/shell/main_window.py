@@ -236,7 +236,6 @@ class MainWindow(QMainWindow):
         page.connect_wanted.connect(self.connect_to)
         page.page_wanted.connect(self.go_to)
         page.ports_wanted.connect(self.panel.show)
-        page.leave_wanted.connect(lambda port, act: self.leaving.leave_port(act, port=port))
         if entry.key == self.navigation.chosen:
             self.stack.setCurrentWidget(page)
 

@@ -506,7 +506,7 @@ def test_every_label_and_tool_tip_is_plain(qtbot: QtBot, qapp: QApplication, tmp
         for entry in PAGES:
             main.go_to(entry.key)
             QApplication.processEvents()
-            assert assert_plain(main) > 15
+            assert assert_plain(main) > 10
         told = [widget for widget in main.findChildren(QWidget) if NAME in widget.toolTip()]
         assert told != []
         for widget in (*told, main):

@@ -55,25 +55,14 @@ class FleetMembers:
         there = next((port for port in self.connections if port.target and port.target.key == target.key), None)
         if there is not None:
             return there
-        current = self._ports.current
-        is_free = not current.is_requested and not current.is_open
-        port = current if is_free else self._ports.add()
+        free = (port for port in (self._ports.current, *self._ports.all) if not port.is_requested and not port.is_open)
+        port = next(free, None) or self._ports.add()
         port.connect_to(target)
         return port
 
     def connect_all(self) -> None:
         for listed in self.unconnected:
             self.connect_port(target_of(listed))
-
-    def disconnect_port(self, port: Port) -> None:
-        """Another one becomes current if this one was."""
-        if port is self._ports.current:
-            other = next((other for other in self.connections if other is not port), None)
-            if other is None:
-                port.disconnect_port()
-                return
-            self._ports.choose(other)
-        self._ports.remove(port)
 
     def now(self) -> float:
         """By the clock of the engine."""

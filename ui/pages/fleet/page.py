@@ -58,7 +58,6 @@ class FleetPage(Page):
         enable = partial(self._check, is_enabling=True)
         self.enable = head.add_rare("fleet_enable", tr("Enable triggers and check"), enable)
         self.show_marked = head.add_rare("fleet_show", tr("Show on all pages"), lambda: self._choose(self.board.marked))
-        self.disconnect_marked = head.add_rare("fleet_disconnect", tr("Disconnect"), self._disconnect)
         self.board.chosen.connect(self._choose)
         self.add = AddPort(self.members, self._ports.watcher.refresh)
         self.check = control(QPushButton(tr("Check selected")), "fleet_check", picture=Icon.CHECKLIST, slot=self._check)
@@ -128,12 +127,6 @@ class FleetPage(Page):
         """Show this module on the other pages. What was edited for the one shown before stays with it."""
         if port is not None:
             self._ports.choose(port)
-
-    def _disconnect(self) -> None:
-        """A person is asked first where edits would be lost or an ACTIVE module be left."""
-        port = self.board.marked
-        if port is not None:
-            self.leave_wanted.emit(port, partial(self.members.disconnect_port, port))
 
     def _lock_all(self) -> None:
         self._services.lock.press_all()

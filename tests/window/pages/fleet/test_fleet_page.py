@@ -3,7 +3,7 @@
 import random
 import sqlite3
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from contextlib import closing
 from dataclasses import dataclass, field, replace
 from functools import partial
@@ -115,7 +115,6 @@ class Desk(Driver):
 def desk(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> Iterator[Desk]:
     with fake_services(qapp, Storage(tmp_path)) as (ports, services):
         page = FleetPage(services)
-        page.leave_wanted.connect(lambda _port, leave: leave())  # as where the window has nothing to ask
         show_alone(qtbot, services, page, 1000, 700)
         yield Desk(qtbot, ports, page, services)
         page.hide()
@@ -258,19 +257,18 @@ def test_the_adapters_that_are_plugged_in_are_added_one_by_one_or_all(
 def test_what_is_disconnected_has_no_row_and_another_takes_the_place(desk: Desk) -> None:
     desk.plug_in(2)
     second, worker = desk.modules[1]
-    asked: list[Callable[[], object]] = []
-    desk.page.leave_wanted.disconnect()
-    desk.page.leave_wanted.connect(lambda port, act: asked.append(act) if port is desk.modules[0][0] else None)
-    desk.board.selectRow(desk.row(0))
-    desk.page.disconnect_marked.trigger()
-    assert len(desk.page.members.connections) == 2, "the window knows what is not written, and what is ACTIVE"
-    asked[0]()
+    desk.ports.ports.current.disconnect_port()
+    desk.modules[0][1].hand_over()
     desk.settle()
-    assert desk.ports.ports.current is second
     assert desk.page.members.connections == (second,)
     assert desk.board.rowCount() == 1
-    desk.page.members.disconnect_port(second)
-    worker.hand_over()
+    third, _worker = desk.ports.plug_in("/dev/port2")
+    assert third is desk.modules[0][0]
+    desk.settle()
+    assert desk.page.members.connections == (third, second)
+    for port, worker in desk.modules:
+        port.disconnect_port()
+        worker.hand_over()
     desk.settle()
     assert desk.page.members.connections == ()
     assert (desk.page.empty.isVisible(), desk.page.lock_all.isEnabled()) == (True, False)
@@ -446,7 +444,7 @@ def test_a_check_that_is_void_on_its_page_is_void_here(desk: Desk) -> None:
     (first, _), (second, worker), (third, _), _ = desk.modules
     worker.end(EndReason.SILENT)
     worker.begin()  # perhaps another module
-    desk.page.members.disconnect_port(third)
+    third.disconnect_port()
     given(first.module.check).set_void(ENTRIES)
     desk.settle()
     assert desk.cell(0, VERDICT).startswith("void")

@@ -245,13 +245,12 @@ def test_edits_stay_with_their_module_and_are_asked_for_before_its_port_is_close
         closed: list[object] = []
         second.module.settings.fill({TIME: 1.2})
         assert first.module.settings.count_unsent() == 0
-        leaving.leave_port(lambda: closed.append(second), port=second)
-        assert notice_text(bar) == f"/dev/port1: {UNSENT}."
+        assembly.ports.choose(second)
+        leaving.leave_port(lambda: closed.append(second))
+        assert notice_text(bar) == f"{UNSENT}."
         given(bar.button("stay")).click()
         assert (closed, second.module.settings.count_unsent()) == ([], 1)
         worker.end(EndReason.SILENT)
         qapp.processEvents()
-        leaving.leave_port(lambda: closed.append(second), port=second)
-        assert notice_text(bar) == f"/dev/port1: {UNSENT}.", "its notice would go with the port"
-        given(bar.notice).choices[1].act()
-        assert (closed, second.interruptions.count_drafts()) == ([second], 0)
+        leaving.leave_port(lambda: closed.append(second))
+        assert (closed, second.interruptions.count_drafts()) == ([second], 1), "its notice offers them on"
