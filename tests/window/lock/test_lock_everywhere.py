@@ -486,6 +486,7 @@ def test_a_module_that_is_not_shown_and_active_is_named_beside_lock(
         there.unplug()
         qapp.processEvents()
         assert button.isVisible(), "nobody has seen it locked"
+        assert notice_text(main.notice_bar) == "NOT reported, treat as ACTIVE: Survey hexacopter M-07"
         pressed = len(there.wanted(is_urgent=True))
         qtbot.keySequence(main, LOCK_ALL_KEY)
         assert first.lock.is_repeating
