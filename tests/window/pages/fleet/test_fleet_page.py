@@ -325,7 +325,7 @@ def test_those_that_are_ticked_are_checked_and_enabled_only_where_that_was_press
     assert not any(worker.wanted(is_urgent=True) for _, worker in desk.modules)
     desk.modules[0][1].unplug()
     desk.settle()
-    assert desk.page.is_checking  # one that is lost stops none of the others
+    assert desk.notice == "Checking… (1 of 3)"  # one that is lost stops none of the others
     for _, worker in desk.modules[1:3]:
         worker.end_jobs(Cancelled())
     desk.until(lambda: not desk.page.is_checking)

@@ -194,6 +194,13 @@ def test_another_module_under_the_same_name_is_not_mixed_in(qtbot: QtBot, qapp: 
 # What a person does
 
 
+@pytest.mark.module("triggers", "preflight", history=1)
+def test_the_notice_leads_to_the_box_for_the_name(one: Desk) -> None:
+    one.read_triggers()
+    one.click(given(one.triggers.strip.button("name_it")))
+    one.until(one.preflight.form.name_field.isVisible)
+
+
 def test_a_judgement_and_a_note_are_kept(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
     with desk(qtbot, qapp, tmp_path, "triggers", name="judge") as bench:
         fire(bench)
