@@ -76,10 +76,7 @@ class VoltageTrend(StaticPlot):
         line = pg.mkPen(colour, width=theme.line_px + 0.5)
         dots = {"symbol": "o", "symbolSize": scaled(_DOT_PX), "symbolBrush": colour, "symbolPen": None}
         self.add(pg.PlotDataItem(days, values, pen=line, antialias=True, **dots))
-        labelled_at = {low, high}
-        if min(limit - low, high - limit) > (high - low) / 4:  # else its label would be on another one
-            labelled_at.add(limit)
-        self.show_ticks("left", [(value, f"{value:.2f} V") for value in sorted(labelled_at)])
+        self.show_ticks("left", [(value, f"{value:.2f} V") for value in sorted({low, limit, high})])
         ends = {f"{self._measured[end][0].astimezone():%Y-%m-%d}": days[end] for end in (0, -1)}
         self.show_ticks("bottom", [(day, date) for date, day in ends.items()])
 
