@@ -484,10 +484,6 @@
         <translation>检查项目</translation>
     </message>
     <message>
-        <source>Checks: {count}</source>
-        <translation>检查：{count}</translation>
-    </message>
-    <message>
         <source>Choose a port</source>
         <translation>选择串口</translation>
     </message>
@@ -542,22 +538,6 @@
     <message>
         <source>Confirm again.</source>
         <translation>请重新确认。</translation>
-    </message>
-    <message>
-        <source>Confirm again: LOCK was pressed.</source>
-        <translation>请重新确认：已按下锁定。</translation>
-    </message>
-    <message>
-        <source>Confirm again: already used.</source>
-        <translation>请重新确认：确认已使用。</translation>
-    </message>
-    <message>
-        <source>Confirm again: it may be another module.</source>
-        <translation>请重新确认：可能是另一个模块。</translation>
-    </message>
-    <message>
-        <source>Confirm again: {seconds:.1f} s old.</source>
-        <translation>请重新确认：确认已过 {seconds:.1f} s。</translation>
     </message>
     <message>
         <source>Connect</source>
@@ -2408,10 +2388,6 @@
         <translation>维护…</translation>
     </message>
     <message>
-        <source>Set down, check again</source>
-        <translation>放平并重新检查</translation>
-    </message>
-    <message>
         <source>Set it to the reading with the bay fully open.</source>
         <translation>设置为伞仓完全打开时的读数。</translation>
     </message>
@@ -2696,10 +2672,6 @@
         <translation>档案数据库必须以 UTF8 编码创建。</translation>
     </message>
     <message>
-        <source>The disk is full: {file} cannot be written.</source>
-        <translation>磁盘已满：无法写入 {file}。</translation>
-    </message>
-    <message>
         <source>The disk is too slow.</source>
         <translation>磁盘写入过慢。</translation>
     </message>
@@ -2856,10 +2828,6 @@
         <translation>配置文件中的 {rate} 波特已略去：批量设置不更改波特率。</translation>
     </message>
     <message>
-        <source>The program may not write into {file}.</source>
-        <translation>程序无权写入 {file}。</translation>
-    </message>
-    <message>
         <source>The readings differ: records may be missing. Read again.</source>
         <translation>多次读取结果不一致，记录可能缺失。请重新读取。</translation>
     </message>
@@ -2894,14 +2862,6 @@
     <message>
         <source>The settings are the same.</source>
         <translation>参数相同。</translation>
-    </message>
-    <message>
-        <source>The simulated module is not at rest.</source>
-        <translation>模拟模块未处于静止状态。</translation>
-    </message>
-    <message>
-        <source>The status is {seconds:.1f} s old.</source>
-        <translation>状态是 {seconds:.1f} 秒前的。</translation>
     </message>
     <message>
         <source>The system lists no serial ports. Switch Bluetooth off and try again.</source>
@@ -4538,10 +4498,6 @@
         <translation>无法读取 {file}：{why}。</translation>
     </message>
     <message>
-        <source>{file} cannot be used.</source>
-        <translation>{file} 无法使用。</translation>
-    </message>
-    <message>
         <source>{file} cannot be used: {why}.</source>
         <translation>{file} 无法使用：{why}。</translation>
     </message>
@@ -4574,20 +4530,8 @@
         <translation>{file} 已损坏</translation>
     </message>
     <message>
-        <source>{file} is held by another program.</source>
-        <translation>{file} 被其他程序占用。</translation>
-    </message>
-    <message>
         <source>{file} is not a profile</source>
         <translation>{file} 不是配置文件</translation>
-    </message>
-    <message>
-        <source>{file} is still being opened.</source>
-        <translation>{file} 仍在打开。</translation>
-    </message>
-    <message>
-        <source>{file} needs a newer version of this program.</source>
-        <translation>{file} 需要本程序的更新版本。</translation>
     </message>
     <message>
         <source>{file}: the name of a report ends in .pdf.</source>

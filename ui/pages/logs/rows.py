@@ -5,7 +5,7 @@ Nothing here sends anything to a module.
 
 import math
 from collections import deque
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Sequence
 from contextlib import suppress
 from datetime import UTC, datetime
 from enum import IntEnum
@@ -163,12 +163,12 @@ class LogsWork(QObject):
             self.limits = limits
             self.changed.emit()
 
-    def move(self, names: Iterable[str], group: FlightGroup) -> None:
+    def move(self, names: Sequence[str], group: FlightGroup) -> None:
         """Puts logs on a side; a recording that was not read yet is read for it."""
         for name in names:
             self.logs[name] = self.logs.get(name, LogFile(name))._replace(group=group)
         self._change()
-        waiting = [Path(log.name) for log in self.logs.values() if log.is_waiting]
+        waiting = [Path(name) for name in names if self.logs[name].is_waiting]
         if waiting:
             self.open(waiting)
 
