@@ -13,7 +13,7 @@ from msgspec import Meta
 
 from app.flights.judge import TriggerLimits
 from app.flights.judging import Answer, FlightGroup, defaults_result
-from app.flights.read_log import SummarisedLog, distinct_names, find_logs, summarise_logs
+from app.flights.read_log import SummarisedLog, distinct_names, find_logs, summarise_log
 from app.flights.table import parse_choice
 from app.terminal import console
 from app.terminal.results import Result
@@ -81,9 +81,7 @@ def run(args: argparse.Namespace) -> int:
     paths = list(find_logs(map(Path, words)))
     if not paths:
         raise console.Refused(tr("No flight log."))
-    # They are read by several processes, which end in any order.
-    done = {log.path: log for log in summarise_logs(paths, columns)}
-    logs = [done[path] for path in paths]
+    logs = [summarise_log(path, columns) for path in paths]
     judged = [_judged(log, limits) for log in logs]
     values = " ".join(f"{name}={typed(value)}" for name, value in zip(THRESHOLDS, limits, strict=True))
     said = [tr("Judged with: {values}", values=values)]

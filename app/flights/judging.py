@@ -1,9 +1,9 @@
 """Where a flight would have fired, whether its log says enough for a no, when control was lost; and which thresholds
 separate flights that must fire from those that must not.
 
-The first firing is computed once for every threshold in the vendor's steps, in a worker process; after that thresholds
-are a look-up. A proposal can kill, so it stays within the narrow bounds of this program. No flight fires that must not,
-and each fires before the impact that must. Flights of one side alone propose nothing.
+The first firing is computed once for every threshold in the vendor's steps; after that thresholds are a look-up. A
+proposal can kill, so it stays within the narrow bounds of this program. No flight fires that must not, and each fires
+before the impact that must. Flights of one side alone propose nothing.
 """
 
 import math

@@ -1,19 +1,13 @@
-"""Reads any flight log, by its first bytes and not by its name; finds logs in folders and archives; reads many in
-worker processes."""
+"""Reads any flight log, by its first bytes and not by its name; finds logs in folders and archives."""
 
 import gzip
-import multiprocessing
 import os
 import re
-import signal
 import tempfile
-import threading
 import zipfile
 import zlib
-from collections import Counter, deque
-from collections.abc import Callable, Iterable, Iterator, Sequence
-from concurrent.futures import FIRST_COMPLETED, Future, ProcessPoolExecutor, wait
-from concurrent.futures.process import BrokenProcessPool
+from collections import Counter
+from collections.abc import Iterable, Iterator, Sequence
 from contextlib import ExitStack
 from pathlib import Path
 from typing import IO, TYPE_CHECKING, Final, NamedTuple
@@ -257,11 +251,6 @@ def distinct_names(paths: Sequence[Path]) -> list[str]:
 
 # Many logs
 
-# Fewer logs are read in this process, since starting workers takes longer.
-FEW_LOGS: Final = 4
-# Longest delay of a cancellation.
-_POLLED_S: Final = 0.1
-
 
 class SummarisedLog(NamedTuple):
     """`flight` is None where the log cannot be read; then `why_not` says why."""
@@ -280,57 +269,3 @@ def summarise_log(path: Path, columns: CsvColumns | None = None) -> SummarisedLo
     except UserError as error:
         head = error.head if isinstance(error, UnreadTable) else ()
         return SummarisedLog(path, None, error.message, head)
-
-
-def summarise_logs(
-    paths: Sequence[Path],
-    columns: CsvColumns | None = None,
-    *,
-    is_cancelled: Callable[[], bool] = lambda: False,
-    processes: int | None = None,
-) -> Iterator[SummarisedLog]:
-    """Yields a result per log as they are done; fewer when cancelled.
-
-    Blocks: call it in a thread of its own, which polls `is_cancelled` about ten times a second. `processes`: None uses
-    one per processor.
-    """
-    count = min(processes or os.cpu_count() or 1, len(paths))
-    if len(paths) < FEW_LOGS or count < 2:
-        for path in paths:
-            if is_cancelled():
-                return
-            yield summarise_log(path, columns)
-        return
-    waiting = deque(paths)
-    reading: dict[Future[SummarisedLog], Path] = {}
-    # Spawned, because a fork of a process with threads may hang, and Windows has none.
-    workers = ProcessPoolExecutor(count, multiprocessing.get_context("spawn"), initializer=_begin_worker)
-    try:
-        while (waiting or reading) and not is_cancelled():
-            while waiting and len(reading) < 2 * count:
-                future = workers.submit(summarise_log, waiting[0], columns)
-                reading[future] = waiting.popleft()
-            done, _ = wait(reading, _POLLED_S, FIRST_COMPLETED)
-            for future in done:
-                result = future.result()
-                del reading[future]
-                yield result
-    except BrokenProcessPool:  # a process was killed, such as for want of memory
-        why_not = unreadable(marked("the program that reads it ended")).message
-        for path in (*reading.values(), *waiting):
-            yield SummarisedLog(path, None, why_not)
-    finally:
-        workers.shutdown(cancel_futures=True)
-
-
-def _begin_worker() -> None:
-    """Ignores Ctrl-C, which the parent process handles, and ends with the parent, also with one that is killed."""
-
-    def end_with_program() -> None:
-        program = multiprocessing.parent_process()
-        if program is not None:
-            program.join()
-        os._exit(1)
-
-    signal.signal(signal.SIGINT, signal.SIG_IGN)
-    threading.Thread(target=end_with_program, name="dps-s program", daemon=True).start()

@@ -4274,10 +4274,6 @@
         <translation>模块保存了其他值</translation>
     </message>
     <message>
-        <source>the program that reads it ended</source>
-        <translation>读取它的进程已结束</translation>
-    </message>
-    <message>
         <source>the records do not follow those of its last visit</source>
         <translation>触发记录与上次读取的不衔接</translation>
     </message>

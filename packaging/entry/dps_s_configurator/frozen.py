@@ -2,7 +2,6 @@
 
 import os
 import sys
-from multiprocessing import freeze_support
 
 import dps_s_configurator
 
@@ -17,7 +16,6 @@ def restore_library_path() -> None:
 
 
 if __name__ == "__main__":
-    freeze_support()  # worker processes run this file, too, and end here
     if sys.platform.startswith("linux"):
         restore_library_path()
     sys.exit(dps_s_configurator.open_window())

@@ -10,7 +10,6 @@ import numpy as np
 import pytest
 
 from app.cli.commands import ENTRIES
-from app.flights.read_log import FEW_LOGS
 from tests.support.flights import log_bytes as made
 from tests.system.packages.programs import ROOT, Program, check_reading, check_window, simulated
 
@@ -58,9 +57,9 @@ def test_it_speaks_chinese(program: Program) -> None:
     assert "串口" in done.stdout
 
 
-def test_flight_logs_are_read_in_processes_of_its_own(program: Program, tmp_path: Path) -> None:
+def test_it_judges_flight_logs(program: Program, tmp_path: Path) -> None:
     times = np.arange(0, 5, 0.05)
-    names = [f"{number}.ulg" for number in range(2 * FEW_LOGS)]
+    names = ["0.ulg", "1.ulg"]
     for name in names:
         (tmp_path / name).write_bytes(made.ulog_bytes(times, 12 * times, 1.0))
     done = program.run("fired", str(tmp_path), "--thresholds", "attitude_threshold_deg=55", "--json")

@@ -17,7 +17,7 @@ from PySide6.QtGui import QIcon
 
 from app.flights.judge import TriggerLimits
 from app.flights.judging import Answer, FlightGroup, FlightOutcome, FlightSummary, ThresholdProposal, propose
-from app.flights.read_log import distinct_names, find_logs, summarise_logs
+from app.flights.read_log import distinct_names, find_logs, summarise_log
 from app.flights.table import CsvColumns
 from app.recordings.library import RecordingEntry, RecordingLibrary, entry_text
 from app.text.i18n import tr
@@ -127,10 +127,10 @@ class LogsWork(QObject):
             found = list(find_logs(wanted_paths))
             stamps = {path: stamp_of(path) for path in found}  # before it is read: it may grow meanwhile
             wanted = [path for path in found if path not in known or known[path] != stamps[path]]
-            logs = summarise_logs(wanted, columns, is_cancelled=running.is_cancelled)
-            for number, (path, flight, why_not, head) in enumerate(logs, 1):
+            for number, path in enumerate(wanted, 1):
                 if running.is_cancelled():
                     break
+                _, flight, why_not, head = summarise_log(path, columns)
                 done.append(LogFile(str(path), _UNSORTED, columns, flight, why_not, head, stamps[path]))
                 running.share = number / len(wanted)
             return [str(path) for path in found]

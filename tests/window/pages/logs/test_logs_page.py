@@ -180,16 +180,14 @@ def test_cancel_is_immediate_and_late_results_change_nothing(
     may_end, has_begun, has_ended = threading.Event(), threading.Event(), threading.Event()
     paths = [write_csv(tmp_path / f"{number}.csv", tilted("", 20)) for number in range(3)]
 
-    def slowly(logs: list[Path], _order: object, **_told: object) -> Iterator[SummarisedLog]:
-        yield SummarisedLog(logs[0], summarise(tilted(str(logs[0]), 20)))
-        has_begun.set()
-        try:
+    def slowly(path: Path, _columns: object) -> SummarisedLog:
+        if path == paths[1]:
+            has_begun.set()
             assert may_end.wait(30)
-            yield SummarisedLog(logs[1], summarise(tilted(str(logs[1]), 20)))
-        finally:
             has_ended.set()
+        return SummarisedLog(path, summarise(tilted(str(path), 20)))
 
-    monkeypatch.setattr(work_module, "summarise_logs", slowly)
+    monkeypatch.setattr(work_module, "summarise_log", slowly)
     desk.page.open_files(paths)
     assert has_begun.wait(30)
     desk.qtbot.waitUntil(lambda: desk.notice() == "Reading logs…: 33 %")
