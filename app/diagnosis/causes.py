@@ -1,12 +1,9 @@
 """Infers the most likely cause of a failed connection, and the next action, from the evidence: what the batches of the
-worker and the system tell of the port. The first row of `CAUSES` that fits counts."""
+worker tell of the port. The first row of `CAUSES` that fits counts."""
 
-import re
 import sys
 from collections.abc import Callable, Mapping
-from contextlib import suppress
 from enum import Enum
-from pathlib import Path
 from typing import NamedTuple
 
 from app.diagnosis.silence import Silence, what_came
@@ -19,48 +16,14 @@ from app.engine.worker import Batch, PortState
 from app.safety.last_known import keep_away
 from app.text.i18n import tr
 from app.text.messages import in_brackets, join_sentences
-from protocol.catalogue import BY_NAME
-from protocol.events import Began, Counters, EndReason, Role, Sent
+from protocol.events import Counters, EndReason, Role
 from protocol.messages import Reason
 from protocol.translatable import marked
 
-# Of serial ports, on Debian and Ubuntu.
-USUAL_GROUP = "dialout"
 # Of the rejected bytes: at a wrong rate hardly any reach the checksum.
 CHECKSUM_SHARE = 0.25
 # Of all bytes while frames arrive: more is a bad line.
 REJECTED_SHARE = 0.02
-_AT = re.compile(rb"AT(?:[ETIZ+&Q$^]|\r)|\x7e\x00\x78\xf0\x7e")
-_LOGIN = re.compile(rb"login:|[Pp]assword:|U-Boot|Linux version|\$ \Z|# \Z")
-_PROBERS = {"modemmanager", "mmcli"}
-_SHUT_DOWN = BY_NAME["shutdown"].set(True)
-
-
-class AdapterFacts(NamedTuple):
-    # Programs that grab serial ports and are running.
-    grabbers: tuple[str, ...] = ()
-    # The group that may open the port; None where only root may.
-    group: str | None = USUAL_GROUP
-
-
-def facts_about(port: str, *, root: Path = Path("/")) -> AdapterFacts:
-    """Return what the system knows of a device, on Linux; nothing of a URL. Reads files only, and never raises."""
-    if not sys.platform.startswith("linux") or "://" in port:
-        return AdapterFacts()
-    import grp
-
-    running = set()
-    with suppress(OSError):
-        for comm in (root / "proc").glob("[0-9]*/comm"):
-            with suppress(OSError):  # the process has ended
-                running.add(comm.read_text(errors="replace", encoding="utf-8").strip())
-    grabbers = tuple(name for name in ("ModemManager", "brltty") if name in running)
-    try:
-        status = (root / port.lstrip("/")).stat()
-        is_of_group = status.st_mode & 0o060 and status.st_gid != 0
-        return AdapterFacts(grabbers, grp.getgrgid(status.st_gid).gr_name if is_of_group else None)
-    except (OSError, KeyError):  # the device is gone; a group without a name
-        return AdapterFacts(grabbers)
 
 
 class PortEvidence(NamedTuple):
@@ -78,15 +41,12 @@ class PortEvidence(NamedTuple):
     was_online: bool = False
     # The module was ACTIVE when it was last heard.
     was_active: bool = False
-    # Command 12 was sent and nothing was received since.
-    was_shut_down: bool = False
     counters: Counters = Counters()
     # The last rejected bytes, up to `MAX_NOISE_BYTES`.
     noise: bytes = b""
     # Its USB identity, where it is known.
     adapter: str = ""
     round_trip_median_s: float | None = None
-    facts: AdapterFacts = AdapterFacts()
     # As `sys.platform`.
     platform: str = "linux"
 
@@ -100,18 +60,6 @@ class PortEvidence(NamedTuple):
         """The program that has the port open; empty where unknown."""
         holder = self.trouble.holder if self.trouble is not None else None
         return "" if holder is None else holder.name
-
-    def is_prober(self) -> bool:
-        """Whether a modem prober has the port or has written to it."""
-        if self.has(PortErrorKind.BUSY):
-            is_unnamed = not self.holder and "ModemManager" in self.facts.grabbers
-            return is_unnamed or self.holder.lower() in _PROBERS
-        return not self.is_answering and _AT.search(self.noise) is not None
-
-    def is_claimed_by_brltty(self) -> bool:
-        """Whether brltty takes the adapter for a Braille display."""
-        is_gone = self.has(PortErrorKind.MISSING, PortErrorKind.LOST)
-        return self.holder.lower() == "brltty" or (is_gone and "brltty" in self.facts.grabbers)
 
     def is_silent(self) -> bool:
         """Whether requests were sent on the open port and no module answers."""
@@ -138,10 +86,6 @@ class PortEvidence(NamedTuple):
         """Whether no module was ever heard on the port of a flight controller, nor anything else."""
         return self.came() is Silence.NOTHING and not self.was_online and is_flight_controller(self.adapter)
 
-    def has_login(self) -> bool:
-        """Whether a computer's console boots or asks for a login."""
-        return self.is_silent() and _LOGIN.search(self.noise) is not None
-
 
 class EvidenceCollector:
     """Collects evidence from every batch. Belongs to one thread."""
@@ -166,12 +110,6 @@ class EvidenceCollector:
             self._mark = Counters()
         elif link is not None and is_new:
             self._mark = link.counters
-        was_shut_down = seen.was_shut_down
-        for event in batch.events:
-            if isinstance(event, Began):
-                was_shut_down = False
-            elif isinstance(event, Sent) and event.request == _SHUT_DOWN:
-                was_shut_down = True
         self.seen = seen._replace(
             port=connection.port or seen.port,
             baud_rate=connection.baud_rate or seen.baud_rate,
@@ -179,7 +117,6 @@ class EvidenceCollector:
             is_open=is_open,
             is_answering=is_answering,
             was_online=seen.was_online or is_answering,
-            was_shut_down=was_shut_down,
             counters=seen.counters if link is None else link.counters - self._mark,
             round_trip_median_s=seen.round_trip_median_s if link is None else batch.conversation.lag_s,
             noise=seen.noise if link is None else link.noise,
@@ -246,7 +183,6 @@ def diagnose(evidence: PortEvidence) -> Diagnosis | None:
         return None
     trouble = evidence.trouble
     holder = None if trouble is None else trouble.holder
-    command = row.command.replace("{group}", evidence.facts.group or "")
     values: dict[str, object] = {
         "port": evidence.port or ("" if trouble is None else trouble.port),
         "rate": evidence.baud_rate,
@@ -254,13 +190,13 @@ def diagnose(evidence: PortEvidence) -> Diagnosis | None:
         "pid": "" if holder is None else holder.pid,
         "bytes": evidence.counters.bytes_received,
         "rejected": evidence.counters.rejected,
-        "command": command,
+        "command": row.command,
     }
     next_step = tr(row.next_step, **values)
     if evidence.was_active and not evidence.is_answering:
         next_step = keep_away("" if row.is_at_module else next_step)
-    step = NextStep.COPY_COMMAND if command else row.step
-    return Diagnosis(tr(row.what, **values), next_step, row.terminal_command, step, row.cause, command)
+    step = NextStep.COPY_COMMAND if row.command else row.step
+    return Diagnosis(tr(row.what, **values), next_step, row.terminal_command, step, row.cause, row.command)
 
 
 def explain(error: Exception | PortEvidence) -> Diagnosis:
@@ -289,20 +225,13 @@ _AFTER_END: Mapping[EndReason, str] = {
 }
 
 
-def _is_for_a_group(seen: PortEvidence) -> bool:
-    is_known = seen.facts.group is not None and seen.platform.startswith("linux")
-    return is_known and seen.has(PortErrorKind.NOT_ALLOWED)
-
-
 def _is_socket(seen: PortEvidence, came: Silence) -> bool:
     """Over a plain socket this program sets no baud rate; over RFC 2217 it does."""
     return is_socket(seen.port) and seen.came() is came
 
 
-def _is_other_server(seen: PortEvidence) -> bool:
-    """pyserial says it by its text only."""
-    is_unopened = seen.has(PortErrorKind.MISSING, PortErrorKind.UNUSABLE, is_address=True)
-    return is_unopened and "RFC2217" in str(seen.trouble)
+def _is_on_linux(seen: PortEvidence, kind: PortErrorKind) -> bool:
+    return seen.platform.startswith("linux") and seen.has(kind)
 
 
 _PASSTHROUGH = marked(
@@ -311,32 +240,28 @@ _PASSTHROUGH = marked(
 _OF_A_NETWORK = PortErrorKind.MISSING, PortErrorKind.UNUSABLE, PortErrorKind.LOST, PortErrorKind.STUCK
 CAUSES: tuple[CauseRow, ...] = (
     # The port cannot be opened
-    CauseRow("brltty", PortEvidence.is_claimed_by_brltty,
-             marked("{port} is gone: brltty, for Braille displays, takes such adapters."),
-             marked("Type: {command} — then plug the adapter in again."), "sudo apt remove brltty"),
-    CauseRow("modem prober", PortEvidence.is_prober, marked("ModemManager sends AT commands on {port}."),
-             marked("Type: {command} — then plug the adapter in again."), "sudo systemctl stop ModemManager"),
     CauseRow("held", lambda seen: seen.has(PortErrorKind.BUSY) and bool(seen.holder),
              marked("{port} is in use by {program} (process {pid})."), marked("Close it and connect again.")),
+    # Of a program of another user, as ModemManager is one, the system does not tell the name.
+    CauseRow("held by another user", lambda seen: _is_on_linux(seen, PortErrorKind.BUSY),
+             marked("{port} is in use by another program, perhaps ModemManager."),
+             marked("Close it, or type: {command} — then plug the adapter in again."),
+             "sudo systemctl stop ModemManager"),
     CauseRow("held", lambda seen: seen.has(PortErrorKind.BUSY),
              marked("{port} is in use by another program."), marked("Close it and connect again.")),
-    CauseRow("no permission", _is_for_a_group,
+    CauseRow("no permission", lambda seen: _is_on_linux(seen, PortErrorKind.NOT_ALLOWED),
              marked("No permission for {port}."), marked("Type: {command} — then log out and in again."),
-             "sudo usermod -aG {group} $USER"),
+             "sudo usermod -aG dialout $USER"),
     CauseRow("no permission", lambda seen: seen.has(PortErrorKind.NOT_ALLOWED),
              marked("No permission for {port}."), marked("Ask the administrator for access to serial ports.")),
-    CauseRow("other server", _is_other_server, marked("{port}: no RFC 2217 server answers."),
-             marked("Correct the address, or try socket://HOST:PORT.")),
     CauseRow("unreachable", lambda seen: seen.has(*_OF_A_NETWORK, is_address=True),
              marked("{port} cannot be reached."),
              marked("Check the network and the program that offers the port, then connect again.")),
     CauseRow("missing", lambda seen: seen.has(PortErrorKind.MISSING), marked("There is no port {port}."),
-             marked("Plug the adapter in. If no port appears, install its driver."), terminal_command="dps-s ports",
-             step=NextStep.CHOOSE_PORT),
-    CauseRow("unplugged", lambda seen: seen.has(PortErrorKind.LOST),
+             marked("Plug the adapter in. If no port stays, install its driver; on Linux remove brltty."),
+             terminal_command="dps-s ports", step=NextStep.CHOOSE_PORT),
+    CauseRow("unplugged", lambda seen: seen.has(PortErrorKind.LOST, PortErrorKind.STUCK),
              marked("{port} was unplugged, or its driver failed."), marked("Unplug the adapter and plug it in again.")),
-    CauseRow("stuck", lambda seen: seen.has(PortErrorKind.STUCK),
-             marked("Write to {port} timed out."), marked("Unplug the adapter and plug it in again.")),
     CauseRow("unusable", lambda seen: seen.has(PortErrorKind.UNUSABLE),
              marked("{port} is no serial port."), marked("Choose a port."), terminal_command="dps-s ports",
              step=NextStep.CHOOSE_PORT),
@@ -345,16 +270,10 @@ CAUSES: tuple[CauseRow, ...] = (
              marked("Use a device name, socket://HOST:PORT or rfc2217://HOST:PORT; dps-s FILE opens a file."),
              step=NextStep.CHOOSE_PORT),
     # The port is open
-    CauseRow("console", PortEvidence.has_login,
-             marked("{port} leads to a computer, not a module."), marked("Choose a port."),
-             step=NextStep.CHOOSE_PORT),
     CauseRow("flight controller", lambda seen: seen.came() is Silence.FLIGHT_CONTROLLER,
              marked("A flight controller answers on {port}, not a module."), _PASSTHROUGH),
     CauseRow("flight controller", PortEvidence.is_at_flight_controller,
              marked("No module answers on {port}, a flight controller's port."), _PASSTHROUGH),
-    CauseRow("shut down", lambda seen: seen.is_open and seen.was_shut_down and not seen.is_answering,
-             marked("The module was switched off."), marked("Hold its switch for 2 s, or connect external power."),
-             is_at_module=True),
     CauseRow("echo", lambda seen: seen.came() is Silence.ECHO, marked("Only an echo on {port}."),
              marked("Check the wiring: TX and RX touch, or no module is connected."), is_at_module=True,
              step=NextStep.CHOOSE_PORT),

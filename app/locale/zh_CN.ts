@@ -516,6 +516,10 @@
         <translation>请关闭该程序后重新连接。</translation>
     </message>
     <message>
+        <source>Close it, or type: {command} — then plug the adapter in again.</source>
+        <translation>请关闭该程序，或输入：{command}，然后重新插入适配器。</translation>
+    </message>
+    <message>
         <source>Close the bay</source>
         <translation>关闭伞仓</translation>
     </message>
@@ -582,10 +586,6 @@
     <message>
         <source>Copy</source>
         <translation>复制</translation>
-    </message>
-    <message>
-        <source>Correct the address, or try socket://HOST:PORT.</source>
-        <translation>请更正地址，或试用 socket://HOST:PORT。</translation>
     </message>
     <message>
         <source>Could not read the tilt: check it.</source>
@@ -1488,10 +1488,6 @@
         <translation>缺少系统库：{names}。</translation>
     </message>
     <message>
-        <source>ModemManager sends AT commands on {port}.</source>
-        <translation>ModemManager 正在 {port} 上发送 AT 命令。</translation>
-    </message>
-    <message>
         <source>Module</source>
         <translation>模块</translation>
     </message>
@@ -2040,8 +2036,8 @@
         <translation>请插入适配器，然后重试。</translation>
     </message>
     <message>
-        <source>Plug the adapter in. If no port appears, install its driver.</source>
-        <translation>请插入适配器。如未出现串口，请安装驱动。</translation>
+        <source>Plug the adapter in. If no port stays, install its driver; on Linux remove brltty.</source>
+        <translation>请插入适配器。如串口未出现或随即消失，请安装驱动；在 Linux 上请卸载 brltty。</translation>
     </message>
     <message>
         <source>Port</source>
@@ -2796,10 +2792,6 @@
         <translation>模块曾短暂无应答。</translation>
     </message>
     <message>
-        <source>The module was switched off.</source>
-        <translation>模块已关机。</translation>
-    </message>
-    <message>
         <source>The module was told to fire, or reports TRIGGERED.</source>
         <translation>已向模块发出开伞命令，或模块上报已触发。</translation>
     </message>
@@ -3110,10 +3102,6 @@
         <translation>请输入：{command}，然后注销并重新登录。</translation>
     </message>
     <message>
-        <source>Type: {command} — then plug the adapter in again.</source>
-        <translation>请输入：{command}，然后重新插入适配器。</translation>
-    </message>
-    <message>
         <source>UNPLUG, NEXT</source>
         <translation>请拔下，换下一个</translation>
     </message>
@@ -3348,10 +3336,6 @@
     <message>
         <source>Write the profile's value</source>
         <translation>写入配置文件的值</translation>
-    </message>
-    <message>
-        <source>Write to {port} timed out.</source>
-        <translation>写入 {port} 超时。</translation>
     </message>
     <message>
         <source>Write what differs from the profile, or approve.</source>
@@ -4682,8 +4666,8 @@
         <translation>{port} 在 {seconds:.0f} s 内未能打开。</translation>
     </message>
     <message>
-        <source>{port} is gone: brltty, for Braille displays, takes such adapters.</source>
-        <translation>{port} 已消失：盲文显示器驱动（brltty）会占用这类适配器。</translation>
+        <source>{port} is in use by another program, perhaps ModemManager.</source>
+        <translation>{port} 正被另一个程序占用，可能是 ModemManager。</translation>
     </message>
     <message>
         <source>{port} is in use by another program.</source>
@@ -4698,20 +4682,12 @@
         <translation>{port} 不是串口。</translation>
     </message>
     <message>
-        <source>{port} leads to a computer, not a module.</source>
-        <translation>{port} 连接的是电脑，不是模块。</translation>
-    </message>
-    <message>
         <source>{port} was unplugged, or its driver failed.</source>
         <translation>{port} 已被拔出，或其驱动程序出错。</translation>
     </message>
     <message>
         <source>{port}, {rate} baud</source>
         <translation>{port}，{rate} 波特</translation>
-    </message>
-    <message>
-        <source>{port}: no RFC 2217 server answers.</source>
-        <translation>{port}：没有 RFC 2217 服务器应答。</translation>
     </message>
     <message>
         <source>{rate} baud</source>

@@ -202,4 +202,3 @@ class DiagnosisPage(Page):
         """Frames of two connections are never in one list, nor in one bundle."""
         self.traffic.begin_again()
         self.bundle.begin_again()
-        self.why.begin_again()

@@ -6,13 +6,12 @@ from PySide6.QtCore import Qt
 from PySide6.QtGui import QGuiApplication
 from PySide6.QtWidgets import QCheckBox, QFrame, QGridLayout, QLabel, QLineEdit, QPushButton, QWidget
 
-from app.diagnosis.causes import STEP_WORDS, AdapterFacts, Diagnosis, NextStep, PortEvidence, diagnose, facts_about
+from app.diagnosis.causes import STEP_WORDS, Diagnosis, NextStep, PortEvidence, diagnose
 from app.diagnosis.link_state import Phase, link_text
 from app.text.i18n import tr
 from app.text.messages import join_names, labelled
 from protocol.events import Role
 from protocol.translatable import marked
-from ui.core.background_task import BackgroundTask
 from ui.services.context import Services
 from ui.services.page import Page
 from ui.style.icons import MEANING_ICONS, Icon
@@ -34,7 +33,7 @@ REFRESH_EVERY_MS: Final = 500
 _WITHOUT_CAUSE: Final = {
     Phase.ONLINE: (Meaning.GOOD, None),
     Phase.CLOSED: (Meaning.INFORMATION, NextStep.CHOOSE_PORT),
-    **dict.fromkeys((Phase.OPENING, Phase.FINDING, Phase.ASKING), (Meaning.INFORMATION, None)),
+    **dict.fromkeys((Phase.OPENING, Phase.FINDING, Phase.ASKING, Phase.SWITCHED_OFF), (Meaning.INFORMATION, None)),
     Phase.LATE: (Meaning.ATTENTION, None),
 }
 # The list that ticks itself.
@@ -62,9 +61,6 @@ class WhyPanel(QWidget):
         super().__init__()
         self.setObjectName("why_panel")
         self._ports, self._storage, self._page = services.ports, services.storage, page
-        # What the system knows, and of which adapter: another one may have the name of its port by now.
-        self._facts, self._facts_of = AdapterFacts(), ""
-        self._asking: BackgroundTask[AdapterFacts] = BackgroundTask("dps-s adapter facts", self)
         self.diagnosis: Diagnosis | None = None
         self._step: NextStep | None = None
         self._picture = IconLabel("why_icon", 28)
@@ -93,41 +89,22 @@ class WhyPanel(QWidget):
 
     # Evidence
 
-    def begin_again(self) -> None:
-        """Another port was opened."""
-        self._asking.cancel()
-        self._facts_of = ""
-
     def evidence(self) -> PortEvidence:
         current, target = self._ports.current, self._ports.current.target
         # Of a module that was left active nobody can say that it is not this one.
         is_left = bool(self._storage.left_active) and not (target and target.is_simulated)
         seen = current.evidence.seen._replace(
-            facts=self._facts if self._facts_of == current.key else AdapterFacts(),
             was_active=current.is_active or is_left,
             adapter="" if target is None else target.identity,
         )
         # Between two attempts to reconnect, only the port knows the error.
         return seen if seen.is_open else seen._replace(trouble=current.state.trouble)
 
-    def _ask_system(self, evidence: PortEvidence) -> None:
-        """In the background, since it lists all processes; only where there is a trouble that they may explain."""
-        target = self._ports.current.target
-        if target is None or evidence.trouble is None or self._asking.is_running:
-            return
-        port, key = target.device, target.key
-
-        def end(facts: AdapterFacts) -> None:
-            self._facts, self._facts_of = facts, key
-
-        self._asking.run(lambda _running: facts_about(port), end, lambda _error: None)
-
     # Display
 
     def refresh(self) -> None:
         evidence, state = self.evidence(), self._ports.current.state
-        self._ask_system(evidence)
-        is_asked = state.phase not in (Phase.CLOSED, Phase.OPENING, Phase.FINDING, Phase.LATE)
+        is_asked = state.phase not in (Phase.CLOSED, Phase.OPENING, Phase.FINDING, Phase.LATE, Phase.SWITCHED_OFF)
         self.diagnosis = found = diagnose(evidence) if is_asked else None
         if found is not None:
             meaning, self._step, said = Meaning.ATTENTION, found.step, found[:2]
