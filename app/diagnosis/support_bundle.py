@@ -17,7 +17,6 @@ from contextlib import suppress
 from datetime import UTC, datetime
 from pathlib import Path
 from types import MappingProxyType
-from typing import NamedTuple
 
 from app.captures.traffic import entries_of
 from app.diagnosis.causes import explain
@@ -30,67 +29,45 @@ from protocol.events import Event
 
 USER = "<user>"
 COMPUTER = "<computer>"
-# Shorter names occur in ordinary words and are not replaced; others identify nobody, and occur in paths and messages.
+# Shorter names occur in ordinary words and are not replaced.
 SHORTEST_NAME = 3
-_USUAL = frozenset({"root", "user", "admin", "public", "shared", "localhost"})
 _HOME = re.compile(
     r"((?:/home/|/Users/|[A-Za-z]:[\\/]+(?:Users|Documents and Settings)[\\/]+))"
     r"([^/\\\n\"'<>|:]{1,64}?(?=[/\\])|[^/\\\s\"'<>|:]+)"
 )
 
 
-class Names(NamedTuple):
-    """Names that must not be in the bundle."""
-
-    user: str = ""
-    computer: str = ""
-    home: str = ""
-
-
-def scrub(text: str, names: Names) -> str:
-    """`text` with the names, and every user name in a path, replaced."""
-    if len(names.home) > SHORTEST_NAME:
-        text = text.replace(names.home, f"~{USER}")
+def scrub(text: str, user: str, computer: str) -> str:
+    """`text` with both names, and every user name in a path, replaced."""
     text = _HOME.sub(lambda match: match[1] + USER, text)
-    for name, instead in ((names.computer, COMPUTER), (names.computer.partition(".")[0], COMPUTER), (names.user, USER)):
-        if len(name) >= SHORTEST_NAME and name.lower() not in _USUAL:
+    for name, instead in ((computer, COMPUTER), (computer.partition(".")[0], COMPUTER), (user, USER)):
+        if len(name) >= SHORTEST_NAME:
             text = re.sub(rf"(?<![A-Za-z0-9]){re.escape(name)}(?![A-Za-z0-9])", instead, text, flags=re.IGNORECASE)
     return text
 
 
 def bundle_files(
-    names: Names | None = None,
     *,
     version: str,
     log: str = "",
     connection: Connection,
     conversation: ConversationView,
-    now: float = 0.0,
     statistics: LinkStatistics,
     preferences: Mapping[str, object] = MappingProxyType({}),
     traffic: Sequence[Event] = (),
 ) -> dict[str, str]:
-    """The text of each file, by name. `names`: None for those of this computer. `now`: of the program's clock.
-    `preferences`: language, theme … `traffic`: the latest, oldest first."""
-    if names is None:
-        user = ""
-        with suppress(OSError, KeyError, ImportError):
-            user = getpass.getuser()
-        names = Names(user, socket.gethostname(), str(Path.home()))
+    """The text of each file, by name. `preferences`: language, theme … `traffic`: the latest, oldest first."""
     about = {
         "program": f"DPS-S Configurator {version}",
         "python": platform.python_version(),
-        "system": platform.system(),
-        "release": platform.release(),
-        "machine": platform.machine(),
+        "system": f"{platform.system()} {platform.release()} {platform.machine()}",
+        "preferences": dict(preferences),
+        "link": _link(connection, statistics),
+        "conversation": conversation.number,
+        "ended": None if conversation.ended is None else conversation.ended.reason.name,
+        "last_values": {key: known.value for key, known in sorted(conversation.values.items())},
     }
-    texts = {
-        "about.json": _json(about),
-        "link.json": _json(_link(connection, statistics)),
-        "module.json": _json(_module(conversation, now)),
-        "preferences.json": _json(dict(preferences)),
-        "log.txt": log,
-    }
+    texts = {"about.json": json.dumps(about, indent=2, ensure_ascii=False, default=str) + "\n", "log.txt": log}
     if traffic:
         # As `dps-s decode` reads it.
         began_at = traffic[0].at
@@ -98,22 +75,17 @@ def bundle_files(
         lines = [f"# started: {started_at.isoformat(timespec='seconds')}"]
         lines += [entry.line for entry in entries_of(traffic, began_at)]
         texts["capture.txt"] = "\n".join([*lines, ""])
-    return {name: scrub(text, names) for name, text in texts.items() if text}
+    user = ""
+    with suppress(OSError, KeyError, ImportError):
+        user = getpass.getuser()
+    return {name: scrub(text, user, socket.gethostname()) for name, text in texts.items() if text}
 
 
 def write_bundle(path: Path, files: Mapping[str, str]) -> None:
     """Writes the zip atomically. Raises OSError."""
     with whole_file(path) as file, zipfile.ZipFile(file, "w", zipfile.ZIP_DEFLATED) as archive:
         for name, text in files.items():
-            # A fixed time and mode, so that the zip contains no more than the preview.
-            entry = zipfile.ZipInfo(name, (1980, 1, 1, 0, 0, 0))
-            entry.compress_type = zipfile.ZIP_DEFLATED
-            entry.external_attr = 0o644 << 16
-            archive.writestr(entry, text.encode())
-
-
-def _json(value: object) -> str:
-    return json.dumps(value, indent=2, ensure_ascii=False, default=str) + "\n"
+            archive.writestr(name, text.encode())
 
 
 def _link(connection: Connection, statistics: LinkStatistics) -> dict[str, object]:
@@ -121,6 +93,7 @@ def _link(connection: Connection, statistics: LinkStatistics) -> dict[str, objec
         "port": connection.port,
         "baud_rate": connection.baud_rate,
         "state": connection.state.value,
+        "losses": statistics.losses,
     }
     if connection.trouble is not None:
         link["trouble"] = connection.trouble.kind.value
@@ -128,27 +101,6 @@ def _link(connection: Connection, statistics: LinkStatistics) -> dict[str, objec
         link["driver_says"] = connection.trouble.detail
     for name, count in vars(statistics.totals).items():
         link[name] = {key.value: n for key, n in count.most_common()} if isinstance(count, Counter) else count
-    trips = {f"{share:.0%}": statistics.quantile_s(share) for share in (0.5, 0.95, 1.0)}
-    link["losses"] = statistics.losses
-    link["round_trips_ms"] = {share: round(trip * 1000, 1) for share, trip in trips.items() if trip is not None}
+    for share in (0.5, 0.95, 1.0):
+        link[f"round_trip_s {share:.0%}"] = statistics.quantile_s(share)
     return link
-
-
-def _module(conversation: ConversationView, now: float) -> dict[str, object]:
-    known = {key: conversation.known(key, now) for key in sorted(conversation.values)}
-    ended = conversation.ended
-    return {
-        "conversation": conversation.number,
-        "is_going": conversation.is_going,
-        "ended": None if ended is None else ended.reason.name,
-        "values": {
-            key: {
-                "value": one.value,
-                "how": one.how.value,
-                "age_s": round(now - one.at, 1),
-                "is_stale": one.is_stale,
-            }
-            for key, one in known.items()
-            if one is not None
-        },
-    }

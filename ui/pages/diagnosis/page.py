@@ -122,7 +122,6 @@ class BundlePreview(QWidget):
             version=version(),
             connection=services.ports.current.connection,
             conversation=services.ports.module.view,
-            now=services.ports.clock(),
             statistics=copy.copy(services.ports.module.statistics),
             preferences={"language": i18n.language(), "theme": services.appearance.choice.value},
             traffic=(*self._traffic.rows, *self._traffic.new),

@@ -196,7 +196,7 @@ def test_the_saved_bundle_equals_the_preview_and_is_made_again_for_another_modul
         files = given(page.bundle.files)
         seen = page.bundle.text.toPlainText()
         assert all(name in seen and text in seen for name, text in files.items())
-        assert {"about.json", "link.json", "module.json", "log.txt", "capture.txt"} <= files.keys()
+        assert {"about.json", "log.txt", "capture.txt"} <= files.keys()
         lines = seen.splitlines()
         assert any("the cable is loose" in line and "/home/<user>/notes" in line for line in lines)
         assert "boot_count" in seen
