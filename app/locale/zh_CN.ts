@@ -1280,10 +1280,6 @@
         <translation>请在此线路上只留一个模块，然后重试。</translation>
     </message>
     <message>
-        <source>Leave the plug alone</source>
-        <translation>不要碰插头</translation>
-    </message>
-    <message>
         <source>Left out, unreadable or altered: {count}.</source>
         <translation>已略去（无法读取或被改动）：{count}。</translation>
     </message>
@@ -1400,16 +1396,8 @@
         <translation>限值比建议宽松：{checks}。</translation>
     </message>
     <message>
-        <source>Lost at rest</source>
-        <translation>静止时丢失</translation>
-    </message>
-    <message>
         <source>Lost replies</source>
         <translation>丢失的应答</translation>
-    </message>
-    <message>
-        <source>Lost while shaken</source>
-        <translation>晃动时丢失</translation>
     </message>
     <message>
         <source>MIT licence. Made with:</source>
@@ -3548,10 +3536,6 @@
     <message>
         <source>choose</source>
         <translation>选择</translation>
-    </message>
-    <message>
-        <source>closed and open differ</source>
-        <translation>开与关读数不同</translation>
     </message>
     <message>
         <source>computer slept</source>

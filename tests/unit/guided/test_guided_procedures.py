@@ -12,7 +12,7 @@ from app.flights.judge import TriggerLimits
 from app.guided import guided_tests
 from app.guided.guided_tests import GUIDED_TESTS, LOOSE_ENDS, PersonSteps, TiltDirection, judge_bay, measure_link
 from app.guided.results import GuidedKind, GuidedResult, GuidedVerdict
-from app.procedures.light import Band, CalibrationFault
+from app.procedures.light import Band
 from app.procedures.stream import StreamSwitch, watch
 from app.simulator import module as simulator_module
 from app.text.messages import UserError
@@ -133,22 +133,14 @@ def test_a_module_that_stays_triggered_fails_and_is_not_tilted_further(monkeypat
 
 @pytest.mark.parametrize(("height_m", "verdict"), [(0.3, "passed"), (1.0, "passed"), (5.0, "failed")])
 @pytest.mark.promise("f")
-def test_the_fall_is_measured_between_the_reports_around_it(height_m: float, verdict: str) -> None:
+def test_the_fall_is_measured(height_m: float, verdict: str) -> None:
     rig = streaming(rate=50)
     done = result(guided(rig, GuidedKind.FREE_FALL, height_m=height_m))
     seconds = (2 * height_m / 9.81) ** 0.5
     first = done.measured[0]
-    low, high = (float(part.removesuffix(" s")) for part in first.shown.in_english().split("–"))
-    assert low <= seconds <= high + 0.01
-    assert high - low <= 0.06
+    assert float(first.shown.in_english().removesuffix(" s")) == pytest.approx(seconds, abs=0.04)
     assert first.verdict.value == verdict
     assert rows(done)["Trigger"] == ("not triggered", "passed")
-
-
-@pytest.mark.promise("f")
-def test_a_fall_that_few_reports_show_is_unclear() -> None:
-    done = result(guided(settled_rig(lag_ms=60.0), GuidedKind.FREE_FALL))
-    assert rows(done)["Below the threshold"][1] == "unclear"
 
 
 @pytest.mark.parametrize(
@@ -181,9 +173,7 @@ def test_a_plug_that_loses_answers_fails() -> None:
         elif rig.clock.now_s > start + 10:
             rig.bench.change(drop=0.0)
 
-    done = rows(guided(rig, GuidedKind.LINK, each=shake))
-    assert done["Lost at rest"][1] == "passed"
-    assert done["Lost while shaken"][1] == "failed"
+    assert rows(guided(rig, GuidedKind.LINK, each=shake))["Lost replies"][1] == "failed"
 
 
 LOOSE: dict[EndReason, Callable[[Rig], object]] = {
@@ -265,4 +255,4 @@ def test_a_bay_that_was_not_opened_fails(options: dict[str, object]) -> None:
     done = result(guided(settled_rig(**options), GuidedKind.BAY, hands=Hasty))
     assert done.verdict is GuidedVerdict.FAILED
     assert done.advice is not None
-    assert done.advice.in_english() == CalibrationFault.TOO_CLOSE.value
+    assert done.advice.in_english() == "Measure the light threshold."
