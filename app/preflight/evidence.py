@@ -9,15 +9,13 @@ from app.engine.procedure import Cancelled, Procedure
 from app.procedures.history import History
 from app.procedures.read import NO_REPLY, Present, Readings, contradictions, read_settings, who_is_there
 from app.text.messages import UserError, UserMessage, message
-from protocol.events import Ended, Event, Received, Rejected, Sent
+from protocol.events import Ended, Event, Rejected
 from protocol.fields import Value
 from protocol.translatable import marked
 
 HEARTBEATS = 20
 # For tilt and acceleration.
 STILL_S = 2.0
-# Of a whole check with a stream of 50 Hz beside it; a record has to stay a fact of bounded size.
-MAX_FRAMES = 1500
 
 
 class Void(NamedTuple):
@@ -51,12 +49,6 @@ class TriggerFlag(NamedTuple):
 
     is_enabled: bool | None = None
     why: UserMessage = NOT_ENABLED
-
-
-class LoggedFrame(NamedTuple):
-    at: float
-    way: str  # "out", "in" or "noise" (invalid bytes)
-    raw: bytes
 
 
 class StateReading(NamedTuple):
@@ -122,9 +114,6 @@ class Evidence:
     flags: dict[str, TriggerFlag] = field(default_factory=dict)
     # Something was told that nobody had asked for.
     is_answered_twice: bool = False
-    # The first raw frames since the check began, and how many more there were.
-    frames: list[LoggedFrame] = field(default_factory=list)
-    frames_left_out: int = 0
 
     @property
     def statuses(self) -> list[StatusSample]:
@@ -176,22 +165,8 @@ class Evidence:
                     self.void = UNFINISHED
 
     def listen(self, events: Iterable[Event]) -> None:
-        """Keep the frames of the port since the check began, and count the invalid bytes."""
+        """Count the invalid bytes since the check began."""
         for event in events:
-            match event:
-                case Sent():
-                    way, raw = "out", event.raw
-                case Received():
-                    way, raw = "in", event.frame.raw
-                case Rejected():
-                    way, raw = "noise", event.noise.raw
-                case _:
-                    continue
-            if self.began_at is None or event.at < self.began_at:
-                continue
-            if way == "noise" and (self.ended_at is None or event.at <= self.ended_at):
-                self.rejected_bytes += len(raw)
-            if len(self.frames) < MAX_FRAMES:
-                self.frames.append(LoggedFrame(event.at, way, raw))
-            else:
-                self.frames_left_out += 1
+            is_during = self.began_at is not None and event.at >= self.began_at
+            if isinstance(event, Rejected) and is_during and (self.ended_at is None or event.at <= self.ended_at):
+                self.rejected_bytes += len(event.noise.raw)

@@ -24,17 +24,15 @@ from app.guided.results import GuidedKind
 from app.preflight.checks import CheckResult
 from app.preflight.readings import readings_of
 from app.preflight.verdict import Assessment, Verdict, unsigned, verdict_of
-from app.store.rows import Count, Key, Whole, Word
+from app.store.rows import Key, Whole, Word
 from app.store.station import Station
 from app.text.messages import MAX_TEXT_LENGTH, UserError, UserMessage, clean, joined, message
 from protocol.translatable import marked
 
 FORMAT = "dps-s pre-flight record"
 VERSION = 5
-# A record with all the frames that a check keeps has 150,000; a fact may have a million.
+# A fact may have a million.
 MAX_DOCUMENT_BYTES = 900_000
-# Of one frame; a longer run of noise is cut.
-MAX_RAW_BYTES = 64
 # What no check can prove, said on each record.
 NOTES = (
     marked("Triggers: enabled in this conversation only. Whether a restart keeps them is not known."),
@@ -44,7 +42,7 @@ NOTES = (
 _SIGNED_FOR = b"dps-s pre-flight record 5\n"
 
 Text = Annotated[str, Meta(max_length=MAX_TEXT_LENGTH)]
-Hex = Annotated[str, Meta(max_length=3 * MAX_RAW_BYTES, pattern=r"^[0-9A-F ]*$")]
+Hex = Annotated[str, Meta(max_length=60, pattern=r"^[0-9A-F ]*$")]
 # Of `UserMessage.to_json`, so that it prints in any language years later.
 Message = dict[str, Any] | str
 
@@ -69,7 +67,7 @@ class RecordedItem(Struct, frozen=True, kw_only=True):
 
 
 class Record(Struct, frozen=True, kw_only=True):
-    """`frames`: seconds since the check began, direction and bytes. `adapter`: its USB identity, else the port."""
+    """`adapter`: its USB identity, else the port."""
 
     version: Literal[5]
     verdict: Verdict
@@ -91,8 +89,6 @@ class Record(Struct, frozen=True, kw_only=True):
     tests: Annotated[list[dict[str, Any]], Meta(max_length=20)]
     read: dict[str, Any]
     trigger_records: Annotated[list[Hex], Meta(max_length=20)]
-    frames: Annotated[list[tuple[float, Literal["in", "out", "noise"], Hex]], Meta(max_length=2000)]
-    frames_left_out: Count
     notes: Annotated[list[Text], Meta(max_length=20)]
 
     @property
@@ -158,7 +154,6 @@ def make_record(assessment: Assessment, *, at: datetime, adapter: str = "") -> R
     if at.tzinfo is None:
         raise ValueError("the time of a record needs its zone")
     case, evidence, person = assessment.case, assessment.case.evidence, assessment.case.person
-    began_at = evidence.began_at or 0.0
     checks = []
     for judged in assessment.checks:
         check, finding = judged
@@ -199,11 +194,6 @@ def make_record(assessment: Assessment, *, at: datetime, adapter: str = "") -> R
         "tests": [case.past.tests[kind].stored.plain() for kind in GuidedKind if kind in case.past.tests],
         "read": msgspec.to_builtins(readings_of(case)),
         "trigger_records": [kept.raw.hex(" ").upper() for kept in evidence.history.records] if evidence.history else [],
-        "frames": [
-            (round(frame.at - began_at, 4), frame.way, frame.raw[:MAX_RAW_BYTES].hex(" ").upper())
-            for frame in evidence.frames
-        ],
-        "frames_left_out": evidence.frames_left_out,
         "notes": list(NOTES),
     }
     # msgspec does not check what is constructed, so that it is converted: what could not be read again is our fault.

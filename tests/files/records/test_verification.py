@@ -166,9 +166,9 @@ def test_whatever_is_damaged_in_a_report_its_record_is_intact_or_not_called_so(q
 def test_a_number_that_is_no_json_a_doubled_field_and_a_padded_document_are_refused() -> None:
     text = signed_record().text
     for forged in (
-        text.replace('"frames_left_out":0', '"frames_left_out":NaN'),
-        text.replace('"frames_left_out":0', '"frames_left_out":1e999'),
-        text.replace('"frames_left_out":0', '"frames_left_out":1,"frames_left_out":0'),
+        text.replace('"measured":3.9', '"measured":NaN'),
+        text.replace('"measured":3.9', '"measured":1e999'),
+        text.replace('"measured":3.9', '"measured":3.8,"measured":3.9'),
         text.replace('"who":"Li Wei"', '"who":"\\ud800"'),
         text + " " * MAX_DOCUMENT_BYTES,
     ):

@@ -15,7 +15,6 @@ from app.preflight.verdict import Assessment, Standing, Verdict, assess, check_s
 from app.safety.journal import REQUESTS, Act, Outcome
 from app.settings.profiles import NO_PROFILE, ManualLine, Profile
 from app.text.messages import UserMessage
-from protocol.catalogue import HEARTBEAT
 from protocol.events import Ended, EndReason, Rejected, Sent
 from protocol.fields import Value
 from protocol.messages import Noise, Reason
@@ -163,11 +162,12 @@ def test_what_is_no_longer_ready_is_not_activated() -> None:
     assert REQUESTS[Act.ACTIVATE].encode() not in rig.acts
 
 
-# The frames that a record has
-
-
-def test_no_more_frames_are_kept_than_the_bound() -> None:
-    log, question = evidence(began_at=0.0), HEARTBEAT.query()
-    log.listen([Rejected(Noise(b"x", Reason.NO_HEADER, 0), 0.0), *[Sent(question.encode(), question, 1, 0.0)] * 1500])
-    assert (len(log.frames), log.frames_left_out) == (1500, 1)
-    assert [frame.way for frame in log.frames[:2]] == ["noise", "out"]
+def test_invalid_bytes_count_while_the_check_runs() -> None:
+    noises = [Rejected(Noise(b"xy", Reason.NO_HEADER, 0), at_s) for at_s in (0.5, 1.0, 2.0, 2.5)]
+    heard = evidence(began_at=1.0)
+    heard.ended_at = 2.0
+    heard.listen(noises)
+    assert heard.rejected_bytes == 4
+    unbegun = evidence(began_at=None)
+    unbegun.listen(noises)
+    assert unbegun.rejected_bytes == 0
