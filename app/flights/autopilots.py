@@ -348,8 +348,8 @@ class DataflashFile:
 
     def _read_text(self, data: bytes) -> None:
         """A line that is no whole record is damage."""
-        # Those that are asked for.
-        tables: dict[str, _TextTable] = {}
+        # Of the tables that are asked for, the columns and the rows.
+        tables: dict[str, tuple[list[str], list[str]]] = {}
         names = {"FMT"}
         place = 0
         for line in BytesIO(data):
@@ -359,54 +359,37 @@ class DataflashFile:
             if not line.endswith(b"\n"):  # cut off
                 is_whole = False
             elif name in tables:
-                is_whole = tables[name].add(rest)
+                labels, rows = tables[name]
+                is_whole = rest.count(",") == len(labels) - 1
+                if is_whole:
+                    rows.append(rest)
             elif name == "FMT":
                 cells = [cell.strip() for cell in rest.split(",")]
                 if len(cells) >= 5:
                     names.add(cells[2])
                     if cells[2] in _DF_TABLES:
-                        tables.setdefault(cells[2], _TextTable(cells[4:]))
+                        tables.setdefault(cells[2], (cells[4:], []))
             if is_whole:
                 self.read_until = place
             else:
                 self.skipped_bytes += len(line)
-        for name, table in tables.items():
-            self.tables[name] = _by_sensor(table.columns())
+        for name, (labels, rows) in tables.items():
+            self.tables[name] = _by_sensor(_text_columns(labels, rows))
 
 
-class _TextTable:
-    """A table of a log that was saved as text.
+def _text_columns(labels: Sequence[str], rows: Sequence[str]) -> Table:
+    """The columns that are asked for; none where there are no rows.
 
-    It is read a few rows at a time: all rows of a long flight at once would hold the interpreter, and with it the
-    thread of the port, until the conversation with the module is over.
+    A few rows at a time: all of a long flight at once would hold the interpreter, and with it the thread of the port,
+    until the conversation with the module is over.
     """
-
-    def __init__(self, labels: Sequence[str]) -> None:
-        self._labels = labels
-        self._rows: list[str] = []
-        self._parts: list[Table] = []
-
-    def add(self, row: str) -> bool:
-        """Whether it is whole."""
-        if row.count(",") != len(self._labels) - 1:
-            return False
-        self._rows.append(row)
-        if len(self._rows) == _ROWS_AT_ONCE:
-            self._read_rows()
-        return True
-
-    def columns(self) -> Table:
-        """The columns that are asked for, with all rows; none where there are no rows."""
-        if self._rows:
-            self._read_rows()
-        labels = self._parts[0] if self._parts else ()
-        return {label: np.concatenate([part[label] for part in self._parts]) for label in labels}
-
-    def _read_rows(self) -> None:
-        cells, width = ",".join(self._rows).split(","), len(self._labels)
-        wanted = [(number, label) for number, label in enumerate(self._labels) if label in _DF_COLUMNS]
-        self._parts.append({label: _numbers(cells[number::width]) for number, label in wanted})
-        self._rows = []
+    parts: dict[str, list[Floats]] = {}
+    for first in range(0, len(rows), _ROWS_AT_ONCE):
+        cells = ",".join(rows[first : first + _ROWS_AT_ONCE]).split(",")
+        for number, label in enumerate(labels):
+            if label in _DF_COLUMNS:
+                parts.setdefault(label, []).append(_numbers(cells[number :: len(labels)]))
+    return {label: np.concatenate(columns) for label, columns in parts.items()}
 
 
 def _numbers(cells: Sequence[str]) -> Floats:

@@ -238,15 +238,9 @@ def _with_members(path: Path) -> list[Path]:
 
 
 def distinct_names(paths: Sequence[Path]) -> list[str]:
-    """The names of the files, with as many of their folders as tell them apart."""
-    names = [path.name for path in paths]
-    for depth in range(2, max((len(path.parts) for path in paths), default=0) + 1):
-        counts = Counter(names)
-        names = [
-            name if counts[name] == 1 else Path(*path.parts[-depth:]).as_posix()
-            for name, path in zip(names, paths, strict=True)
-        ]
-    return names
+    """The names of the files; the whole path of those that share one."""
+    counts = Counter(path.name for path in paths)
+    return [path.name if counts[path.name] == 1 else path.as_posix() for path in paths]
 
 
 # Many logs

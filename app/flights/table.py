@@ -13,6 +13,7 @@ import math
 import re
 import shlex
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from contextlib import suppress
 from datetime import UTC, datetime
 from io import BytesIO, TextIOWrapper
 from itertools import chain, islice
@@ -163,8 +164,8 @@ class Head(NamedTuple):
 
     @property
     def is_export(self) -> bool:
-        """This program wrote it; its first column had another name before, and its last is the event."""
-        return self.names[1:] == HEAD.split(",")[1:]
+        """This program wrote it; its last column is the event."""
+        return self.names == HEAD.split(",")
 
 
 def read_table(data: bytes, name: str, chosen: CsvColumns | None = None) -> RawLog:
@@ -330,20 +331,9 @@ def _recognised(head: Head, by_person: CsvColumns) -> CsvColumns:
         raise _refusal(head, why, {"time": head.names[0]})
     if not any(choice[0] in used for choice in (*_TILTS, *_LENGTHS)):
         why = message(marked("No column is known to hold attitude or acceleration."))
-        raise _refusal(head, why, _likely(head))
+        # Another column in its place would be judged, and fire never: a person has to say which it is.
+        raise _refusal(head, why, {"tilt": "COLUMN"})
     return used
-
-
-def _likely(head: Head) -> dict[str, str]:
-    """The columns that may hold attitude or acceleration. What their names do not tell a person has to say: another
-    column in its place would be judged, and fire never."""
-    for words in ({"tilt": "tilt"}, {"roll": "roll", "pitch": "pitch"}, {"acceleration": "acc"}):
-        found = {
-            quantity: name for quantity, word in words.items() for name in reversed(head.names) if word in name.lower()
-        }
-        if len(found) == len(words):
-            return found
-    return {"tilt": "COLUMN"}
 
 
 def _meaning(name: str, unit: str) -> tuple[str, CsvColumn]:
@@ -506,26 +496,25 @@ class _Rows:
             self._parts[quantity].append(self._read_cells(quantity, plain, cells, numbers))
 
     def _read_cells(self, quantity: str, plain: Sequence[str], cells: Sequence[str], numbers: Sequence[int]) -> Floats:
-        """All at once, where all are numbers; else in halves, to find those that are none.
-
-        `plain`: the cells as Python writes numbers.
-        """
+        """All at once, where all are numbers. `plain`: the cells as Python writes numbers."""
         try:
             return np.array(plain, np.float64)
         except ValueError:
-            if len(plain) > 1:
-                half = len(plain) // 2
-                first = self._read_cells(quantity, plain[:half], cells[:half], numbers[:half])
-                return np.concatenate((first, self._read_cells(quantity, plain[half:], cells[half:], numbers[half:])))
-        word = cells[0].strip().lower()
+            return np.array([self._read_cell(quantity, *row) for row in zip(plain, cells, numbers, strict=True)])
+
+    def _read_cell(self, quantity: str, plain: str, cell: str, line: int) -> float:
+        with suppress(ValueError):
+            return float(plain)
+        word = cell.strip().lower()
         value = math.nan if word in ("", "null", "none") else None
         if quantity == "armed":
             value = _FLAGS.get(word, value)
         if quantity == "time" and value is None:
-            value = _seconds_of(cells[0])
+            value = _seconds_of(cell)
         if value is None:
-            self._note_bad(numbers[0], cells[0])
-        return np.array([math.nan if value is None else value])
+            self._note_bad(line, cell)
+            return math.nan
+        return value
 
     def _note_bad(self, line: int, cell: str) -> None:
         if not self._bad_count:

@@ -101,9 +101,7 @@ def test_an_archive_of_several_logs_is_like_a_folder(tmp_path: Path) -> None:
     assert paths == [path / "a.ulg", path / "b.ulg"]
     assert [answer(read_flight_log(one)) for one in paths] == [Answer.FIRES, Answer.DOES_NOT_FIRE]
     assert distinct_names(paths) == ["a.ulg", "b.ulg"]
-    assert distinct_names([*paths, tmp_path / "a.ulg"]) == ["all.zip/a.ulg", "b.ulg", f"{tmp_path.name}/a.ulg"]
-    runs = [Path(f"/logs/{one}/crash.ulg") for one in ("may/7", "june/7", "june/8")]
-    assert distinct_names(runs) == ["may/7/crash.ulg", "june/7/crash.ulg", "8/crash.ulg"]
+    assert distinct_names([*paths, tmp_path / "a.ulg"]) == [str(path / "a.ulg"), "b.ulg", str(tmp_path / "a.ulg")]
 
 
 @pytest.mark.parametrize(
