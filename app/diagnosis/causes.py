@@ -258,7 +258,9 @@ CAUSES: tuple[CauseRow, ...] = (
              marked("{port} cannot be reached."),
              marked("Check the network and the program that offers the port, then connect again.")),
     CauseRow("missing", lambda seen: seen.has(PortErrorKind.MISSING), marked("There is no port {port}."),
-             marked("Plug the adapter in. If no port stays, install its driver; on Linux remove brltty."),
+             marked(
+                 "Plug the adapter in. On Linux brltty may take it: remove that. If no port comes, install its driver."
+             ),
              terminal_command="dps-s ports", step=NextStep.CHOOSE_PORT),
     CauseRow("unplugged", lambda seen: seen.has(PortErrorKind.LOST, PortErrorKind.STUCK),
              marked("{port} was unplugged, or its driver failed."), marked("Unplug the adapter and plug it in again.")),

@@ -2024,8 +2024,8 @@
         <translation>请插入适配器，然后重试。</translation>
     </message>
     <message>
-        <source>Plug the adapter in. If no port stays, install its driver; on Linux remove brltty.</source>
-        <translation>请插入适配器。如串口未出现或随即消失，请安装驱动；在 Linux 上请卸载 brltty。</translation>
+        <source>Plug the adapter in. On Linux brltty may take it: remove that. If no port comes, install its driver.</source>
+        <translation>请插入适配器。在 Linux 上可能被 brltty 占用：请卸载它。如未出现串口，请安装驱动。</translation>
     </message>
     <message>
         <source>Port</source>
