@@ -22,7 +22,7 @@ from protocol.translatable import marked
 
 class Need(Enum):
     """The next thing that a module needs, the most urgent first. The value is a translatable sentence, or a name where
-    `Card.next_step` makes the sentence."""
+    `Card.needed` has another one."""
 
     TRIGGERED = marked("TRIGGERED: lock it, read its records.")
     NOT_LOCKED = "not locked"
@@ -68,68 +68,49 @@ class Card:
     def title(self) -> str:
         return self.name or tr("Unnamed")
 
-    @property
-    def need(self) -> Need:
-        """The most urgent thing for a person to do."""
+    def needed(self, now: float) -> tuple[Need, str]:
+        """The most urgent thing for a person to do, and its sentence in the language in use."""
         # In this order: what may fire or has fired, then what cannot be known, then what a check said.
-        standing, state, phase = self.check.standing, self.activation.state, self.link.phase
+        check, state = self.check, self.activation.state
         if self.conversation.reported[0] is True:
-            return Need.TRIGGERED
-        if self.lock_failed is not None or self.lock_sent is not None:
-            return Need.NOT_LOCKED
+            return _plain(Need.TRIGGERED)
+        if self.lock_sent is not None:
+            return Need.NOT_LOCKED, waiting_sentence(self.lock_sent)
+        if self.lock_failed is not None:
+            return Need.NOT_LOCKED, self.lock_failed.sentence
         if state is Activation.WAS_ACTIVE:
-            return Need.WAS_ACTIVE
+            return _plain(Need.WAS_ACTIVE)
         if self.may_have_fired:
-            return Need.MAY_HAVE_FIRED
-        if phase in (Phase.OPENING, Phase.FINDING, Phase.ASKING):
-            return Need.WAIT
-        if phase is not Phase.ONLINE:
-            return Need.LINK
-        if standing is Standing.CHECKING:
-            return Need.WAIT
-        if standing is Standing.NO_GO:
-            return Need.NO_GO
+            return _plain(Need.MAY_HAVE_FIRED)
+        if self.link.phase is not Phase.ONLINE:
+            words = link_text(self.link, now)
+            is_coming = self.link.phase in (Phase.OPENING, Phase.FINDING, Phase.ASKING)
+            return Need.WAIT if is_coming else Need.LINK, words.next_step or words.what
+        if check.standing is Standing.CHECKING:
+            return Need.WAIT, capitalised(tr("checking…"))
+        if check.standing is Standing.NO_GO:
+            against = () if check.assessment is None else check.assessment.titles_against
+            return Need.NO_GO, tr(Need.NO_GO.value, names=join_names(title.translated() for title in against))
         if self.cell_outside is not None:
-            return Need.OUTSIDE
-        if standing is Standing.GO:
-            return Need.NOTHING
-        if standing is Standing.READY:
-            return Need.ACTIVE_READY if state is Activation.ACTIVE else Need.ACTIVATE
-        if standing is Standing.VOID:
-            return Need.VOID
+            fault, limit = tr(self.cell_outside.fault.value), tr("limit {value}", value=self.cell_outside.limit)
+            return Need.OUTSIDE, labelled(tr("Cell voltage"), join_names((fault, limit)))
+        if check.standing is Standing.GO:
+            return _plain(Need.NOTHING)
+        if check.standing is Standing.READY and state is Activation.ACTIVE:
+            return _plain(Need.ACTIVE_READY)
+        if check.standing is Standing.READY:
+            return Need.ACTIVATE, verdict_sentence(Verdict.READY, ActivatedBy.PERSON).translated()
+        if check.void is not None:
+            return Need.VOID, tr(Need.VOID.value, why=check.void.message.translated())
         if state is Activation.ACTIVE:
-            return Need.ACTIVE
-        return Need.NAME if self.expected and not self.name else Need.CHECK
+            return _plain(Need.ACTIVE)
+        if self.expected and not self.name:
+            return Need.NAME, tr(Need.NAME.value, module=self.expected)
+        return _plain(Need.CHECK)
 
-    def next_step(self, now: float) -> str:
-        """`need` with its reason, translated."""
-        check = self.check
-        match self.need:
-            case Need.NOT_LOCKED if self.lock_sent is not None:
-                return waiting_sentence(self.lock_sent)
-            case Need.NOT_LOCKED if self.lock_failed is not None:
-                return self.lock_failed.sentence
-            case Need.LINK:
-                words = link_text(self.link, now)
-                return words.next_step or words.what
-            case Need.NO_GO:
-                against = () if check.assessment is None else check.assessment.titles_against
-                return tr(Need.NO_GO.value, names=join_names(title.translated() for title in against))
-            case Need.VOID if check.void is not None:
-                return tr(Need.VOID.value, why=check.void.message.translated())
-            case Need.OUTSIDE if self.cell_outside is not None:
-                fault, limit = tr(self.cell_outside.fault.value), tr("limit {value}", value=self.cell_outside.limit)
-                return labelled(tr("Cell voltage"), join_names((fault, limit)))
-            case Need.NAME:
-                return tr(Need.NAME.value, module=self.expected)
-            case Need.ACTIVATE:
-                return verdict_sentence(Verdict.READY, ActivatedBy.PERSON).translated()
-            case Need.WAIT if check.standing is Standing.CHECKING:
-                return capitalised(tr("checking…"))
-            case Need.WAIT:
-                return link_text(self.link, now).what
-            case _:
-                return tr(self.need.value)
+
+def _plain(need: Need) -> tuple[Need, str]:
+    return need, tr(need.value)
 
 
 # One profile for several modules

@@ -74,12 +74,13 @@ TABLE = {
 @pytest.mark.promise("l")
 def test_what_it_needs_next_and_why() -> None:
     for name, (card, need) in TABLE.items():
-        assert card.need is need, name
-        assert card.next_step(NOW), name
-        assert "{" not in card.next_step(NOW), name
-    assert replace(member(), check=VOID).next_step(NOW) == "Check again: The module restarted."
-    assert replace(member(), expected="M-07").next_step(NOW) == "M-07 again? Read its label."
-    assert replace(member(), cell_outside=LOW).next_step(NOW) == "Cell voltage: low, limit 3.80 V"
+        found, sentence = card.needed(NOW)
+        assert found is need, name
+        assert sentence, name
+        assert "{" not in sentence, name
+    assert replace(member(), check=VOID).needed(NOW)[1] == "Check again: The module restarted."
+    assert replace(member(), expected="M-07").needed(NOW)[1] == "M-07 again? Read its label."
+    assert replace(member(), cell_outside=LOW).needed(NOW)[1] == "Cell voltage: low, limit 3.80 V"
 
 
 # Verdicts
@@ -95,7 +96,7 @@ def test_no_go_names_what_stands_against_it() -> None:
         case = check(Fault(options=options)).assessment.case
         assessment = assess(replace(case, profile=case.profile._replace(manual=(line,))))
         card = replace(member(), check=check_state(assessment, None, is_running=False))
-        assert card.next_step(NOW) == f"Not met: {why}"
+        assert card.needed(NOW)[1] == f"Not met: {why}"
 
 
 PROFILE = Profile(

@@ -166,8 +166,9 @@ class Board(QTableWidget):
     def _next(self, port: Port, card: Card, now: float) -> _Cell:
         """What a person does next; with a profile, what writing it changes or has come to."""
         if self._profile.profile is None or port in self._members.unticked:
-            meaning = NEED_MEANINGS[card.need]
-            return _Cell(card.next_step(now), meaning, MEANING_ICONS[meaning])
+            need, sentence = card.needed(now)
+            meaning = NEED_MEANINGS[need]
+            return _Cell(sentence, meaning, MEANING_ICONS[meaning])
         applied = self._profile.result(port)
         if applied is not None:
             meaning = _APPLIED_MEANINGS[applied.state]
