@@ -15,8 +15,7 @@ from app.engine.target import is_simulated
 from app.limits.past import Past
 from app.preflight.checks import RESULT_WORDS, CheckResult, Person
 from app.preflight.evidence import Evidence
-from app.preflight.reading_object import ReadJson
-from app.preflight.readings import readings_of
+from app.preflight.reading_object import ReadJson, readings_of
 from app.preflight.run import activate_ready, run_preflight
 from app.preflight.verdict import MANUAL_WORDS, Assessment, Judged, Verdict, blocks_go, verdict_sentence
 from app.records.filing import Filed, file_check
@@ -170,7 +169,7 @@ def contract_of(assessment: Assessment) -> PreflightJson:
     return PreflightJson(
         verdict=assessment.verdict,
         checks=checks,
-        read=readings_of(assessment.case),
+        read=readings_of(assessment.case.evidence),
         simulated=is_simulated(assessment.case.evidence.port),
         softer_limits=list(assessment.softened),
     )

@@ -50,8 +50,6 @@ class LinkState(NamedTuple):
     ended: Ended | None = None
     # What came instead of an answer (SILENT).
     silence: Silence | None = None
-    # LATE
-    lag_s: float | None = None
     # Of the port (FAILED, LOST).
     trouble: PortError | None = None
     # The `time.time()` of a shutdown by command since which the module has not answered (SWITCHED_OFF).
@@ -113,8 +111,6 @@ def link_state(
         connection.baud_rate,
         ended=conversation.ended if phase is Phase.OFFLINE else None,
         silence=silence if phase is Phase.SILENT else None,
-        # In steps of 0.5 s, so that the text does not change with every answer.
-        lag_s=round((conversation.lag_s or 0.0) * 2) / 2 if phase is Phase.LATE else None,
         trouble=connection.trouble,
         off_at=switched_off_at if phase is Phase.SWITCHED_OFF else None,
         absence=absence,
@@ -149,9 +145,7 @@ def _link_text(state: LinkState, now: float) -> LinkText:
                 return LinkText(tr("Shared, read-only"), tr(SHARED))
             return LinkText(capitalised(tr("connected")), tr("The module answers."))
         case Phase.LATE:
-            lag_s = state.lag_s or 0.0
-            late = tr("Data arrives {seconds:.1f} s late.", seconds=lag_s)
-            return LinkText(tr("{time} late", time=duration(lag_s)), late, tr(TOO_SLOW))
+            return LinkText(capitalised(tr("late")), tr(TOO_SLOW))
         case Phase.OFFLINE if ended is not None:
             word = tr("Offline for {time}", time=duration(now - ended.at))
             if ended.reason is EndReason.RATE_CHANGED:  # by us, and no rate was found since

@@ -1,13 +1,17 @@
 """What `dps-s read --json` prints, also part of a pre-flight record."""
 
 from collections.abc import Iterable, Mapping
-from typing import Annotated, Any, Literal
+from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 from msgspec import Meta, Struct
 
 from app.engine.conversation import STATUS_KEYS
 from app.procedures.read import LIVE_KEYS, SETTING_KEYS
+from app.text.messages import clean
 from protocol.fields import Value
+
+if TYPE_CHECKING:  # a reading loads nothing of a check
+    from app.preflight.evidence import Evidence
 
 
 class PartJson(Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
@@ -77,4 +81,21 @@ def reading_object(
         settings=SettingsJson(**known(SETTING_KEYS)),
         errors=dict(errors),
         **known(LIVE_KEYS),
+    )
+
+
+def readings_of(evidence: "Evidence") -> ReadJson:
+    """The last readings of a check, for its JSON and its record; null where nothing is known."""
+    values: dict[str, Value | None] = {key: readings[-1] for key, readings in evidence.series.items() if readings}
+    values |= evidence.values | {"baud_rate": evidence.baud_rate or None}
+    if evidence.status is not None:
+        values |= {key: getattr(evidence.status, key) for key in STATUS_KEYS}
+    values |= {key: flag.is_enabled for key, flag in evidence.flags.items()}
+    trips_s = sorted(evidence.round_trips_s)
+    return reading_object(
+        port=clean(evidence.port),
+        baud_rate=evidence.baud_rate,
+        round_trip_s=trips_s[len(trips_s) // 2] if trips_s else None,
+        values=values,
+        errors={key: why.in_english() for key, why in sorted(evidence.faults.items())},
     )

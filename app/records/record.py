@@ -22,7 +22,7 @@ from app import version
 from app.engine.target import is_simulated
 from app.guided.results import GuidedKind
 from app.preflight.checks import CheckResult
-from app.preflight.readings import readings_of
+from app.preflight.reading_object import readings_of
 from app.preflight.verdict import Assessment, Verdict, unsigned, verdict_of
 from app.store.rows import Key, Whole, Word
 from app.store.station import Station
@@ -192,7 +192,7 @@ def make_record(assessment: Assessment, *, at: datetime, adapter: str = "") -> R
             for item in assessment.manual
         ],
         "tests": [case.past.tests[kind].stored.plain() for kind in GuidedKind if kind in case.past.tests],
-        "read": msgspec.to_builtins(readings_of(case)),
+        "read": msgspec.to_builtins(readings_of(evidence)),
         "trigger_records": [kept.raw.hex(" ").upper() for kept in evidence.history.records] if evidence.history else [],
         "notes": list(NOTES),
     }

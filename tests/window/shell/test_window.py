@@ -161,7 +161,7 @@ def test_beyond_a_second_of_lag_nothing_is_shown_as_current(qtbot: QtBot, qapp: 
         one.until(lambda: connector.current.state.phase is Phase.ONLINE)
         one.bench.change(lag_ms=600.0)
         one.until(lambda: connector.current.state.phase is Phase.LATE)
-        one.until(lambda: "late" in main.top_bar.port.word.text())
+        one.until(lambda: "Late" in main.top_bar.port.word.text())
         one.bench.change(lag_ms=0.0)
         one.until(lambda: connector.current.state.phase is Phase.ONLINE)
 
