@@ -118,12 +118,7 @@ def _check(args: argparse.Namespace, profile: Profile, records: Records) -> int:
 
     filed: Filed | None = None
     is_refused = False
-    with connected(
-        records.port,
-        args.baud,
-        on_batch=lambda batch: evidence.listen(batch.events),
-        journal=journal if args.activate else None,
-    ) as opened:
+    with connected(records.port, args.baud, journal=journal if args.activate else None) as opened:
         refuse_another(opened.conversation, records, args)
         console.note_wait(tr("Checking takes about ten seconds."))
         try:

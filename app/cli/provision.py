@@ -150,7 +150,7 @@ def _take_each(bench: BatchRun, store: CommandStore, args: argparse.Namespace) -
 
     def take(name: str) -> None:
         evidence, done = Evidence(port=args.port), None
-        with connected(args.port, args.baud, on_batch=lambda batch: evidence.listen(batch.events)) as opened:
+        with connected(args.port, args.baud) as opened:
             tell(tr("A module answers: leave it plugged in."))
             records = store.records(args.port)
             try:

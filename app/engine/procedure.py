@@ -129,6 +129,7 @@ class EngineView(NamedTuple):
     sets_rate: bool  # False: the port's baud rate is set at its other end
     flags: FlagAnswers  # when 16 and 17 may be set, and whether their answers count
     lasting: LastingValues  # whether something is answered twice
+    rejected_bytes: int  # since the port was opened
 
 
 Effect = Ask | Pause | UseRate | Inspect | Report

@@ -287,6 +287,7 @@ class Session:
             sets_rate=sets_rate(self.line.port),
             flags=self._link.flags,
             lasting=self._link.lasting,
+            rejected_bytes=self._link.counters.rejected,
         )
 
     # What the link tells

@@ -16,6 +16,7 @@ from typing import Final, NamedTuple
 
 from app.engine.conversation import Interrupted
 from app.engine.procedure import Pause, Procedure
+from app.fleet.card import whats_not_as_written
 from app.limits.past import Past
 from app.modules.labels import Label, Paper, Printer, write_labels
 from app.modules.names import Remembered, modules, remember, remembered
@@ -23,7 +24,7 @@ from app.preflight.checks import FINGERPRINT_KEYS, Person
 from app.preflight.evidence import UNFINISHED, Evidence, read_state
 from app.preflight.run import run_preflight
 from app.preflight.verdict import Verdict
-from app.procedures.write import SettingChange, WriteContext, why_not_verified, write_all
+from app.procedures.write import SettingChange, WriteContext, write_all
 from app.records.filing import judge_check, keep_check, local_now
 from app.records.report import check_target
 from app.settings.profile_file import read_profile
@@ -173,12 +174,7 @@ class BatchRun:
             if report.is_fine:
                 yield from run_preflight(evidence, is_enabling=self.is_enabling, journal=context.journal)
                 return Provisioned(None, boot_count)
-            named = []
-            for written in report.results:
-                why = why_not_verified(written, report)
-                if why is not None:
-                    named.append(message(marked("{value}: {why}"), value=message(written.command.title), why=why))
-            return Provisioned(joined(named, " "), boot_count)
+            return Provisioned(joined(whats_not_as_written(report), " "), boot_count)
         except Interrupted as error:
             evidence.note_error(error)
             raise

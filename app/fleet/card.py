@@ -10,13 +10,13 @@ from app.engine.conversation import ConversationView
 from app.limits.limits import Outside
 from app.preflight.verdict import NOT_CHECKED, CheckState, Standing, Verdict, verdict_sentence
 from app.procedures.lock import Locked, waiting_sentence
-from app.procedures.write import SettingChange, WriteReport
+from app.procedures.write import SettingChange, WriteReport, why_not_verified
 from app.safety.last_known import LAST_HEARD_ACTIVE, Activation, SeenActivation
 from app.settings.form import ProfileRow, compare
 from app.settings.profiles import ActivatedBy, Profile
 from app.text.i18n import tr
 from app.text.messages import UserMessage, capitalised, in_brackets, join_names, joined, labelled, message
-from protocol.catalogue import BAUD_RATE, SERIAL_OUTPUT, Command
+from protocol.catalogue import BAUD_RATE, SERIAL_OUTPUT
 from protocol.translatable import marked
 
 
@@ -158,27 +158,27 @@ class AppliedProfile(NamedTuple):
 
 def outcome_of(report: WriteReport) -> AppliedProfile:
     """Verified only if everything that can be read back was read back equal."""
-
-    def naming(text: str, commands: Iterable[Command]) -> list[UserMessage]:
-        """One sentence with the names of these settings; none where there are none."""
-        titles = [message(command.title) for command in commands]
-        return [message(text, names=joined(titles))] if titles else []
-
-    not_read_back = marked("Not read back: {names}.")
-    why = [refusal.message for refusal in report.refusals]
     if report.is_refused:
-        return AppliedProfile(Applied.REFUSED, tuple(why))
-    if report.interrupted is not None:
-        why.append(report.interrupted.message)
-    if report.is_cancelled:
-        why.append(message(marked("Cancelled: the rest is unknown.")))
-    why += naming(marked("Not verified: {names}."), [one.command for one in report.results if not one.is_fine])
-    if why:
-        return AppliedProfile(Applied.FAILED, tuple(why))
-    unproven = naming(not_read_back, [one.command for one in report.results if one.verified is None])
+        return AppliedProfile(Applied.REFUSED, tuple(refusal.message for refusal in report.refusals))
+    why = whats_not_as_written(report)
+    if why or not report.is_fine:
+        return AppliedProfile(Applied.FAILED, why)
+    unproven = [message(one.command.title) for one in report.results if one.verified is None]
     if unproven:
-        return AppliedProfile(Applied.ACKNOWLEDGED, tuple(unproven))
+        return AppliedProfile(
+            Applied.ACKNOWLEDGED, (message(marked("Not read back: {names}."), names=joined(unproven)),)
+        )
     return AppliedProfile(Applied.VERIFIED if report.results else Applied.NOTHING_TO_DO)
+
+
+def whats_not_as_written(report: WriteReport) -> tuple[UserMessage, ...]:
+    """Each setting that is not as it was written, with the reason."""
+    named = []
+    for written in report.results:
+        why = why_not_verified(written, report)
+        if why is not None:
+            named.append(message(marked("{value}: {why}"), value=message(written.command.title), why=why))
+    return tuple(named)
 
 
 def result_line(applied: Iterable[tuple[str, AppliedProfile]]) -> str:

@@ -364,10 +364,6 @@
         <translation>取消</translation>
     </message>
     <message>
-        <source>Cancelled: the rest is unknown.</source>
-        <translation>已取消：其余未知。</translation>
-    </message>
-    <message>
         <source>Cell</source>
         <translation>电芯</translation>
     </message>

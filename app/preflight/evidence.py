@@ -9,7 +9,7 @@ from app.engine.procedure import Cancelled, Procedure
 from app.procedures.history import History
 from app.procedures.read import NO_REPLY, Present, Readings, contradictions, read_settings, who_is_there
 from app.text.messages import UserError, UserMessage, message
-from protocol.events import Ended, Event, Rejected
+from protocol.events import Ended
 from protocol.fields import Value
 from protocol.translatable import marked
 
@@ -94,7 +94,7 @@ class Evidence:
     heartbeats_lost: int = 0
     # Of those that can be measured: it is certain which of the questions was answered.
     round_trips_s: list[float] = field(default_factory=list)
-    # During the check, also an aborted one.
+    # From the beginning to the end; of an aborted check, while the heartbeats were sent.
     rejected_bytes: int = 0
     # During the two seconds.
     reports: list[StatusSample] = field(default_factory=list)
@@ -163,10 +163,3 @@ class Evidence:
                     self.void = Void(error.code.value, error.message)
                 case _:
                     self.void = UNFINISHED
-
-    def listen(self, events: Iterable[Event]) -> None:
-        """Count the invalid bytes since the check began."""
-        for event in events:
-            is_during = self.began_at is not None and event.at >= self.began_at
-            if isinstance(event, Rejected) and is_during and (self.ended_at is None or event.at <= self.ended_at):
-                self.rejected_bytes += len(event.noise.raw)

@@ -60,7 +60,7 @@ def run_preflight(
     evidence.began_at, evidence.baud_rate = begin.now, begin.baud_rate
     _log.debug("checking in conversation %d", evidence.conversation)
     try:
-        yield from _collect(evidence, begin.now, is_enabling=is_enabling, journal=journal or Journal())
+        yield from _collect(evidence, begin, is_enabling=is_enabling, journal=journal or Journal())
     except BaseException as error:
         evidence.note_error(error)
         _log.debug("check ended early: %s", error)
@@ -68,7 +68,7 @@ def run_preflight(
     return evidence
 
 
-def _collect(evidence: Evidence, began_at: float, *, is_enabling: bool, journal: Journal) -> Procedure[None]:
+def _collect(evidence: Evidence, begin: EngineView, *, is_enabling: bool, journal: Journal) -> Procedure[None]:
     yield Report(0, STEPS, marked("Link"))
     for _ in range(HEARTBEATS):
         evidence.heartbeats_sent += 1
@@ -77,6 +77,8 @@ def _collect(evidence: Evidence, began_at: float, *, is_enabling: bool, journal:
             evidence.heartbeats_lost += 1
         elif outcome.round_trip_s is not None:
             evidence.round_trips_s.append(outcome.round_trip_s)
+    view: EngineView = yield Inspect()
+    evidence.rejected_bytes = view.rejected_bytes - begin.rejected_bytes
 
     # What decides is asked twice, here and at the end, because the 8-bit checksum lets some damaged frames pass: two
     # answers that differ end the conversation.
@@ -109,7 +111,7 @@ def _collect(evidence: Evidence, began_at: float, *, is_enabling: bool, journal:
 
     yield Report(5, STEPS, marked("Tilt and acceleration"))
     has_stream = yield from _has_stream()
-    view: EngineView = yield Inspect()
+    view = yield Inspect()
     now = view.now
     ends_at = now + STILL_S
     while now < ends_at:
@@ -130,7 +132,7 @@ def _collect(evidence: Evidence, began_at: float, *, is_enabling: bool, journal:
     evidence.note_state(evidence.last)
 
     end: EngineView = yield Inspect()
-    evidence.is_answered_twice |= end.lasting.twice_at >= began_at
+    evidence.is_answered_twice |= end.lasting.twice_at >= begin.now
     for key, flag in evidence.flags.items():
         # What the module acknowledged in this conversation, and was not asked to change since without an answer.
         known = end.conversation.known(key, end.now)
@@ -139,6 +141,7 @@ def _collect(evidence: Evidence, began_at: float, *, is_enabling: bool, journal:
         elif flag.is_enabled is not None:
             is_repeated = end.flags.has_repeated
             evidence.flags[key] = TriggerFlag(why=message(WriteFault.REPEATED.value) if is_repeated else NOT_ENABLED)
+    evidence.rejected_bytes = end.rejected_bytes - begin.rejected_bytes
     evidence.ended_at = end.now
 
 

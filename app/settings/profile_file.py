@@ -166,7 +166,7 @@ def parse_profile(data: bytes) -> Profile:
     if len(data) > LARGEST_BYTES:
         raise ProfileRefused(marked("too large."))
     try:
-        document = tomllib.loads(data.decode("utf-8-sig").replace("\r\n", "\n"))
+        document = tomllib.loads(data.decode("utf-8-sig"))
     except UnicodeDecodeError:
         raise ProfileRefused(marked("not UTF-8 text.")) from None
     except RecursionError:
@@ -194,9 +194,9 @@ def save_profile(path: Path, profile: Profile, *, source: Path | None = None) ->
         with suppress(OSError):
             before = _content(source).decode("utf-8-sig", "replace")
     # Read again before it is written: what a person would find refused tomorrow is refused now.
-    text = profile_text(profile, before.replace("\r\n", "\n"))
+    text = profile_text(profile, before)
     parse_profile(text.encode())
-    write_whole(path, (text.replace("\n", "\r\n") if "\r\n" in before else text).encode())
+    write_whole(path, text.encode())
 
 
 def profile_text(profile: Profile, source: str = "") -> str:

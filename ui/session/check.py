@@ -181,8 +181,6 @@ class ModuleCheck(QObject):
         # What the check itself found triggered is no news.
         if fired is not None and (self.filed is None or not self.filed.assessment.has_triggered):
             self.set_void(fired)
-        if self._job is not None:
-            self.evidence.listen(batch.events)
         self.poll()  # also what no page shows, and what is over by the next look
 
     def _on_ended(self) -> None:

@@ -78,7 +78,6 @@ def gather(rig: AnyRig, *, is_enabling: bool = False) -> Evidence:
 
 def judged(rig: Rig, evidence: Evidence, *faults: Fault) -> Checked:
     """Judge the evidence by the expectations of these faults."""
-    evidence.listen(rig.session.take_events())
     profile: dict[str, Any] = {"approved_fingerprint": APPROVED, "settings": {"light_threshold_v": 1.8}}
     past: dict[str, Any] = {"module": "M-07", "remembered": Remembered("M-07", boot_count=36), "has_check": True}
     for fault in faults:

@@ -43,7 +43,6 @@ def case_of(evidence: Evidence) -> Case:
 def check(rig: ModuleRig) -> tuple[Evidence, Assessment]:
     """With the triggers enabled; an interrupted one, too."""
     evidence = gather(rig, is_enabling=True)
-    evidence.listen(rig.events)
     return evidence, assess(case_of(evidence))
 
 
@@ -53,10 +52,6 @@ def test_invalid_bytes_count_from_its_beginning_to_its_end() -> None:
     rig.step_for(0.5)
     rig.line.inject(bytes(7), after_s=2.0)
     evidence, assessment = check(rig)
-    rig.events.clear()
-    rig.line.inject(bytes(3), after_s=0.1)
-    rig.step_for(0.5)
-    evidence.listen(rig.events)
     assert evidence.rejected_bytes == 7
     assert assessment.result("link_loss") is CheckResult.FAIL
 

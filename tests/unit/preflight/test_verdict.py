@@ -15,9 +15,8 @@ from app.preflight.verdict import Assessment, Standing, Verdict, assess, check_s
 from app.safety.journal import REQUESTS, Act, Outcome
 from app.settings.profiles import NO_PROFILE, ManualLine, Profile
 from app.text.messages import UserMessage
-from protocol.events import Ended, EndReason, Rejected, Sent
+from protocol.events import Ended, EndReason, Sent
 from protocol.fields import Value
-from protocol.messages import Noise, Reason
 from tests.support.journals import FakeJournal
 from tests.support.line.sim_line import Rig, settled_rig
 from tests.support.records.preflight_rig import gather, judged
@@ -160,14 +159,3 @@ def test_what_is_no_longer_ready_is_not_activated() -> None:
     assert performed.outcome is Outcome.NOT_SENT
     assert found.void == OVER
     assert REQUESTS[Act.ACTIVATE].encode() not in rig.acts
-
-
-def test_invalid_bytes_count_while_the_check_runs() -> None:
-    noises = [Rejected(Noise(b"xy", Reason.NO_HEADER, 0), at_s) for at_s in (0.5, 1.0, 2.0, 2.5)]
-    heard = evidence(began_at=1.0)
-    heard.ended_at = 2.0
-    heard.listen(noises)
-    assert heard.rejected_bytes == 4
-    unbegun = evidence(began_at=None)
-    unbegun.listen(noises)
-    assert unbegun.rejected_bytes == 0
