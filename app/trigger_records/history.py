@@ -50,8 +50,8 @@ JUDGEMENT_WORDS = {
 # Merging
 
 
-# A module keeps nine records. They have no number, and two triggers may have equal bytes, so records are aligned and
-# counted, never identified by their bytes alone.
+# A module keeps nine records, in no certain order (E6). They have no number, and two triggers may have equal bytes, so
+# records are counted: new is what occurs more often than before.
 
 
 class Merged(NamedTuple):
@@ -63,49 +63,22 @@ class Merged(NamedTuple):
 
 
 def merge(
-    known: Sequence[bytes],
     last_slots: Sequence[bytes],
     slots: Sequence[bytes],
     *,
     boot_count: int | None = None,
     is_confirmed: bool = True,
 ) -> Merged:
-    """`known`: all records seen before. `last_slots` and `slots`: the records at the last visit and now, as sent:
-    oldest first, newest first or from the middle (E6). `boot_count`: the present one, to order across its wrap.
+    """`last_slots` and `slots`: the records at the last visit and now, as sent.
+    `boot_count`: the present one, to order across its wrap.
 
     `is_confirmed` False: some of `slots` may be missing, so nothing is concluded from absent ones.
     """
-    if not known:
-        return Merged(in_order(slots, boot_count))
-    fresh = _lined_up(last_slots, slots)
-    if fresh is None:
-        # In no order of time: new is what occurs more often than before.
-        rest, fresh = Counter(last_slots), []
-        for raw in slots:
-            if rest[raw]:
-                rest[raw] -= 1
-            else:
-                fresh.append(raw)
+    fresh = list((Counter(slots) - Counter(last_slots)).elements())
     # Once all nine slots are full, each new record replaces one.
-    room = MAX_RECORDS - len(last_slots)
-    expected = min(len(last_slots) - max(0, len(fresh) - room), len(last_slots))
-    is_continuation = not is_confirmed or len(slots) - len(fresh) >= expected
+    pushed_out = max(0, len(last_slots) + len(fresh) - MAX_RECORDS)
+    is_continuation = not is_confirmed or len(slots) - len(fresh) >= len(last_slots) - pushed_out
     return Merged(in_order(fresh, boot_count), is_continuation)
-
-
-def _lined_up(last: Sequence[bytes], now: Sequence[bytes]) -> list[bytes] | None:
-    """The fewest new records that explain `now` in order of time; None where it is in no such order."""
-    candidates = []
-    for turned in (1, -1):
-        before, after = list(last)[::turned], list(now)[::turned]
-        for pushed_out in range(max(0, len(after) - MAX_RECORDS), len(before) + 1):
-            left = before[pushed_out:]
-            fresh = after[len(left) :]
-            is_room_needed = len(before) + len(fresh) - MAX_RECORDS
-            if left and after[: len(left)] == left and pushed_out == max(0, is_room_needed):
-                candidates.append(fresh)
-                break
-    return min(candidates, key=len, default=None)
 
 
 def in_order(raws: Sequence[bytes], boot_count: int | None) -> tuple[bytes, ...]:
@@ -232,8 +205,7 @@ class KeptTriggers:
     ) -> Visit:
         """Stores what a module holds now. Within `Store.write`."""
         _last, last_slots, known = self._last(module)
-        known_raws = [record.raw for record in known]
-        merged = merge(known_raws, last_slots, slots, boot_count=boot_count, is_confirmed=is_confirmed)
+        merged = merge(last_slots, slots, boot_count=boot_count, is_confirmed=is_confirmed)
         for place, raw in enumerate(merged.new, len(known)):
             self._facts.add(TriggerRecordSeen(place=place, raw=raw.hex()), module)
         # An incomplete reading adds to what was kept before.
@@ -296,9 +268,8 @@ class KeptTriggers:
 
     def do_follow(self, module: str, slots: Sequence[bytes], *, is_confirmed: bool) -> bool:
         """False where these records do not continue those of the last visit: it may be another module."""
-        last, last_slots, known = self._last(module)
-        raws = [record.raw for record in known]
-        return last is None or merge(raws, last_slots, slots, is_confirmed=is_confirmed).is_continuation
+        last, last_slots, _known = self._last(module)
+        return last is None or merge(last_slots, slots, is_confirmed=is_confirmed).is_continuation
 
     # A module that does not answer the query for its records (E7)
 
