@@ -178,31 +178,17 @@ MAX_TRIPS = 4096
 
 
 class LinkStatistics:
-    """The statistics of one connection, over its automatic reconnections. They belong to one thread."""
+    """They belong to one thread."""
 
     def __init__(self) -> None:
-        self._last = Counters()
-        self._was_open = False
         self._trips_s: deque[float] = deque(maxlen=MAX_TRIPS)
-        # Since the connection began; `losses` of the port.
+        # Since the port was opened.
         self.totals = Counters()
-        self.losses = 0
 
     def on_batch(self, batch: Batch) -> None:
         """Processes one batch; to be called for every batch, in order."""
-        if batch.connection.state is not PortState.OPEN:
-            if self._was_open and batch.connection.trouble is not None:
-                self.losses += 1
-            self._was_open = False
-            self._last = Counters()
-            return
-        self._was_open = True
-        before = self._last
-        self._last = totals = before if batch.link is None else batch.link.counters
-        # After the port was reopened they start at zero.
-        goes_on = totals.bytes_received >= before.bytes_received and totals.sent >= before.sent
-        grown = totals - before if goes_on else totals
-        self.totals += grown
+        if batch.link is not None:
+            self.totals = batch.link.counters
         for event in batch.events:
             if isinstance(event, Answered) and event.round_trip_s is not None:
                 self._trips_s.append(event.round_trip_s)

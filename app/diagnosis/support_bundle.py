@@ -93,7 +93,6 @@ def _link(connection: Connection, statistics: LinkStatistics) -> dict[str, objec
         "port": connection.port,
         "baud_rate": connection.baud_rate,
         "state": connection.state.value,
-        "losses": statistics.losses,
     }
     if connection.trouble is not None:
         link["trouble"] = connection.trouble.kind.value

@@ -37,7 +37,6 @@ _FIGURES: Final = {
     "slowest": marked("Slowest answer"),
     "lag": marked("Lag"),
     "restarts": marked("Restarts"),
-    "losses": marked("Port lost"),
     "rejected": marked("Invalid bytes"),
 }
 
@@ -67,13 +66,12 @@ class StatisticsView(QWidget):
             "lost": f"{totals.time_outs:,}{in_brackets(f'{share * 100:.3g} %')}" if totals.sent else "—",
             "lag": "—" if lag_s is None else f"{lag_s:.2f} s",
             "restarts": f"{totals.restarts:,}",
-            "losses": f"{statistics.losses:,}",
             "rejected": "\n".join((f"{totals.rejected:,}", *whys)),
         }
         for key, quantile in (("trip", 0.5), ("late", 0.95), ("slowest", 1.0)):
             trip_s = statistics.quantile_s(quantile)
             texts[key] = "—" if trip_s is None else f"{trip_s * 1000:.1f} ms"
-        warned = {"lost": share > 0.01, "losses": statistics.losses > 0, "rejected": totals.rejected > 0}
+        warned = {"lost": share > 0.01, "rejected": totals.rejected > 0}
         for key, text in texts.items():
             self.figures[key].setText(text)
             set_look("attention" if warned.get(key) else "", self.figures[key])
