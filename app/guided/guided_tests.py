@@ -11,7 +11,7 @@ activation between the two: the same steps, conditions and log as on the Command
 in any case.
 """
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from concurrent.futures import Future
 from enum import Enum
 from functools import partial
@@ -138,13 +138,12 @@ def _read_setting(name: str) -> Procedure[float]:
 #
 #     level  ->  tilted until it reports that it has fired  ->  back until it reports that no longer
 #
-# The module reports an angle, not a direction: the direction is the one that the person was told. An angle is only
-# known to lie between two reports. If the module moved so fast that they are too far apart, the direction is repeated.
+# The module reports an angle, not a direction: the direction is the one that the person was told. If it moved further
+# than the tolerance from the report before, the angle tells of the hand, and the direction is repeated.
 
 LEVEL_WITHIN_DEG = 10.0
 # Our choice: the module reports whole degrees, and a hand moves between two reports.
 TOLERANCE_DEG = 3.0
-WIDEST_SPAN_DEG = 6.0
 # Tilted this far beyond the threshold, or upside down, for so many reports without firing: the trigger failed.
 MISSED_BY_DEG = 20.0
 MISSED_REPORTS = 5
@@ -170,27 +169,18 @@ class TiltDirection(Enum):
     LEFT = marked("left")
 
 
-class Span:
-    """An angle that lies between two reports."""
-
-    def __init__(self, one_deg: float, other_deg: float) -> None:
-        self.low_deg, self.high_deg = sorted((one_deg, other_deg))
-
-    @property
-    def is_sharp(self) -> bool:
-        return self.high_deg - self.low_deg <= WIDEST_SPAN_DEG
-
-
 class Turn(NamedTuple):
-    """A turn in one direction. `fired` is None where it did not fire, `rearmed` where it stayed triggered."""
+    """A turn in one direction. `fired_deg` is None where it did not fire, `rearmed_deg` where it stayed triggered."""
 
     reached_deg: float = 0.0
-    fired: Span | None = None
-    rearmed: Span | None = None
+    fired_deg: float | None = None
+    rearmed_deg: float | None = None
+    # It never moved so far from one report to the next that the angle is not known.
+    is_slow: bool = True
 
     @property
     def stays_triggered(self) -> bool:
-        return self.fired is not None and self.rearmed is None
+        return self.fired_deg is not None and self.rearmed_deg is None
 
 
 def prepare_tilt() -> Procedure[Measure]:
@@ -211,9 +201,9 @@ def measure_tilt(threshold: float, _steps: PersonSteps) -> Procedure[GuidedResul
     yield from ask_value(BOOT_COUNT)  # all of it was one module's, or this ends it
     measured = [row for one in TiltDirection for row in _tilt_rows(one, turns.get(one), threshold)]
     advice = None
-    if any(turn.fired is None for turn in turns.values()):
+    if any(turn.fired_deg is None for turn in turns.values()):
         advice = message(marked("Enable the attitude trigger."))
-    elif any(turn.rearmed is None for turn in turns.values()):
+    elif any(turn.rearmed_deg is None for turn in turns.values()):
         advice = message(marked("It did not rearm: other directions not tested."))
     return GuidedResult(GuidedKind.TILT, tuple(measured), advice)
 
@@ -230,11 +220,10 @@ def _turn(watch: StatusWatch, threshold: float, number: int, direction: TiltDire
             report = yield from watch.next()
         yield from watch.begin(step._replace(doing=tilt))
         turn = yield from _until_fired(watch, threshold)
-        if turn.fired is not None:
+        if turn.fired_deg is not None:
             yield from watch.begin(step._replace(doing=marked("It fired. Level it slowly.")))
-            turn = turn._replace(rearmed=(yield from _until_rearmed(watch)))
-        is_sharp = all(span is None or span.is_sharp for span in (turn.fired, turn.rearmed))
-        if is_sharp or turn.stays_triggered:
+            turn = yield from _until_rearmed(watch, turn)
+        if turn.is_slow or turn.stays_triggered:
             break
         step = step._replace(doing=marked("Too fast. Hold it level."))
         tilt = TILT_SLOWER
@@ -242,7 +231,6 @@ def _turn(watch: StatusWatch, threshold: float, number: int, direction: TiltDire
 
 
 def _until_fired(watch: StatusWatch, threshold: float) -> Procedure[Turn]:
-    """Between the last report before it fired and the first one after."""
     limit = min(HIGHEST_DEG, threshold + MISSED_BY_DEG)
     before = reached = 0.0
     beyond = 0
@@ -250,54 +238,47 @@ def _until_fired(watch: StatusWatch, threshold: float) -> Procedure[Turn]:
         report = yield from watch.next()
         reached = max(reached, report.tilt_deg)
         if report.triggered:
-            return Turn(reached, Span(before, report.tilt_deg))
+            return Turn(reached, report.tilt_deg, is_slow=abs(report.tilt_deg - before) <= TOLERANCE_DEG)
         before = report.tilt_deg
         beyond = beyond + 1 if report.tilt_deg >= limit else 0
     return Turn(reached)
 
 
-def _until_rearmed(watch: StatusWatch) -> Procedure[Span | None]:
-    before = HIGHEST_DEG
+def _until_rearmed(watch: StatusWatch, turn: Turn) -> Procedure[Turn]:
+    """Return the turn with the angle at which it rearmed, if it did."""
+    before = turn.fired_deg or 0.0
     level_since: float | None = None
     while True:
         report = yield from watch.next()
         if not report.triggered:
-            return Span(before, report.tilt_deg)
+            is_slow = turn.is_slow and abs(report.tilt_deg - before) <= TOLERANCE_DEG
+            return turn._replace(rearmed_deg=report.tilt_deg, is_slow=is_slow)
         before = report.tilt_deg
         if report.tilt_deg > LEVEL_WITHIN_DEG:
             level_since = None
         elif level_since is None:
             level_since = report.at
         elif report.at - level_since > REARMS_WITHIN_S:
-            return None
+            return turn
 
 
-def _tilt_rows(direction: TiltDirection, turn: Turn | None, threshold: float) -> tuple[MeasuredValue, MeasuredValue]:
-    """Return the rows of where it fired and where it rearmed; without a `turn` neither was tested."""
-    side = message(direction.value)
-    fires = message(marked("Fires, {direction}"), direction=side)
-    rearms = message(marked("Rearms, {direction}"), direction=side)
-    reset = threshold - RESET_BELOW_THRESHOLD_DEG
-    if turn is None:
-        return _angle_row(fires, None, threshold), _angle_row(rearms, None, reset)
-    missed = message(marked("not up to {angle:.0f}°"), angle=turn.reached_deg)
-    stuck = None if turn.fired is None else message(marked("no"))
-    return _angle_row(fires, turn.fired, threshold, missed), _angle_row(rearms, turn.rearmed, reset, stuck)
-
-
-def _angle_row(
-    name: UserMessage, span: Span | None, target_deg: float, failed: UserMessage | None = None
-) -> MeasuredValue:
-    """`failed`: what is said where there is no angle although it was tested."""
-    tolerance = message(f"{target_deg:.0f}° ± {TOLERANCE_DEG:.0f}°")
-    if span is None:
-        shown = failed or message(marked("not tested"))
-        return MeasuredValue(name, shown, tolerance, GuidedVerdict.FAILED if failed else GuidedVerdict.UNCLEAR)
-    is_one = span.high_deg - span.low_deg <= 1
-    shown = message(f"{span.high_deg:.0f}°" if is_one else f"{span.low_deg:.0f}–{span.high_deg:.0f}°")
-    is_near = span.low_deg <= target_deg + TOLERANCE_DEG and span.high_deg >= target_deg - TOLERANCE_DEG
-    # Moved too fast, the angle tells of the hand, not of the module.
-    return MeasuredValue(name, shown, tolerance, passed_if(is_near) if span.is_sharp else GuidedVerdict.UNCLEAR)
+def _tilt_rows(direction: TiltDirection, turn: Turn | None, threshold: float) -> Iterator[MeasuredValue]:
+    """Yield the rows of where it fired and where it rearmed; without a `turn` neither was tested."""
+    side, not_tested = message(direction.value), message(marked("not tested"))
+    missed = not_tested if turn is None else message(marked("not up to {angle:.0f}°"), angle=turn.reached_deg)
+    stuck = message(marked("no")) if turn is not None and turn.stays_triggered else not_tested
+    turn = turn or Turn()
+    for name, angle_deg, target_deg, otherwise in (
+        (marked("Fires, {direction}"), turn.fired_deg, threshold, missed),
+        (marked("Rearms, {direction}"), turn.rearmed_deg, threshold - RESET_BELOW_THRESHOLD_DEG, stuck),
+    ):
+        shown = otherwise if angle_deg is None else message(f"{angle_deg:.0f}°")
+        if shown == not_tested or (angle_deg is not None and not turn.is_slow):
+            verdict = GuidedVerdict.UNCLEAR
+        else:
+            verdict = passed_if(angle_deg is not None and abs(angle_deg - target_deg) <= TOLERANCE_DEG)
+        tolerance = message(f"{target_deg:.0f}° ± {TOLERANCE_DEG:.0f}°")
+        yield MeasuredValue(message(name, direction=side), shown, tolerance, verdict)
 
 
 # Fall of half a metre onto a cushion, on a locked module: how long it reports to be below the threshold.

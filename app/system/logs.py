@@ -31,9 +31,10 @@ class Log(logging.Handler):
         self._handlers: list[logging.Handler] = [self]
         try:
             self.path.parent.mkdir(parents=True, exist_ok=True)
-            self._handlers.append(_File(self.path, "a", FILE_BYTES, MAX_FILES, "utf-8", errors="replace"))
+            self._handlers.append(RotatingFileHandler(self.path, "a", FILE_BYTES, MAX_FILES, "utf-8", errors="replace"))
         except OSError as error:
             self.trouble = error
+        logging.raiseExceptions = False  # a full disk neither ends the program nor fills standard error
         root = logging.getLogger()
         root.setLevel(min(root.level or logging.INFO, logging.INFO))
         for handler in self._handlers:
@@ -48,7 +49,8 @@ class Log(logging.Handler):
     def stop(self) -> None:
         for handler in self._handlers:
             logging.getLogger().removeHandler(handler)
-            handler.close()
+            with suppress(OSError):  # the last lines do not fit on a full disk
+                handler.close()
 
     def text(self, longest_bytes: int = FILE_BYTES) -> str:
         """The end of the file, which may be of earlier runs, or what is in memory. Never raises."""
@@ -59,14 +61,3 @@ class Log(logging.Handler):
             if not self._lines or self._lines[-1] in text:  # else it is not written any more
                 return text if size <= longest_bytes else text.partition("\n")[2]
         return "".join(f"{line}\n" for line in self._lines.copy())
-
-
-class _File(RotatingFileHandler):
-    """A full disk neither ends the program nor fills standard error."""
-
-    def handleError(self, record: logging.LogRecord) -> None:
-        pass
-
-    def close(self) -> None:
-        with suppress(OSError):  # the last lines do not fit on a full disk
-            super().close()

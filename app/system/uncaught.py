@@ -12,11 +12,10 @@ _log = logging.getLogger(__name__)
 
 
 class UncaughtError(NamedTuple):
-    """`details` is for the clipboard."""
+    """`details`, with the name of the thread, is for the clipboard."""
 
     summary: str
     details: str
-    thread: str
 
 
 # Who is told, beside the log: the last one.
@@ -49,11 +48,10 @@ def catch_uncaught_errors(tell: Callable[[UncaughtError], None]) -> Callable[[],
 
 def report_uncaught_error(error: BaseException) -> None:
     # Log and tell an exception, also one that was caught only so that its thread goes on.
-    thread = threading.current_thread().name
-    details = "".join(traceback.format_exception(error))
-    _log.error("An error that nobody expected, in thread %s:\n%s", thread, details)
+    details = f"{threading.current_thread().name}\n{''.join(traceback.format_exception(error))}"
+    _log.error("An error that nobody expected, in thread %s", details)
     for tell in _listeners[-1:]:
         try:
-            tell(UncaughtError(f"{type(error).__name__}: {error}", details, thread))
+            tell(UncaughtError(f"{type(error).__name__}: {error}", details))
         except Exception:  # noqa: BLE001  telling of one error must not make the next
             _log.exception("The error could not be told")

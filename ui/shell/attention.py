@@ -62,7 +62,7 @@ class Attention(QObject):
 
     def _show_error(self, error: UncaughtError) -> None:
         def copy_details() -> None:
-            QGuiApplication.clipboard().setText(f"DPS-S Configurator {version()}\n{error.thread}\n{error.details}")
+            QGuiApplication.clipboard().setText(f"DPS-S Configurator {version()}\n{error.details}")
             self._window.notice_bar.show_passing(tr("Copied."))
 
         text = tr("Unexpected error: {error}. Nothing is armed.", error=error.summary)

@@ -112,7 +112,7 @@ def test_errors_of_all_threads_are_logged_and_told(caplog: pytest.LogCaptureFixt
         undo()
     report_uncaught_error(RuntimeError("only logged"))
     assert [one.summary.partition(":")[0] for one in told] == ["ValueError", "KeyError", "RuntimeError"]
-    assert told[0].thread == "falling"
+    assert told[0].details.startswith("falling\n")
     assert "Traceback" in told[0].details
     assert "only logged" in caplog.text
 
