@@ -1,10 +1,9 @@
 """Translates the program's texts. The English text is the key; `locale/zh_CN.ts` (Qt Linguist) has the Chinese.
 
 The language is chosen at the start, before there is another thread, and stays. A translation that is missing or
-unfinished, or that cannot be formatted, falls back to English.
+unfinished falls back to English.
 """
 
-import logging
 import os
 import re
 from collections.abc import Iterator, Mapping
@@ -17,23 +16,18 @@ CHINESE: Final = "zh_CN"
 LANGUAGES: Final = (ENGLISH, CHINESE)
 CONTEXT: Final = "dps-s"
 
-_LOCALE_FOLDER: Final = Path(__file__).parent.parent / "locale"
-_log = logging.getLogger(__name__)
+TRANSLATIONS: Final = Path(__file__).parent.parent / "locale" / f"{CHINESE}.ts"
 _language: str = ENGLISH
 _texts: Mapping[str, str] = {}
 
 
 def set_language(name: str) -> None:
-    """Set the language: "en", "zh_CN", or the path of a .ts file.
-
-    Raises ValueError for another name. Where the file cannot be read, a warning is logged and the texts are English.
-    """
+    """Set the language, one of `LANGUAGES`. Raises ValueError for another name."""
     global _language, _texts  # noqa: PLW0603  the language of the process
-    path = _LOCALE_FOLDER / f"{CHINESE}.ts" if name == CHINESE else Path(name)
-    if name != ENGLISH and path.suffix != ".ts":
-        raise ValueError(f"language {name!r} is none of {', '.join(LANGUAGES)} and no path of a .ts file")
+    if name not in LANGUAGES:
+        raise ValueError(f"language {name!r} is none of {', '.join(LANGUAGES)}")
     _language = name
-    _texts = {} if name == ENGLISH else read_translations(path)
+    _texts = {} if name == ENGLISH else read_translations(TRANSLATIONS)
 
 
 def language() -> str:
@@ -44,25 +38,13 @@ def tr(text: str, /, **values: object) -> str:
     """The text in the language in use, with its `{name}` place-holders filled in by `str.format`; without values it is
     not formatted, so it may contain braces."""
     translated = _texts.get(text, text)
-    if not values:
-        return translated
-    try:
-        return translated.format(**values)
-    except (LookupError, ValueError, TypeError, AttributeError) as error:
-        if translated is text:
-            raise
-        _log.warning("Translation of %r cannot be filled in: %r", text, error)
-        return text.format(**values)
+    return translated.format(**values) if values else translated
 
 
 @cache
 def read_translations(path: Path) -> Mapping[str, str]:
-    """The translations of one .ts file with their variants; none where it cannot be read."""
-    try:
-        messages = read_messages(path)
-    except (OSError, SyntaxError) as error:  # ElementTree's ParseError is a SyntaxError
-        _log.warning("No translations from %s: %s", path, error)
-        return {}
+    """The translations of one .ts file with their variants."""
+    messages = read_messages(path)
     # Where two texts have the same variant, that of the one with a capital first letter is the last, which stays.
     capitals_last = sorted(messages.items(), key=lambda pair: pair[0][:1].isupper())
     return {variant: chinese for pair in capitals_last for variant, chinese in variants(*pair)} | messages

@@ -131,6 +131,14 @@ def placeholders(text: str) -> set[str]:
         return set()
 
 
+def formats(text: str) -> set[tuple[str | None, str | None]]:
+    """The names in braces, each with its format; empty if the text is not a valid format."""
+    try:
+        return {(name, spec) for _, name, spec, _ in string.Formatter().parse(text) if name is not None}
+    except ValueError:
+        return set()
+
+
 def read_ts(path: Path = TS) -> dict[str, Translation]:
     """All messages of a .ts file, including unfinished ones."""
     messages = {}
@@ -197,7 +205,7 @@ def problems(found: Extract, messages: Mapping[str, Translation]) -> Iterator[st
             yield f"{place}: missing: {english!r}"
         elif not translation.is_finished:
             yield f"{place}: unfinished: {english!r}"
-        elif placeholders(english) != placeholders(translation.chinese):
+        elif formats(english) != formats(translation.chinese):
             yield f"{place}: other placeholders: {english!r}, {translation.chinese!r}"
     for english in sorted(messages.keys() - found.texts.keys()):
         yield f"{TS.name}: gone from the source: {english!r}"
@@ -214,7 +222,7 @@ def merge(folder: Path, messages: dict[str, Translation]) -> Iterator[str]:
                 yield f"{path.name}: not in the source: {english!r}"
             elif not chinese:
                 yield f"{path.name}: empty: {english!r}"
-            elif placeholders(english) != placeholders(chinese):
+            elif formats(english) != formats(chinese):
                 yield f"{path.name}: other placeholders: {english!r}, {chinese!r}"
             elif old.is_finished:
                 if old.chinese != chinese:

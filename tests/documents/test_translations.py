@@ -38,15 +38,18 @@ def test_texts_and_wrong_calls_are_found(source: str, texts: list[str], fault: s
 
 
 def test_what_is_missing_unfinished_or_left_over_is_a_problem() -> None:
-    found = translations.Extract(texts=dict.fromkeys(("missing", "unfinished", "{n} ms", "good {n}"), "x.py:1"))
+    found = translations.Extract(
+        texts=dict.fromkeys(("missing", "unfinished", "{n} ms", "{n:.1f} s", "good {n}"), "x.py:1")
+    )
     messages = {
         "unfinished": translations.Translation("未", is_finished=False),
         "{n} ms": translations.Translation("{m} 毫秒", is_finished=True),
+        "{n:.1f} s": translations.Translation("{n} 秒", is_finished=True),
         "good {n}": translations.Translation("好 {n}", is_finished=True),
         "gone": translations.Translation("去", is_finished=True),
     }
     listed = list(translations.problems(found, messages))
-    assert len(listed) == 4
+    assert len(listed) == 5
     for part in ("missing", "unfinished", "placeholders", "gone"):
         assert any(part in line for line in listed), part
 

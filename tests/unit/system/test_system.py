@@ -21,7 +21,7 @@ from app.system import libraries as qt_libraries
 from app.system import logs
 from app.system.clock import steady_time, wall_offset_s
 from app.system.files import whole_file, write_whole
-from app.system.logs import MAX_LINES, Log
+from app.system.logs import Log
 from app.system.uncaught import UncaughtError, catch_uncaught_errors, report_uncaught_error
 from tests.support.cli_line import run_here
 from tests.support.records.recordings_made import asked
@@ -48,17 +48,13 @@ def begin() -> Iterator[Callable[[Path | None], Log]]:
     logging.getLogger().setLevel(level)
 
 
-def test_lines_go_into_the_platforms_file_and_the_last_ones_into_memory(
-    begin: Callable[[Path | None], Log], user_files: Path
-) -> None:
+def test_lines_go_into_the_platforms_file(begin: Callable[[Path | None], Log], user_files: Path) -> None:
     log = begin(None)
     assert log.path.is_relative_to(user_files)
-    for number in range(MAX_LINES + 50):
-        SAID.info("the port %s is open", number)
+    SAID.info("the port %s is open", 7)
     assert log.trouble is None
-    assert f"app.test: the port {MAX_LINES + 49} is open" in log.text()
-    log.path.unlink()
-    assert len(log.text().splitlines()) == MAX_LINES
+    assert "app.test: the port 7 is open" in log.text()
+    assert len(log.text(longest_bytes=10)) < 10
 
 
 def test_the_file_is_rotated(
@@ -75,7 +71,7 @@ def test_the_file_is_rotated(
 
 
 @pytest.mark.parametrize("harm", ["no folder", "a full disk"])
-def test_where_no_file_can_be_written_memory_has_the_lines(
+def test_where_no_file_can_be_written_the_program_goes_on(
     harm: str, begin: Callable[[Path | None], Log], tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     if harm == "no folder":
@@ -88,7 +84,7 @@ def test_where_no_file_can_be_written_memory_has_the_lines(
     log = begin(tmp_path / "logs")
     SAID.info("still here")
     assert isinstance(log.trouble, OSError) is (harm == "no folder")
-    assert "still here" in log.text()
+    assert "still here" not in log.text()
     assert capsys.readouterr().err == ""
 
 

@@ -1,28 +1,26 @@
-"""Translation at run time, also with bad translations; joining sentences and lists in both languages."""
+"""Translation at run time; joining sentences and lists in both languages."""
 
-import logging
 from collections.abc import Iterator
 from pathlib import Path
 from xml.sax.saxutils import escape
 
 import pytest
 
-from app.text import i18n
 from app.text.csv_cells import cell, defused
-from app.text.i18n import CHINESE, ENGLISH, set_language, system_language, tr
+from app.text.i18n import CHINESE, ENGLISH, read_messages, set_language, system_language, tr
 from app.text.messages import UserMessage, clean, duration, joined, message, message_from_json, with_units
 
 Messages = dict[str, tuple[str, str]]
 
 
-def write_ts(path: Path, messages: Messages) -> str:
-    """A .ts file of English -> (translation, its attributes); returns its path as text."""
+def write_ts(path: Path, messages: Messages) -> Path:
+    """A .ts file of English -> (translation, its attributes); returns its path."""
     lines = "".join(
         f"<message><source>{escape(english)}</source><translation{kind}>{escape(text)}</translation></message>"
         for english, (text, kind) in messages.items()
     )
     path.write_text(f"<!DOCTYPE TS><TS><context><name>dps-s</name>{lines}</context></TS>", encoding="utf-8")
-    return str(path)
+    return path
 
 
 def test_finished_translations_are_used_and_others_are_not(tmp_path: Path) -> None:
@@ -33,28 +31,14 @@ def test_finished_translations_are_used_and_others_are_not(tmp_path: Path) -> No
         "Empty": ("", ""),
         "a < b & c": ("甲 < 乙 & 丙", ""),
     }
-    set_language(write_ts(tmp_path / "pseudo.ts", messages))
-    assert [tr(text) for text in messages] == ["倾角", "Light", "Old", "Empty", "甲 < 乙 & 丙"]
+    assert read_messages(write_ts(tmp_path / "pseudo.ts", messages)) == {"Tilt": "倾角", "a < b & c": "甲 < 乙 & 丙"}
 
 
-@pytest.mark.parametrize("bad", ["{nam} ms", "{name", "{name.missing}", "{name:d}"])
-def test_a_translation_that_cannot_be_filled_in_gives_the_english(
-    bad: str, tmp_path: Path, caplog: pytest.LogCaptureFixture
-) -> None:
-    set_language(write_ts(tmp_path / "pseudo.ts", {"{name} ms": (bad, "")}))
-    with caplog.at_level(logging.WARNING):
-        assert tr("{name} ms", name="x") == "x ms"
-    assert "cannot be filled in" in caplog.text
-
-
-def test_a_broken_file_leaves_english(tmp_path: Path, caplog: pytest.LogCaptureFixture) -> None:
-    broken = tmp_path / "broken.ts"
-    broken.write_text("<TS><context>", encoding="utf-8")
-    for path in (broken, tmp_path / "missing.ts"):
-        set_language(str(path))
-        assert tr("Tilt") == "Tilt"
-        assert i18n.language() == str(path)
-    assert caplog.text.count("No translations") == 2
+def test_a_language_that_is_not_there_is_refused() -> None:
+    with pytest.raises(ValueError, match="none of en, zh_CN"):
+        set_language("de")
+    set_language(CHINESE)
+    assert [tr(text) for text in ("no such text", "{value} ms", "Yes")] == ["no such text", "{value} ms", "是"]
 
 
 @pytest.mark.parametrize(
