@@ -20,7 +20,7 @@ from protocol.catalogue import Hazard
 from protocol.events import EndReason
 from protocol.messages import Source
 from tests.support.line.sim_line import Rig, settled_rig
-from tests.unit.guided.hands import Hands, guided
+from tests.unit.guided.hands import SLOWLY_DEG_S, Hands, guided
 
 KINDS = [test.kind for test in GUIDED_TESTS]
 
@@ -105,6 +105,18 @@ def test_moved_too_fast_it_is_done_again_and_stays_unclear(monkeypatch: pytest.M
     assert not named, "else what to do after it fired reads as the direction"
 
 
+@pytest.mark.parametrize("fast", ["ilt it slowly", "It fired"])
+@pytest.mark.promise("f")
+def test_one_way_that_is_too_fast_is_enough(fast: str) -> None:
+    class Uneven(Hands):
+        def hear(self, report: Report) -> None:
+            super().hear(report)
+            self.speed_deg_s = 900.0 if fast in report.doing else SLOWLY_DEG_S
+
+    done = result(guided(streaming(rate=5), GuidedKind.TILT, hands=Uneven))
+    assert rows(done)["Fires, forward"][1] == "unclear"
+
+
 def test_a_disabled_trigger_does_not_fire_and_fails() -> None:
     rig = streaming()
     rig.bench.module.state.attitude_is_enabled = False
@@ -141,6 +153,26 @@ def test_the_fall_is_measured(height_m: float, verdict: str) -> None:
     assert float(first.shown.in_english().removesuffix(" s")) == pytest.approx(seconds, abs=0.04)
     assert first.verdict.value == verdict
     assert rows(done)["Trigger"] == ("not triggered", "passed")
+
+
+def test_a_jerk_is_no_fall() -> None:
+    class Jerky(Hands):
+        jerked_at = -1.0
+
+        def hear(self, report: Report) -> None:
+            self.height_m = 0.01
+            super().hear(report)
+
+        def move(self, now: float) -> None:
+            super().move(now)
+            if self.jerked_at < 0 and self.said[-1:] == ["Let it fall"]:
+                self.jerked_at = now
+            elif self.height_m < 0.5 and 0 < self.jerked_at < now - 1.0:
+                self.height_m = 0.5
+                self.bench.drop(self.height_m)
+
+    done = result(guided(streaming(rate=50), GuidedKind.FREE_FALL, hands=Jerky))
+    assert done.verdict is GuidedVerdict.PASSED
 
 
 @pytest.mark.parametrize(

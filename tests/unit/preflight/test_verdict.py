@@ -10,6 +10,7 @@ from app.engine.conversation import ConversationView, How, Known, StatusSample
 from app.limits.past import Past
 from app.preflight.checks import Case, Person
 from app.preflight.evidence import FIRED, OVER, TOO_OLD, UNFINISHED, Evidence, TriggerFlag, Void
+from app.preflight.reading_object import readings_of
 from app.preflight.run import activate_ready
 from app.preflight.verdict import Assessment, Standing, Verdict, assess, check_state, void_of_news, void_reason
 from app.safety.journal import REQUESTS, Act, Outcome
@@ -159,3 +160,8 @@ def test_what_is_no_longer_ready_is_not_activated() -> None:
     assert performed.outcome is Outcome.NOT_SENT
     assert found.void == OVER
     assert REQUESTS[Act.ACTIVATE].encode() not in rig.acts
+
+
+def test_the_round_trip_of_its_readings_is_the_median() -> None:
+    assert readings_of(evidence(round_trips_s=[0.009, 0.001, 0.002])).link.round_trip_ms == 2.0
+    assert readings_of(evidence()).link.round_trip_ms is None
