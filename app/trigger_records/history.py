@@ -204,9 +204,9 @@ class KeptTriggers:
         self, module: str, slots: Sequence[bytes], *, port: str, boot_count: int | None, is_confirmed: bool
     ) -> Visit:
         """Stores what a module holds now. Within `Store.write`."""
-        _last, last_slots, known = self._last(module)
+        known, last_slots = self._last(module)
         merged = merge(last_slots, slots, boot_count=boot_count, is_confirmed=is_confirmed)
-        for place, raw in enumerate(merged.new, len(known)):
+        for place, raw in enumerate(merged.new, known):
             self._facts.add(TriggerRecordSeen(place=place, raw=raw.hex()), module)
         # An incomplete reading adds to what was kept before.
         kept = slots if is_confirmed else [*last_slots, *merged.new][-MAX_RECORDS:]
@@ -215,7 +215,7 @@ class KeptTriggers:
             boot_count=boot_count,
             slots=[raw.hex() for raw in kept],
             is_confirmed=is_confirmed,
-            known=len(known) + len(merged.new),
+            known=known + len(merged.new),
         )
         self._facts.add(visit, module)
         return Visit(self.records(module), len(merged.new))
@@ -257,19 +257,18 @@ class KeptTriggers:
             if record.judgement is None and record.raw in known:
                 self.judge(module, record.place, Judgement.REVIEWED, record.note)
 
-    def _last(self, module: str) -> tuple[ModuleVisited | None, list[bytes], tuple[SeenRecord, ...]]:
-        """The last visit, what the module held then, and the records that were known at its end: those beyond are of
+    def _last(self, module: str) -> tuple[int, list[bytes]]:
+        """How many records were known at the end of the last visit, and what the module held then. Those beyond are of
         a visit that was broken off."""
         visit = self._facts.newest(ModuleVisited, module)
         if visit is None:
-            return None, [], ()
-        slots = [bytes.fromhex(slot) for slot in visit.content.slots]
-        return visit.content, slots, self.records(module)[: visit.content.known]
+            return 0, []
+        return visit.content.known, [bytes.fromhex(slot) for slot in visit.content.slots]
 
     def do_follow(self, module: str, slots: Sequence[bytes], *, is_confirmed: bool) -> bool:
         """False where these records do not continue those of the last visit: it may be another module."""
-        last, last_slots, _known = self._last(module)
-        return last is None or merge(last_slots, slots, is_confirmed=is_confirmed).is_continuation
+        _known, last_slots = self._last(module)
+        return merge(last_slots, slots, is_confirmed=is_confirmed).is_continuation
 
     # A module that does not answer the query for its records (E7)
 
