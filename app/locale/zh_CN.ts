@@ -20,14 +20,6 @@
         <translation>视图(&amp;V)</translation>
     </message>
     <message>
-        <source>1. Connect: choose the adapter's port.
-2. Settings: compare with the vendor's advice.
-3. Pre-flight: before each flight, until it says GO.</source>
-        <translation>1. 连接：选择适配器的串口。
-2. 参数设置：与厂家建议对照。
-3. 飞行前检查：每次飞行前，直到显示“可以飞行”。</translation>
-    </message>
-    <message>
         <source>115200 (usual)</source>
         <translation>115200（常用）</translation>
     </message>
@@ -292,10 +284,6 @@
         <translation>假定：倾角等于阈值触发，加速度等于阈值不触发。</translation>
     </message>
     <message>
-        <source>Attention: {count}</source>
-        <translation>需处理：{count}</translation>
-    </message>
-    <message>
         <source>Attitude threshold</source>
         <translation>姿态开伞阈值</translation>
     </message>
@@ -492,10 +480,6 @@
         <translation>检查项目</translation>
     </message>
     <message>
-        <source>Checks: {count}</source>
-        <translation>检查：{count}</translation>
-    </message>
-    <message>
         <source>Choose a port</source>
         <translation>选择串口</translation>
     </message>
@@ -554,22 +538,6 @@
     <message>
         <source>Confirm again.</source>
         <translation>请重新确认。</translation>
-    </message>
-    <message>
-        <source>Confirm again: LOCK was pressed.</source>
-        <translation>请重新确认：已按下锁定。</translation>
-    </message>
-    <message>
-        <source>Confirm again: already used.</source>
-        <translation>请重新确认：确认已使用。</translation>
-    </message>
-    <message>
-        <source>Confirm again: it may be another module.</source>
-        <translation>请重新确认：可能是另一个模块。</translation>
-    </message>
-    <message>
-        <source>Confirm again: {seconds:.1f} s old.</source>
-        <translation>请重新确认：确认已过 {seconds:.1f} s。</translation>
     </message>
     <message>
         <source>Connect</source>
@@ -650,10 +618,6 @@
     <message>
         <source>Dark mode</source>
         <translation>深色</translation>
-    </message>
-    <message>
-        <source>Data arrives {seconds:.1f} s late.</source>
-        <translation>数据晚到 {seconds:.1f} s。</translation>
     </message>
     <message>
         <source>Default</source>
@@ -1400,10 +1364,6 @@
         <translation>日志</translation>
     </message>
     <message>
-        <source>Log file: {path}</source>
-        <translation>日志文件：{path}</translation>
-    </message>
-    <message>
         <source>Logs</source>
         <translation>日志</translation>
     </message>
@@ -1502,10 +1462,6 @@
     <message>
         <source>Message</source>
         <translation>消息</translation>
-    </message>
-    <message>
-        <source>Missed</source>
-        <translation>漏掉</translation>
     </message>
     <message>
         <source>Missing system libraries: {names}.</source>
@@ -1730,14 +1686,6 @@
     <message>
         <source>No proposal yet</source>
         <translation>暂无建议</translation>
-    </message>
-    <message>
-        <source>No proposal: no log is on the side “must fire”.</source>
-        <translation>无建议：“必须触发”一侧没有日志。</translation>
-    </message>
-    <message>
-        <source>No proposal: no log is on the side “must not fire”.</source>
-        <translation>无建议：“不得触发”一侧没有日志。</translation>
     </message>
     <message>
         <source>No proposal: no log is on the side “{side}”.</source>
@@ -2256,10 +2204,6 @@
         <translation>记录已从 {when} 的备份恢复；此后的记录缺失。</translation>
     </message>
     <message>
-        <source>Refresh</source>
-        <translation>刷新</translation>
-    </message>
-    <message>
         <source>Remove</source>
         <translation>移除</translation>
     </message>
@@ -2352,14 +2296,6 @@
         <translation>正在保存…</translation>
     </message>
     <message>
-        <source>Scroll left</source>
-        <translation>向左滚动</translation>
-    </message>
-    <message>
-        <source>Scroll right</source>
-        <translation>向右滚动</translation>
-    </message>
-    <message>
         <source>Search</source>
         <translation>搜索</translation>
     </message>
@@ -2426,10 +2362,6 @@
     <message>
         <source>Service…</source>
         <translation>维护…</translation>
-    </message>
-    <message>
-        <source>Set down, check again</source>
-        <translation>放平并重新检查</translation>
     </message>
     <message>
         <source>Set it to the reading with the bay fully open.</source>
@@ -2716,10 +2648,6 @@
         <translation>档案数据库必须以 UTF8 编码创建。</translation>
     </message>
     <message>
-        <source>The disk is full: {file} cannot be written.</source>
-        <translation>磁盘已满：无法写入 {file}。</translation>
-    </message>
-    <message>
         <source>The disk is too slow.</source>
         <translation>磁盘写入过慢。</translation>
     </message>
@@ -2872,10 +2800,6 @@
         <translation>配置文件中的 {rate} 波特已略去：批量设置不更改波特率。</translation>
     </message>
     <message>
-        <source>The program may not write into {file}.</source>
-        <translation>程序无权写入 {file}。</translation>
-    </message>
-    <message>
         <source>The readings differ: records may be missing. Read again.</source>
         <translation>多次读取结果不一致，记录可能缺失。请重新读取。</translation>
     </message>
@@ -2910,14 +2834,6 @@
     <message>
         <source>The settings are the same.</source>
         <translation>参数相同。</translation>
-    </message>
-    <message>
-        <source>The simulated module is not at rest.</source>
-        <translation>模拟模块未处于静止状态。</translation>
-    </message>
-    <message>
-        <source>The status is {seconds:.1f} s old.</source>
-        <translation>状态是 {seconds:.1f} 秒前的。</translation>
     </message>
     <message>
         <source>The system lists no serial ports. Switch Bluetooth off and try again.</source>
@@ -3962,10 +3878,6 @@
         <translation>没有状态上报</translation>
     </message>
     <message>
-        <source>no stream</source>
-        <translation>无数据流</translation>
-    </message>
-    <message>
         <source>no time, direction and bytes</source>
         <translation>没有时间、方向和字节</translation>
     </message>
@@ -4138,10 +4050,6 @@
         <translation>已暂停，落后 {time}</translation>
     </message>
     <message>
-        <source>polled</source>
-        <translation>轮询</translation>
-    </message>
-    <message>
         <source>port lost</source>
         <translation>串口断开</translation>
     </message>
@@ -4300,10 +4208,6 @@
     <message>
         <source>stream</source>
         <translation>串口输出</translation>
-    </message>
-    <message>
-        <source>streamed</source>
-        <translation>主动输出</translation>
     </message>
     <message>
         <source>the aircraft</source>
@@ -4550,10 +4454,6 @@
         <translation>无法读取 {file}：{why}。</translation>
     </message>
     <message>
-        <source>{file} cannot be used.</source>
-        <translation>{file} 无法使用。</translation>
-    </message>
-    <message>
         <source>{file} cannot be used: {why}.</source>
         <translation>{file} 无法使用：{why}。</translation>
     </message>
@@ -4586,20 +4486,8 @@
         <translation>{file} 已损坏</translation>
     </message>
     <message>
-        <source>{file} is held by another program.</source>
-        <translation>{file} 被其他程序占用。</translation>
-    </message>
-    <message>
         <source>{file} is not a profile</source>
         <translation>{file} 不是配置文件</translation>
-    </message>
-    <message>
-        <source>{file} is still being opened.</source>
-        <translation>{file} 仍在打开。</translation>
-    </message>
-    <message>
-        <source>{file} needs a newer version of this program.</source>
-        <translation>{file} 需要本程序的更新版本。</translation>
     </message>
     <message>
         <source>{file}: the name of a report ends in .pdf.</source>
@@ -4708,10 +4596,6 @@
     <message>
         <source>{names} and {count} more</source>
         <translation>{names} 及另外 {count} 项</translation>
-    </message>
-    <message>
-        <source>{names}: did it crash? Then it must fire.</source>
-        <translation>{names}：坠机了吗？那么必须触发。</translation>
     </message>
     <message>
         <source>{name} is also the name of other keys: {fingerprints}.</source>
@@ -4826,20 +4710,8 @@
         <translation>{time}前</translation>
     </message>
     <message>
-        <source>{time} late</source>
-        <translation>晚到 {time}</translation>
-    </message>
-    <message>
-        <source>{title}: {low} to {high}, last {last}; checks: {count}</source>
-        <translation>{title}：{low} 至 {high}，最近 {last}；检查：{count} 次</translation>
-    </message>
-    <message>
         <source>{uptime} · boot {boot}</source>
         <translation>{uptime} · 第 {boot} 次开机</translation>
-    </message>
-    <message>
-        <source>{used} of {size} used; then the oldest are deleted.</source>
-        <translation>已用 {used}/{size}；满后删除最旧的。</translation>
     </message>
     <message>
         <source>{value:.0f} h</source>
