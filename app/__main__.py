@@ -11,7 +11,6 @@ import logging
 import os
 import sys
 from collections.abc import Sequence
-from functools import cache
 from itertools import takewhile
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -111,10 +110,8 @@ def _run(words: list[str]) -> int:
         return code
     with console.signals_noted():  # so that a signal keeps no result from being printed, once nothing is sent any more
         _choose_ports(args)
-        # `lock` waits for no file, and `read`, which changes nothing, says it while it waits for answers.
-        args.say_left_active = cache(lambda: _say_left_active(args))
-        if entry.name not in ("lock", "read"):
-            args.say_left_active()
+        if entry.name != "lock":  # which waits for no file
+            _say_left_active(args)
         code = entry.load().run(args)
     return code
 

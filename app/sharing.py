@@ -7,8 +7,8 @@
 What the module says unasked goes to every reader. When the conversation with the module ends nothing is passed on for
 `QUIET_S`, longer than a link waits: so it ends for each reader, too, and none takes another module for the same one.
 
-What is kept of a reader is bounded: its questions by the catalogue, the rest by the constants below. One that sends
-faster than a serial line, or no frames, or that does not read, is dropped.
+What is kept of a reader is bounded: its questions by the catalogue, the rest by the constants below. One that sends no
+frames, or that does not read, is dropped.
 """
 
 import socket
@@ -46,9 +46,6 @@ from protocol.timing import LONGEST_SILENCE_S
 MOST_READERS = 16
 QUIET_S = LONGEST_SILENCE_S + 0.3
 CHUNK = 4096
-# In a second: a serial line at 115200 baud carries less, and LOCK is repeated ten times.
-MOST_BYTES = 12_000
-MOST_LOCKS = 20
 # Bytes in a row that are no frame: whoever sends more speaks another protocol.
 MOST_NOISE = 512
 # Bytes that a reader has not taken yet.
@@ -69,18 +66,13 @@ class Reader:
         self.questions: deque[Request] = deque()  # each once
         self.unread = bytearray()
         self.refused: set[int] = set()  # codes, each told once
-        self.noise = self.bytes = self.locks = 0
-        self.second_began_at = steady_time()
+        self.noise = 0
 
     def receive(self) -> list[Request]:
         """Return what it asks for. Raises OSError where it has left."""
         data = self.client.recv(CHUNK)
         if not data:
             raise ConnectionResetError
-        now = steady_time()
-        if now - self.second_began_at >= 1.0:
-            self.second_began_at, self.bytes, self.locks = now, 0, 0
-        self.bytes += len(data)
         requests: list[Request] = []
         for piece in self.parser.feed(data):
             if isinstance(piece, Frame) and piece.direction is Direction.HOST_TO_MODULE:
@@ -88,13 +80,11 @@ class Reader:
                 self.noise = 0
             else:
                 self.noise += len(piece.raw)
-        self.locks += requests.count(LOCK)
         return requests
 
     @property
     def is_at_fault(self) -> bool:
-        sends_too_much = self.bytes > MOST_BYTES or self.locks > MOST_LOCKS or self.noise > MOST_NOISE
-        return sends_too_much or len(self.unread) > MOST_UNREAD
+        return self.noise > MOST_NOISE or len(self.unread) > MOST_UNREAD
 
     def send(self, data: bytes = b"") -> None:
         """Send it, behind what waits. Raises OSError where the reader has left."""
@@ -218,7 +208,7 @@ class Sharing:
             self._drop(reader)
         else:
             if reader.is_at_fault:
-                self._drop(reader, tr("Dropped: sends too much or no frames, or does not read."))
+                self._drop(reader, tr("Dropped: sends no frames, or does not read."))
 
     def _drop(self, reader: Reader, why: str = "") -> None:
         if reader in self.readers:

@@ -28,7 +28,8 @@ class ActJson(Result):
     sentence: str
 
 
-ARGUMENTS = (*console.PORT, console.YES, console.JSON)
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    console.add_flags(parser, "--yes")
 
 
 def run(args: argparse.Namespace) -> int:

@@ -113,28 +113,32 @@ class ServicedJson(Result):
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     kinds, day = [kind.value for kind in ServiceKind], dict[str, Any](type=date.fromisoformat, metavar="YYYY-MM-DD")
-    name = console.option("module", type=console.name, metavar="NAME")
-    place = console.option("place", nargs="?", metavar="URL|FILE", help=f"{SERVER}; default: as set in the window")
-    service = (
-        console.option("--what", choices=kinds, required=True),
-        console.option("--on", help="day on which it was done (default: today)", **day),
-        console.option("--due", help="day on which it is due again", **day),
-        console.option("--who", required=True, metavar="WHO", help="who did it"),
-        console.option("--note", default="", metavar="TEXT", help="note"),
-    )
-    table = console.switch("--csv", "print a table as CSV", one_of="form")
-    console.describe(parser, ())
     commands = parser.add_subparsers(metavar="COMMAND", required=True)
-    for word, summary, function, options in (
-        ("sync", "exchange with a server or a file, in both directions", run_sync, (place,)),
-        ("status", "show what is in the archive", run_status, ()),
-        ("module", "print the history of a module", run_module, (name,)),
-        ("service", "record a service of a module", run_service, (name, *service)),
-        ("report", "print all modules", run_report, (table,)),
+    for function, word, summary in (
+        (run_sync, "sync", "exchange with a server or a file, in both directions"),
+        (run_status, "status", "show what is in the archive"),
+        (run_module, "module", "print the history of a module"),
+        (run_service, "service", "record a service of a module"),
+        (run_report, "report", "print all modules"),
     ):
         command = commands.add_parser(word, help=summary)
-        console.describe(command, (*options, console.JSON._replace(one_of="form")))
+        form = command.add_mutually_exclusive_group()
+        console.add_flags(form, "--json")
+        console.add_everywhere(command)
         command.set_defaults(function=function)
+        if word == "sync":
+            where = f"{SERVER}; default: as set in the window"
+            command.add_argument("place", nargs="?", metavar="URL|FILE", help=where)
+        elif word == "report":
+            form.add_argument("--csv", action="store_true", help="print a table as CSV")
+        elif word in ("module", "service"):
+            command.add_argument("module", type=console.name, metavar="NAME")
+        if word == "service":
+            command.add_argument("--what", choices=kinds, required=True)
+            command.add_argument("--on", help="day on which it was done (default: today)", **day)
+            command.add_argument("--due", help="day on which it is due again", **day)
+            command.add_argument("--who", required=True, metavar="WHO", help="who did it")
+            command.add_argument("--note", default="", metavar="TEXT", help="note")
 
 
 def run(args: argparse.Namespace) -> int:

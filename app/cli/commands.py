@@ -1,7 +1,7 @@
 """The commands of `dps-s`: names, summaries, examples. A command's module is imported only for that command.
 
-The module of a command has `ARGUMENTS`, or `add_arguments(parser)` where it has commands of its own, and `run(args)`,
-which returns the exit code. `args.command` is the command's name.
+The module of a command has `run(args)`, which returns the exit code, and `add_arguments(parser)` where it has more
+arguments than those that most commands share. `args.command` is the command's name.
 """
 
 import argparse
@@ -14,6 +14,8 @@ from app.terminal import console
 from app.text.messages import capitalised
 
 WINDOW: Final = "gui"
+# They have commands of their own, with which argparse takes no option between two words.
+_WITH_COMMANDS: Final = ("archive", "recordings")
 
 
 class SubCommand(NamedTuple):
@@ -23,6 +25,8 @@ class SubCommand(NamedTuple):
     summary: str
     example: str = ""
     module: str = ""
+    has_port: bool = True
+    has_json: bool = True
 
     def load(self) -> Any:
         return import_module(f"app.cli.{self.module or self.name}")
@@ -35,26 +39,27 @@ class SubCommand(NamedTuple):
         parser.epilog = f"Example: dps-s {self.name} {self.example}".strip()
         if hasattr(module, "add_arguments"):
             module.add_arguments(parser)
-        else:
-            console.describe(parser, module.ARGUMENTS)
+        if self.has_port:
+            console.add_port(parser)
+        if self.has_json:
+            console.add_flags(parser, "--json")
+        console.add_everywhere(parser)
         parser.set_defaults(command=self.name)
 
     def parse_words(self, words: list[str]) -> argparse.Namespace:
         """Parse the words of this command. Raises `Refused`; exits after --help."""
         parser = console.Parser(prog=f"dps-s {self.name}")
         self.describe(parser)
-        # Which takes longer, and cannot be used where there are commands.
-        is_mixed = any(not option.names[0].startswith("-") for option in getattr(self.load(), "ARGUMENTS", ()))
-        return parser.parse_intermixed_args(words) if is_mixed else parser.parse_args(words)
+        return parser.parse_args(words) if self.name in _WITH_COMMANDS else parser.parse_intermixed_args(words)
 
 
 ENTRIES: Final = (
-    SubCommand("ports", "List serial ports"),
+    SubCommand("ports", "List serial ports", has_port=False),
     SubCommand("find", "Find the baud rate", "-p /dev/ttyUSB0"),
     SubCommand("read", "Read status and settings", "-p /dev/ttyUSB0 --json"),
     SubCommand("monitor", "Print the status until Ctrl-C", "--seconds 10"),
     SubCommand("serve", "Share the port with readers, read-only", "--tcp 127.0.0.1:7001"),
-    SubCommand("history", "Read the trigger records", "--csv records.csv"),
+    SubCommand("history", "Read the trigger records", "--csv records.csv", has_json=False),
     SubCommand("set", "Write and verify settings", "freefall_time_s=1.4"),
     SubCommand("save", "Save the settings as a profile", "M-07.toml"),
     SubCommand("diff", "Compare settings; exit code 1: they differ", "M-07.toml -p /dev/ttyUSB0"),
@@ -64,16 +69,18 @@ ENTRIES: Final = (
     SubCommand("shutdown", "Shut the module down", "--yes", "act"),
     SubCommand("preflight", "Pre-flight check: READY, GO or NO-GO", "--module M-07"),
     SubCommand("provision", "Set up a batch of new modules", "--profile p.toml --names M-1"),
-    SubCommand("verify", "Verify a pre-flight record", "M-07.pdf"),
-    SubCommand("archive", "Archive of all stations", "status"),
+    SubCommand("verify", "Verify a pre-flight record", "M-07.pdf", has_port=False),
+    SubCommand("archive", "Archive of all stations", "status", has_port=False, has_json=False),
     SubCommand("record", "Record until Ctrl-C", "--seconds 60 session.mcap"),
-    SubCommand("recordings", "List, export and delete recordings", "list"),
-    SubCommand("fired", "Would it have fired? Exit code 4: yes", "flights/ --must-not"),
-    SubCommand("decode", "Explain captured bytes", "41 75 32 07 0A 00 01 44"),
-    SubCommand(WINDOW, "Open the window", "--demo"),
-    SubCommand("simulate", "Run a simulated module until Ctrl-C", "--tcp 127.0.0.1:7000"),
-    SubCommand("completion", "Print a shell completion script", "bash"),
-    SubCommand("schema", "Print the JSON Schema of an output", "read"),
+    SubCommand("recordings", "List, export and delete recordings", "list", has_port=False, has_json=False),
+    SubCommand("fired", "Would it have fired? Exit code 4: yes", "flights/ --must-not", has_port=False),
+    SubCommand("decode", "Explain captured bytes", "41 75 32 07 0A 00 01 44", has_port=False),
+    SubCommand(WINDOW, "Open the window", "--demo", has_port=False, has_json=False),
+    SubCommand(
+        "simulate", "Run a simulated module until Ctrl-C", "--tcp 127.0.0.1:7000", has_port=False, has_json=False
+    ),
+    SubCommand("completion", "Print a shell completion script", "bash", has_port=False, has_json=False),
+    SubCommand("schema", "Print the JSON Schema of an output", "read", has_port=False, has_json=False),
 )
 BY_NAME: Final = {entry.name: entry for entry in ENTRIES}
 
@@ -86,20 +93,19 @@ def is_file_name(word: str) -> bool:
 
 
 def whole_parser(*, is_complete: bool) -> console.Parser:
-    """A parser whose help lists all commands, without importing them. `is_complete`: it knows all their options."""
+    """A parser with all commands. `is_complete`: it knows their options, too, for which it imports them all."""
     parser = console.Parser(prog="dps-s", formatter_class=argparse.RawDescriptionHelpFormatter)
-    if is_complete:
-        commands = parser.add_subparsers(dest="command", metavar="COMMAND")
-        for entry in ENTRIES:
-            entry.describe(commands.add_parser(entry.name, help=entry.summary))
-        console.describe(parser, ())
-    else:
-        rows = console.columns([(entry.name, entry.summary) for entry in ENTRIES], indent=2)
-        parser.description = "\n".join(("Configures, tests and watches a DPS-S parachute module.", "", *rows))
-        parser.usage = "dps-s [COMMAND] … | dps-s FILE"  # without a command the window opens
-        parser.epilog = (
-            "Help on a command: dps-s COMMAND -h\n"
-            "Exit code: 0 done; 1 the answer is no; 2 usage error; 3 no link; 4 done in part; 130, 143 interrupted."
-        )
+    parser.usage = "dps-s [COMMAND] … | dps-s FILE"  # without a command the window opens
+    parser.description = "Configures, tests and watches a DPS-S parachute module."
+    parser.epilog = (
+        "Help on a command: dps-s COMMAND -h\n"
+        "Exit code: 0 done; 1 the answer is no; 2 usage error; 3 no link; 4 done in part; 130, 143 interrupted."
+    )
     parser.add_argument("--version", action="store_true")
+    console.add_everywhere(parser)
+    commands = parser.add_subparsers(dest="command", metavar="COMMAND")
+    for entry in ENTRIES:
+        command = commands.add_parser(entry.name, help=entry.summary)
+        if is_complete:
+            entry.describe(command)
     return parser

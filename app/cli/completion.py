@@ -26,7 +26,8 @@ _dps_s_ports() {
 _DEVICES = "/dev/serial/by-id/* /dev/ttyUSB* /dev/ttyACM* /dev/cu.usb*"
 
 
-ARGUMENTS = (console.option("shell", choices=tuple(_PREAMBLES)),)
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument("shell", choices=tuple(_PREAMBLES))
 
 
 def run(args: argparse.Namespace) -> int:

@@ -69,11 +69,13 @@ DecodedFrameJson = msgspec.defstruct(
 DecodedJson = DecodedFrameJson | RejectedJson
 
 
-ARGUMENTS = (
-    console.file("hex", "HEX", "hex bytes, a recording or a capture, or - for standard input", nargs="*", type=str),
-    console.option("--asked", metavar="NAME", choices=sorted(BY_NAME), help=f"what was asked: {', '.join(BY_NAME)}"),
-    console.JSON,
-)
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    words, asked = (
+        "hex bytes, a recording or a capture, or - for standard input",
+        f"what was asked: {', '.join(BY_NAME)}",
+    )
+    console.add_file(parser, "hex", metavar="HEX", help=words, nargs="*", type=str)
+    parser.add_argument("--asked", metavar="NAME", choices=sorted(BY_NAME), help=asked)
 
 
 def run(args: argparse.Namespace) -> int:

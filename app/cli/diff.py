@@ -24,12 +24,9 @@ class DiffJson(Result):
     differences: dict[SettingName, Annotated[list[Value], Meta(min_length=2, max_length=2)]]
 
 
-ARGUMENTS = (
-    console.file("file", "FILE", "profile"),
-    console.file("other", "FILE", "profile; without it the module", nargs="?"),
-    *console.PORT,
-    console.JSON,
-)
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    console.add_file(parser, "file", metavar="FILE", help="profile")
+    console.add_file(parser, "other", metavar="FILE", help="profile; without it the module", nargs="?")
 
 
 def run(args: argparse.Namespace) -> int:

@@ -19,9 +19,6 @@ class FindJson(Result):
     tried: list[Count]
 
 
-ARGUMENTS = (*console.PORT, console.JSON)
-
-
 def run(args: argparse.Namespace) -> int:
     if not sets_rate(args.port):
         # Whatever rate the port is opened with, the module would answer: the result would be a lie.
@@ -29,7 +26,6 @@ def run(args: argparse.Namespace) -> int:
     # A rate that is given is only where the search begins.
     first = args.baud or console.USUAL_RATE
     with connected(args.port, first, is_greeted=False) as opened:
-        console.note_wait(tr("Each rate may take some seconds."))
         search = opened.run(find_rate(first), outlives=True)
     if search.baud_rate is not None:
         page = [tr("{port}, {rate} baud", port=args.port, rate=search.baud_rate)]

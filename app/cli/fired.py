@@ -20,6 +20,7 @@ from app.terminal.results import Result
 from app.terminal.setting_words import parse_settings, typed
 from app.text.i18n import tr
 from app.text.messages import UserMessage, join_names, join_sentences, labelled
+from protocol.fields import Value as SettingValue
 from protocol.messages import Source
 
 # As `TriggerLimits` orders them.
@@ -54,31 +55,22 @@ class FiredJson(Result):
     answer: Literal["fires", "does_not_fire", "not_judged", "unreadable"]
 
 
-ARGUMENTS = (
-    console.file("logs", "LOG", "flight log, recording or folder", nargs="*", type=str),
-    console.option("--thresholds", nargs="+", action="extend", metavar="NAME=VALUE", help=", ".join(THRESHOLDS)),
-    console.option("--column", action="append", metavar="ROLE=COLUMN", help="column of a table: roll_deg=ATT.Roll"),
-    console.switch("--must-not", "do the vendor's defaults fire in none of them?", one_of="side"),
-    console.switch("--must", "do the vendor's defaults fire in all of them, in time?", one_of="side"),
-    console.JSON,
-)
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    names = ", ".join(THRESHOLDS)
+    console.add_file(parser, "logs", metavar="LOG", help="flight log, recording or folder", nargs="*", type=str)
+    parser.add_argument("--thresholds", nargs="+", action="extend", metavar="NAME=VALUE", help=names)
+    column = "column of a table: roll_deg=ATT.Roll"
+    parser.add_argument("--column", action="append", metavar="ROLE=COLUMN", help=column)
+    side = parser.add_mutually_exclusive_group()
+    side.add_argument("--must-not", action="store_true", help="do the vendor's defaults fire in none of them?")
+    side.add_argument("--must", action="store_true", help="do the vendor's defaults fire in all of them, in time?")
 
 
 def run(args: argparse.Namespace) -> int:
-    given: dict[str, str] = {}
-    words: list[str] = args.logs
-    for word in args.thresholds or ():
-        name, equals, _ = word.partition("=")
-        if name in THRESHOLDS:
-            given[word] = name
-        elif equals and not Path(word).exists():  # else the flights would be judged without it
-            names = tr("expected {expected}", expected="|".join(THRESHOLDS))
-            raise console.Refused(f"{name}: {names}{console.did_you_mean(name, THRESHOLDS)}")
-        else:  # --thresholds NAME=VALUE LOG
-            words.append(word)
-    limits = parse_limits(list(given))
+    given = {wish.command.key: wish.value for wish in parse_settings(args.thresholds or (), THRESHOLDS)}
+    limits = limits_of(given)
     columns = parse_choice(args.column) if args.column else None
-    paths = list(find_logs(map(Path, words)))
+    paths = list(find_logs(map(Path, args.logs)))
     if not paths:
         raise console.Refused(tr("No flight log."))
     logs = [summarise_log(path, columns) for path in paths]
@@ -86,7 +78,7 @@ def run(args: argparse.Namespace) -> int:
     values = " ".join(f"{name}={typed(value)}" for name, value in zip(THRESHOLDS, limits, strict=True))
     said = [tr("Judged with: {values}", values=values)]
     # Which of them are nobody's word: a module may hold others.
-    usual = join_names(name for name in THRESHOLDS if name not in given.values())
+    usual = join_names(name for name in THRESHOLDS if name not in given)
     if usual:
         said.append(tr("Vendor defaults, not of a module: {names}.", names=usual))
     if args.must or args.must_not:
@@ -106,9 +98,8 @@ def run(args: argparse.Namespace) -> int:
     return console.SUCCESS if answers == {"does_not_fire"} else console.USAGE_ERROR
 
 
-def parse_limits(words: Sequence[str]) -> TriggerLimits:
-    """The vendor's defaults, replaced by these. Raises `Refused` with all errors."""
-    given = {wish.command.key: wish.value for wish in parse_settings(words)}
+def limits_of(given: Mapping[str, SettingValue]) -> TriggerLimits:
+    """The vendor's defaults, replaced by these. Raises `Refused`."""
     values = dict(zip(THRESHOLDS, TriggerLimits(), strict=True)) | given
     tilt_deg, acceleration_g, time_s = (float(values[name]) for name in THRESHOLDS[:3])
     if acceleration_g > MAX_ACCELERATION_G:

@@ -3,22 +3,23 @@
 import argparse
 import errno
 import os
+from typing import Any
 
 from app.terminal import console
 from app.text.i18n import LANGUAGES
 
-ARGUMENTS = (
-    console.file("file", "FILE", "profile, recording, flight log or record", nargs="?"),
-    console.switch("--demo", "connect to a built-in simulated module"),
-    console.option("-p", "--port", metavar="P", help="port to connect to"),
-    console.option(
-        "-b", "--baud", dest="baud_rate", type=int, choices=console.RATES, default=console.USUAL_RATE, help="baud rate"
-    ),
-    console.option("--lang", dest="language", choices=LANGUAGES, metavar="L", help=f"language: {', '.join(LANGUAGES)}"),
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    rate: dict[str, Any] = {"dest": "baud_rate", "type": int, "choices": console.RATES, "default": console.USUAL_RATE}
+    languages = f"language: {', '.join(LANGUAGES)}"
+    console.add_file(parser, "file", metavar="FILE", help="profile, recording, flight log or record", nargs="?")
+    parser.add_argument("--demo", action="store_true", help="connect to a built-in simulated module")
+    parser.add_argument("-p", "--port", metavar="P", help="port to connect to")
+    parser.add_argument("-b", "--baud", help="baud rate", **rate)
+    parser.add_argument("--lang", dest="language", choices=LANGUAGES, metavar="L", help=languages)
     # Of the tests of packages, which look at the window that they start.
-    console.option("--offscreen-seconds", type=console.seconds, metavar="S", help="end after S seconds"),
-    console.file("--evidence", "DIR", "save a picture there"),
-)
+    parser.add_argument("--offscreen-seconds", type=console.seconds, metavar="S", help="end after S seconds")
+    console.add_file(parser, "--evidence", metavar="DIR", help="save a picture there")
 
 
 def run(args: argparse.Namespace) -> int:

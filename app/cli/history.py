@@ -20,19 +20,8 @@ from app.terminal.records import nothing_done, other_module, records_of, refuse_
 from app.terminal.results import Byte, Count, Hex, Result
 from app.text.csv_cells import csv_text
 from app.text.i18n import tr
-from app.text.messages import ErrorCode, in_brackets, join_names, join_sentences, labelled, saved_text
-from app.trigger_records.history import (
-    FIELDS,
-    PossiblyOther,
-    Visit,
-    cell_text,
-    fields_of,
-    file_triggers,
-    read_triggers,
-    source_message,
-    uptime_message,
-)
-from protocol.messages import TriggerRecord
+from app.text.messages import ErrorCode, join_sentences, labelled, saved_text
+from app.trigger_records.history import FIELDS, PossiblyOther, Visit, fields_of, file_triggers, read_triggers, sentence
 
 HEAD = (*FIELDS, "confirmed")
 
@@ -64,13 +53,12 @@ class HistoryJson(Result):
     complete: bool
 
 
-ARGUMENTS = (
-    *console.PORT,
-    console.JSON._replace(one_of="form"),
-    console.file("--csv", "FILE", "write a table into .csv", one_of="form"),
-    console.FORCE,
-    *console.module("keep the records under this name"),
-)
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    form = parser.add_mutually_exclusive_group()
+    console.add_flags(form, "--json")
+    console.add_file(form, "--csv", metavar="FILE", help="write a table into .csv")
+    console.add_flags(parser, "--force")
+    console.add_module(parser, "keep the records under this name")
 
 
 def run(args: argparse.Namespace) -> int:
@@ -80,14 +68,16 @@ def run(args: argparse.Namespace) -> int:
         opened.run(read_settings())  # kept with the records, to be shown beside them at the next visit
         reading = opened.run(read_triggers())
     history = reading.history
-    records = with_fields(history)
+    # Every record with its fields, and whether it is certain: seen in at least two readings.
+    records = [fields_of(record) | {"confirmed": True} for record in history.records]
+    records += [fields_of(record) | {"confirmed": False} for record in history.seen_once]
     is_whole = history.is_confirmed
     if args.csv is None:
-        listed = [TriggerRecordJson(**dict[str, Any](fields)) for _, fields in records]
+        listed = [TriggerRecordJson(**dict[str, Any](fields)) for fields in records]
         answer = HistoryJson(listed, history.empty_slots, history.is_answered, history.is_confirmed)
         console.emit(args, answer, page_of(history))
     else:
-        table = csv_text(HEAD, ([fields[name] for name in HEAD] for _, fields in records))
+        table = csv_text(HEAD, ([fields[name] for name in HEAD] for fields in records))
         is_written = console.wrote(args.csv, lambda: write_whole(args.csv, table.encode()))
         # Where it cannot be written no record is lost.
         console.write_lines([saved_text(args.csv, len(history.all))] if is_written else page_of(history))
@@ -124,31 +114,10 @@ def run(args: argparse.Namespace) -> int:
     return console.SUCCESS if is_whole else console.PARTIAL
 
 
-def with_fields(history: History) -> list[tuple[TriggerRecord, dict[str, Any]]]:
-    # Every record with its fields, and whether it is certain: seen in at least two readings.
-    certain = [(record, True) for record in history.records] + [(record, False) for record in history.seen_once]
-    return [(record, fields_of(record) | {"confirmed": is_certain}) for record, is_certain in certain]
-
-
 def page_of(history: History) -> list[str]:
-    """A table of the records in the order in which the module sent them, and remarks."""
-    head = (tr("Boot count"), tr("After power-on"), tr("Source"), tr("Attitude"), tr("Free fall"), tr("Serial"))
-    rows: list[tuple[str, ...]] = [(*head, tr("Charging"), tr("Light"), tr("Cell voltage"))]
-    for record, fields in with_fields(history):
-        rows.append(
-            (
-                f"{record.boot_count}{'' if fields['confirmed'] else in_brackets('?')}",
-                uptime_message(record).translated(),
-                join_names(source_message(source).translated() for source in record.sources) or tr("unknown"),
-                f"{record.attitude_threshold_deg}°",
-                f"{record.freefall_acceleration_g:.1f} g, {record.freefall_time_s:.2f} s",
-                tr("yes") if record.serial_connected else tr("no"),
-                tr("yes") if record.charging else tr("no"),
-                f"{record.light_v:.1f} V",
-                cell_text(record),
-            )
-        )
-    lines = console.columns(rows)
+    """A sentence for each record, in the order in which the module sent them, and remarks."""
+    lines = [sentence(record).translated() for record in history.records]
+    lines += [f"(?) {sentence(record).translated()}" for record in history.seen_once]
     if not history.all:
         never, unknown = tr("It has never fired, or its memory was cleared."), tr("No answer: the records are unknown.")
         lines = [never if history.is_confirmed else unknown]

@@ -51,7 +51,8 @@ class MonitorJson(Result):
     active: bool
 
 
-ARGUMENTS = (*console.PORT, console.SECONDS, console.JSON)
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument("--seconds", type=console.seconds, default=math.inf, metavar="S", help="end after S seconds")
 
 
 def run(args: argparse.Namespace) -> int:

@@ -28,9 +28,6 @@ class PortsJson(Result):
     ports: list[PortJson]
 
 
-ARGUMENTS = (console.JSON,)
-
-
 def run(args: argparse.Namespace) -> int:
     try:
         ports = [PortJson.of(port) for port in list_ports()]

@@ -51,20 +51,17 @@ class PreflightJson(Result):
     softer_limits: list[str]
 
 
-ARGUMENTS = (
-    *console.PORT,
-    console.file("--profile", "FILE", "profile that says how the module should be set"),
-    console.switch("--enable-triggers", "enable both automatic triggers first"),
-    console.switch("--activate", "enable, check, activate if READY, and read again: GO"),
-    console.YES,
-    console.file("--report", "FILE.pdf", "write the report, and the record beside it"),
-    *console.module("name of the module"),
-    console.option("--aircraft", default="", metavar="NAME", help="aircraft"),
-    console.option("--who", default="", metavar="NAME", help="who checks"),
-    console.option("--done", type=int, action="append", metavar="N", help="manual item N of the profile is in order"),
-    console.RECORDS_REVIEWED,
-    console.JSON,
-)
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    profile, done = "profile that says how the module should be set", "manual item N of the profile is in order"
+    console.add_file(parser, "--profile", metavar="FILE", help=profile)
+    parser.add_argument("--enable-triggers", action="store_true", help="enable both automatic triggers first")
+    parser.add_argument("--activate", action="store_true", help="enable, check, activate if READY, and read again: GO")
+    console.add_file(parser, "--report", metavar="FILE.pdf", help="write the report, and the record beside it")
+    console.add_module(parser, "name of the module")
+    parser.add_argument("--aircraft", default="", metavar="NAME", help="aircraft")
+    parser.add_argument("--who", default="", metavar="NAME", help="who checks")
+    parser.add_argument("--done", type=int, action="append", metavar="N", help=done)
+    console.add_flags(parser, "--yes", "--records-reviewed")
 
 
 def run(args: argparse.Namespace) -> int:
@@ -120,7 +117,6 @@ def _check(args: argparse.Namespace, profile: Profile, records: Records) -> int:
     is_refused = False
     with connected(records.port, args.baud, journal=journal if args.activate else None) as opened:
         refuse_another(opened.conversation, records, args)
-        console.note_wait(tr("Checking takes about ten seconds."))
         try:
             opened.run(run_preflight(evidence, is_enabling=is_enabling, journal=journal))
             if args.activate:
@@ -200,16 +196,11 @@ def page_of(filed: Filed) -> list[console.Line]:
     lines += [caveat.translated() for caveat in filed.record.caveats]
     lines += [""] if is_no_go else [tr("Valid now only; not monitored afterwards."), ""]
     rows: list[tuple[str, ...]] = []
-    colours: list[int] = []
     for check in assessment.checks:
         finding = check.finding
         shown = finding.shown.translated() + in_brackets(finding.limit.translated())
         rows.append((tr(RESULT_WORDS[finding.result]), UserMessage(check.check.title).translated(), shown))
-        colours.append({CheckResult.PASS: 0, CheckResult.WARN: console.CAUTION}.get(finding.result, console.BAD))
         if finding.result is not CheckResult.PASS:
             rows.append(("", "", f"{UserMessage(check.check.why).translated()} → {check.do.translated()}"))
-            colours.append(0)
-    for item in assessment.manual:
-        rows.append((tr(MANUAL_WORDS[item.is_done]), clean(item.text)))
-        colours.append(0)
-    return [*lines, *zip(console.columns(rows), colours, strict=True)]
+    rows += [(tr(MANUAL_WORDS[item.is_done]), clean(item.text)) for item in assessment.manual]
+    return [*lines, *console.columns(rows)]

@@ -61,20 +61,19 @@ def _names(text: str) -> tuple[str, ...]:
     return names
 
 
-ARGUMENTS = (
-    console.file("--profile", "FILE", "write all settings of this profile", required=True),
-    console.option("--names", type=_names, required=True, metavar=EXAMPLE, help="names, one for each module"),
-    console.switch("--enable-triggers", "enable both automatic triggers"),
-    console.YES,
-    console.ACCEPT_RISK,
-    console.RECORDS_REVIEWED,
-    console.switch("--all-new", "all modules are new, also those that resemble a known one"),
-    console.option("--who", default="", metavar="NAME", help="who checks"),
-    console.file("--labels", "FILE.pdf", "print labels into this file"),
-    console.option("--tape", choices=tuple(PAPERS), default="A4", help="paper of the labels: width in mm, or sheets"),
-    *console.PORT,
-    console.JSON,
-)
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    new, tape = (
+        "all modules are new, also those that resemble a known one",
+        "paper of the labels: width in mm, or sheets",
+    )
+    console.add_file(parser, "--profile", metavar="FILE", help="write all settings of this profile", required=True)
+    parser.add_argument("--names", type=_names, required=True, metavar=EXAMPLE, help="names, one for each module")
+    parser.add_argument("--enable-triggers", action="store_true", help="enable both automatic triggers")
+    parser.add_argument("--all-new", action="store_true", help=new)
+    parser.add_argument("--who", default="", metavar="NAME", help="who checks")
+    console.add_file(parser, "--labels", metavar="FILE.pdf", help="print labels into this file")
+    parser.add_argument("--tape", choices=tuple(PAPERS), default="A4", help=tape)
+    console.add_flags(parser, "--yes", "--accept-risk", "--records-reviewed")
 
 
 def run(args: argparse.Namespace) -> int:

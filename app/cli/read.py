@@ -6,7 +6,6 @@ null in JSON and "unknown" with the reason in the text, never a default.
 
 import argparse
 from collections.abc import Mapping
-from importlib import import_module
 
 from app.engine.conversation import STATUS_KEYS, Interrupted
 from app.engine.procedure import EngineView, Inspect, Pause, Procedure
@@ -47,7 +46,6 @@ _WORDS: Mapping[tuple[str, Value], str] = {
     ("triggered", True): marked("triggered"),
     ("triggered", False): marked("not triggered"),
 }
-ARGUMENTS = (*console.PORT, console.JSON)
 
 
 def run(args: argparse.Namespace) -> int:
@@ -55,23 +53,14 @@ def run(args: argparse.Namespace) -> int:
     ended: Interrupted | None = None
     round_trip_s: float | None = None
     is_doubled = is_streaming = False
-
-    def prepare() -> None:
-        args.say_left_active()
-        # What shows the result.
-        import_module("app.preflight.reading_object" if args.json else "app.limits.limits")
-
-    try:
-        with connected(args.port, args.baud) as opened:
-            try:
-                opened.run(read_everything(read), meanwhile=prepare)
-                is_doubled = opened.run(is_answered_twice(read.answered_at))
-                is_streaming = opened.conversation.is_streaming
-                round_trip_s = opened.conversation.lag_s
-            except Interrupted as error:
-                ended = error
-    finally:
-        args.say_left_active()  # also where nobody answers
+    with connected(args.port, args.baud) as opened:
+        try:
+            opened.run(read_everything(read))
+            is_doubled = opened.run(is_answered_twice(read.answered_at))
+            is_streaming = opened.conversation.is_streaming
+            round_trip_s = opened.conversation.lag_s
+        except Interrupted as error:
+            ended = error
     values = dict(read.values)
     # Why a value is not known, by its key; "status" stands for all of the status.
     errors = {key: _no_reply(unanswered.attempts, unanswered.waited_s) for key, unanswered in read.errors.items()}

@@ -8,8 +8,8 @@ came until then; 4 if the file could not be written or is incomplete, as after a
 
 import argparse
 
-from app.cli.monitor import watched
-from app.cli.recordings import EXPORT, STANDARD_OUTPUT, ExportJson, export, refuse_unwritable
+from app.cli import monitor
+from app.cli.recordings import STANDARD_OUTPUT, ExportJson, add_export, export, refuse_unwritable
 from app.recordings.library import RecordingLibrary, entry_of
 from app.recordings.recorder import Recorder
 from app.terminal import console
@@ -20,7 +20,9 @@ from app.text.messages import UserError, join_sentences
 SETTLE_LIMIT_S = 10.0  # how long writing the rest may take at the end
 
 
-ARGUMENTS = (*console.PORT, console.SECONDS, *EXPORT, console.JSON)
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    monitor.add_arguments(parser)
+    add_export(parser)
 
 
 def run(args: argparse.Namespace) -> int:
@@ -29,7 +31,7 @@ def run(args: argparse.Namespace) -> int:
     lost: Exception | None = None
     is_whole = True
     try:
-        for batch in watched(args, reads_all=True):
+        for batch in monitor.watched(args, reads_all=True):
             if recorder is None:
                 recorder = Recorder(RecordingLibrary(), batch.connection.port, batch.connection.baud_rate)
             recorder.on_batch(batch)

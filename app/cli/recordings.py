@@ -64,25 +64,31 @@ def _export_path(text: str) -> Path:
     raise console.expected(f"{MCAP}, {CSV}, {STANDARD_OUTPUT}")
 
 
-# The file, and what becomes of one that is there; also of `dps-s record`.
-EXPORT = (
-    console.switch("--append", "add to the file (only .csv)", one_of="existing"),
-    console.FORCE._replace(one_of="existing"),
-    console.file("file", "FILE", ".mcap, .csv, or - for a table on standard output", type=_export_path),
-)
+def add_export(parser: argparse.ArgumentParser) -> None:
+    """The file, and what becomes of one that is there; also of `dps-s record`."""
+    existing = parser.add_mutually_exclusive_group()
+    existing.add_argument("--append", action="store_true", help="add to the file (only .csv)")
+    console.add_flags(existing, "--force")
+    where = ".mcap, .csv, or - for a table on standard output"
+    console.add_file(parser, "file", metavar="FILE", help=where, type=_export_path)
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    name = console.option("name", metavar="NAME", help="beginning of the recording's name, or latest")
-    console.describe(parser, ())
     commands = parser.add_subparsers(metavar="COMMAND", required=True)
-    for word, summary, function, options in (
-        ("list", "list all recordings", run_list, ()),
-        ("export", "write one to a file", run_export, (name, *EXPORT)),
-        ("delete", "delete one permanently", run_delete, (name, console.YES)),
+    for function, word, summary in (
+        (run_list, "list", "list all recordings"),
+        (run_export, "export", "write one to a file"),
+        (run_delete, "delete", "delete one permanently"),
     ):
         command = commands.add_parser(word, help=summary)
-        console.describe(command, (*options, console.JSON))
+        if word != "list":
+            command.add_argument("name", metavar="NAME", help="beginning of the recording's name, or latest")
+        if word == "export":
+            add_export(command)
+        if word == "delete":
+            console.add_flags(command, "--yes")
+        console.add_flags(command, "--json")
+        console.add_everywhere(command)
         command.set_defaults(function=function)
 
 

@@ -63,7 +63,9 @@ def read_module(port: str, baud_rate: int | None) -> ModuleSettings:
     return ModuleSettings(port, rate, reading.boot_count, values, missing)
 
 
-ARGUMENTS = (console.file("file", "FILE.toml", "profile"), console.FORCE, *console.PORT, console.JSON)
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    console.add_file(parser, "file", metavar="FILE.toml", help="profile")
+    console.add_flags(parser, "--force")
 
 
 def run(args: argparse.Namespace) -> int:

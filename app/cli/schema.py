@@ -47,7 +47,8 @@ def schema_of(name: str) -> dict[str, Any]:
     return {"$schema": "https://json-schema.org/draft/2020-12/schema", "title": name, **schema}
 
 
-ARGUMENTS = (console.option("name", choices=tuple(SCHEMAS), metavar="NAME", help=", ".join(SCHEMAS)),)
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument("name", choices=tuple(SCHEMAS), metavar="NAME", help=", ".join(SCHEMAS))
 
 
 def run(args: argparse.Namespace) -> int:

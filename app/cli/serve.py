@@ -32,12 +32,10 @@ class ServeJson(Result):
     address: str
 
 
-WHERE = "where readers connect (default: a free port of this computer)"
-ARGUMENTS = (
-    console.option("--tcp", type=console.tcp_address, default=("127.0.0.1", 0), metavar="HOST:PORT", help=WHERE),
-    *console.PORT,
-    console.JSON,
-)
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    address: dict[str, Any] = {"type": console.tcp_address, "default": ("127.0.0.1", 0), "metavar": "HOST:PORT"}
+    where = "where readers connect (default: a free port of this computer)"
+    parser.add_argument("--tcp", help=where, **address)
 
 
 def run(args: argparse.Namespace) -> int:

@@ -58,15 +58,14 @@ class SetJson(Result):
 
 
 WISHES = f"{', '.join(SETTING_KEYS)}; triggers and output: true or false"
-ARGUMENTS = (
-    console.option("wishes", nargs="*", metavar="NAME=VALUE", help=WISHES),
-    console.file("--profile", "FILE", "write all settings of this profile"),
-    console.ACCEPT_RISK,
-    console.switch("--dry-run", "only show what would change"),
-    console.switch("--unlock", "write although the module may fire"),
-    *console.PORT,
-    console.JSON,
-)
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument("wishes", nargs="*", metavar="NAME=VALUE", help=WISHES)
+    console.add_file(parser, "--profile", metavar="FILE", help="write all settings of this profile")
+    console.add_flags(parser, "--accept-risk")
+    parser.add_argument("--dry-run", action="store_true", help="only show what would change")
+    parser.add_argument("--unlock", action="store_true", help="write although the module may fire")
 
 
 def run(args: argparse.Namespace) -> int:
@@ -82,7 +81,7 @@ def run(args: argparse.Namespace) -> int:
     if any(wish.risks for wish in wishes) and not args.accept_risk:
         console.refuse_without("--accept-risk")
     report, is_doubled = _write(wishes, args)
-    answer, rows, colours = SetJson({}), list[tuple[str, str]](), list[int]()
+    answer, rows = SetJson({}), list[tuple[str, str]]()
     for written in report.results:
         key, why = written.command.key, why_not_verified(written, report)
         answer.results[key] = SetResultJson(
@@ -93,10 +92,7 @@ def run(args: argparse.Namespace) -> int:
             error=None if why is None else why.in_english(),
         )
         rows.append((key, _sentence(written, report.before.get(key), why)))
-        good_enough = console.CAUTION if why is None else console.BAD
-        colours.append(console.GOOD if written.verified else good_enough)
-    console.emit(args, answer, zip(console.columns(rows), colours, strict=True))
-
+    console.emit(args, answer, console.columns(rows))
     if report.interrupted is not None:
         console.notify(report.interrupted.sentence)
     if is_doubled:

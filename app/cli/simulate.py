@@ -26,9 +26,9 @@ from app.text.messages import ErrorCode, error_text, labelled
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.usage = "%(prog)s [--link PATH | --tcp HOST:PORT] [--OPTION VALUE …]"
-    link = console.file("--link", "PATH", "symbolic link to the pseudo-terminal", one_of="way")
-    tcp = console.option("--tcp", type=console.tcp_address, metavar="HOST:PORT", one_of="way")
-    console.describe(parser, (link, tcp))
+    way = parser.add_mutually_exclusive_group()
+    console.add_file(way, "--link", metavar="PATH", help="symbolic link to the pseudo-terminal")
+    way.add_argument("--tcp", type=console.tcp_address, metavar="HOST:PORT")
     module = parser.add_argument_group("module, line and world")
     for option in fields(Setup):
         metavar = option.metadata["metavar"]

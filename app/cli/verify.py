@@ -15,7 +15,7 @@ from app.preflight.verdict import Verdict
 from app.records.verification import RecordState, verify_file
 from app.store.station import shown_key
 from app.terminal import console
-from app.terminal.records import existing_store, say_notice
+from app.terminal.records import opened_store
 from app.terminal.results import Result
 from app.text.messages import ErrorCode, UserError, message
 from protocol.translatable import marked
@@ -42,15 +42,13 @@ class VerifyJson(Result):
     is_simulated: bool | None = field(default=None, name="simulated")
 
 
-ARGUMENTS = (console.file("file", "FILE", "record (.json) or report (.pdf)"), console.JSON)
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    console.add_file(parser, "file", metavar="FILE", help="record (.json) or report (.pdf)")
 
 
 def run(args: argparse.Namespace) -> int:
-    store = existing_store()
-    names = known_names(store)
-    if store is not None:
-        say_notice(store)
-        store.close()
+    with opened_store() as store:
+        names = known_names(store)
     try:
         found = verify_file(args.file, names)
     except UserError as error:

@@ -472,10 +472,6 @@
         <translation>检查人</translation>
     </message>
     <message>
-        <source>Checking takes about ten seconds.</source>
-        <translation>检查约需十秒。</translation>
-    </message>
-    <message>
         <source>Checks</source>
         <translation>检查项目</translation>
     </message>
@@ -720,8 +716,8 @@
         <translation>把飞行日志拖到这里：是否会触发？</translation>
     </message>
     <message>
-        <source>Dropped: sends too much or no frames, or does not read.</source>
-        <translation>已断开：发送过多、发送的不是数据帧，或不读取数据。</translation>
+        <source>Dropped: sends no frames, or does not read.</source>
+        <translation>已断开：发送的不是数据帧，或不读取数据。</translation>
     </message>
     <message>
         <source>Dropped: too many readers.</source>
@@ -742,10 +738,6 @@
     <message>
         <source>Each module gets these settings and both triggers, is checked and named:</source>
         <translation>每个接入的模块将写入以下参数、启用两种触发、接受检查并命名：</translation>
-    </message>
-    <message>
-        <source>Each rate may take some seconds.</source>
-        <translation>每个波特率可能需要几秒。</translation>
     </message>
     <message>
         <source>Earlier values no longer count.</source>
@@ -2494,10 +2486,6 @@
     <message>
         <source>Sound: TRIGGERED, ACTIVE, link lost while ACTIVE</source>
         <translation>提示音：已触发、已激活、激活时通信中断</translation>
-    </message>
-    <message>
-        <source>Source</source>
-        <translation>来源</translation>
     </message>
     <message>
         <source>Speed of the serial line.</source>

@@ -26,7 +26,7 @@ from app.system.clock import steady_time
 from app.terminal.console import USUAL_RATE, Refused, check_signals, note, notify, signals_noted, state
 from app.text.i18n import tr
 from app.text.messages import ErrorCode, UserError, join_sentences
-from protocol.events import Answered, Counters, EndReason, Sent, Unanswered
+from protocol.events import Counters, EndReason, Sent
 
 if TYPE_CHECKING:
     from app.diagnosis.causes import PortEvidence
@@ -39,8 +39,6 @@ OPENING_LIMIT_S: Final = 2.0
 OWED_LIMIT_S: Final = 10.0
 STOP_LIMIT_S: Final = 1.0
 WAIT_S: Final = 0.1
-# A store that hangs is waited for within a limit, as by LOCK.
-KEEP_LIMIT_S: Final = 2.0
 
 Result = TypeVar("Result")
 
@@ -115,16 +113,12 @@ class OpenPort:
         self._return.feed(self.connection, steady_time())
         self._return.poll(listed, steady_time())  # learns its socket, and whether there are two of its kind
 
-    def run(
-        self, procedure: Procedure[Result], *, outlives: bool = False, meanwhile: Callable[[], object] = bool
-    ) -> Result:
+    def run(self, procedure: Procedure[Result], *, outlives: bool = False) -> Result:
         """Run a procedure, in the conversation in which the module was greeted, and return its result. Raises its
-        exception, such as `Interrupted`, and `Signalled`. `outlives`: it belongs to the port, not to a conversation.
-        `meanwhile` is called while it waits for answers."""
+        exception, such as `Interrupted`, and `Signalled`. `outlives`: it belongs to the port, not to a conversation."""
         job = self.worker.submit(Job(procedure, conversation=None if outlives else self.number))
         self._jobs.append(job)
         self._is_running = True
-        meanwhile()
         while not job.is_done:
             self.wait()
         # What the procedure saw is taken in before its result is used.
@@ -301,7 +295,7 @@ def connected(
                 from app.store.acts import note_triggered
                 from app.terminal.records import adapter_of, opened_store
 
-                with opened_store(KEEP_LIMIT_S) as store:
+                with opened_store() as store:
                     store.write(lambda facts: note_triggered(facts, port=port, adapter=adapter_of(port)))
 
 
@@ -329,33 +323,19 @@ def no_module_found(port: str) -> str:
 
 
 def _trace() -> Callable[[Batch], None]:
-    """Prints what happens on standard error: with -v requests and their outcomes, with -vv every frame. Times count
-    from the first batch."""
+    """Prints on standard error what is sent and received, in words; with -vv its bytes, too. Times count from here."""
     from app.captures.explain import event_sentence
     from app.captures.traffic import entries_of
 
-    started_at: float | None = None
-    last_opened = ""
+    started_at = steady_time()
 
     def on_batch(batch: Batch) -> None:
-        nonlocal started_at, last_opened
-        if started_at is None:
-            started_at = min((event.at for event in batch.events), default=batch.at)
-        rate = tr("{rate} baud", rate=batch.connection.baud_rate)
-        opened = f"{batch.connection.port}  {rate}, {batch.connection.state.value}"
-        if opened != last_opened:
-            last_opened = opened
-            notify(f"{batch.at - started_at:9.3f}   {opened}")
         for event in batch.events:
-            words, shown = event_sentence(event), "  "
-            if isinstance(event, Answered) and event.round_trip_s is not None:
-                words = f"{1000 * event.round_trip_s:.1f} ms"
-            if isinstance(event, Answered | Unanswered):
-                words = f"{tr(event.request.command.title)}  {words}"
-            for frame in entries_of((event,), started_at):
-                shown = f" {frame.way.value} {frame.raw.hex(' ').upper()} "
-                words = words if state.verbosity > 1 else ""
+            shown = "".join(entry.line for entry in entries_of((event,), started_at))
+            if state.verbosity < 2 or not shown:
+                shown = f"{event.at - started_at:.6f}"
+            words = event_sentence(event)
             if words:
-                notify(f"{max(0.0, event.at - started_at):9.3f}{shown} {words}".rstrip())
+                notify(f"{shown}  {words}")
 
     return on_batch

@@ -15,9 +15,10 @@ import threading
 import unicodedata
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import contextmanager, suppress
+from itertools import zip_longest
 from pathlib import Path
 from types import FrameType
-from typing import Any, Final, NamedTuple, NoReturn
+from typing import Any, Final, NoReturn
 
 from app.engine.target import host_and_port
 from app.text.i18n import tr
@@ -146,68 +147,47 @@ def tcp_address(text: str) -> tuple[str, int]:
         raise expected("HOST:PORT") from error
 
 
-class Option(NamedTuple):
-    """An argument of a command. `completed_by`: the functions of the completion scripts; of those with the same
-    `one_of` only one may be given."""
-
-    names: tuple[str, ...]
-    settings: dict[str, Any]
-    completed_by: tuple[str, str] = ("", "")
-    one_of: str = ""
+def add_file(parser: Any, *names: str, **settings: Any) -> None:
+    """Add an argument that is a file or a folder, and completed as such by the shell."""
+    action = parser.add_argument(*names, **{"type": Path, **settings})
+    action.complete = {"bash": "_shtab_compgen_files", "zsh": "_files"}
 
 
-def option(*names: str, one_of: str = "", **settings: Any) -> Option:
-    return Option(names, settings, one_of=one_of)
+def add_port(parser: argparse.ArgumentParser) -> None:
+    text = "serial port, socket:// or rfc2217:// address, or sim://; default: DPS_S_PORT, or the only adapter"
+    port: Any = parser.add_argument("-p", "--port", type=name, metavar="P", action="append", help=text)
+    port.complete = {"bash": "_dps_s_ports", "zsh": "_dps_s_ports"}
+    text = f"baud rate: {', '.join(map(str, RATES))} or {AUTO} (default: {USUAL_RATE})"
+    parser.add_argument("-b", "--baud", type=baud_rate, default=USUAL_RATE, metavar="N", help=text)
 
 
-def switch(name: str, text: str, one_of: str = "") -> Option:
-    return option(name, one_of=one_of, action="store_true", help=text)
-
-
-def file(name: str, metavar: str, text: str, *, one_of: str = "", **settings: Any) -> Option:
-    """A file or a folder."""
-    settings = {"type": Path, **settings, "metavar": metavar, "help": text}
-    return Option((name,), settings, ("_shtab_compgen_files", "_files"), one_of)
-
-
-def module(text: str) -> tuple[Option, Option]:
+def add_module(parser: argparse.ArgumentParser, text: str) -> None:
     """--module, and --same-module for where something speaks against that name."""
-    named = option("--module", type=lambda word: clean(name(word).strip()), metavar="NAME", help=text)
-    return named, switch("--same-module", "it is the module of that name, although it differs")
+    parser.add_argument("--module", type=lambda word: clean(name(word).strip()), metavar="NAME", help=text)
+    parser.add_argument("--same-module", action="store_true", help="it is the module of that name, although it differs")
 
 
-_PORT_HELP = "serial port, socket:// or rfc2217:// address, or sim://; default: DPS_S_PORT, or the only adapter"
-_PORT = {"type": name, "metavar": "P", "action": "append", "help": _PORT_HELP}
-_BAUD_HELP = f"baud rate: {', '.join(map(str, RATES))} or {AUTO} (default: {USUAL_RATE})"
-PORT: Final = (
-    Option(("-p", "--port"), _PORT, ("_dps_s_ports", "_dps_s_ports")),
-    option("-b", "--baud", type=baud_rate, default=USUAL_RATE, metavar="N", help=_BAUD_HELP),
-)
-JSON: Final = switch("--json", "print JSON; see dps-s schema")
-YES: Final = switch("--yes", "do it; without it the command only says what it would do")
-FORCE: Final = switch("--force", "replace the file")
-ACCEPT_RISK: Final = switch("--accept-risk", "write values that take protection away")
-_REVIEWED = "the trigger records were judged; a module that never answers their query is new"
-RECORDS_REVIEWED: Final = switch("--records-reviewed", _REVIEWED)
-SECONDS: Final = option("--seconds", type=seconds, default=math.inf, metavar="S", help="end after S seconds")
-# Without a default: that of a sub-command's parser would replace an option given before the command.
-_EVERYWHERE = {
-    ("-v", "--verbose"): ("count", "show requests on standard error; -vv: every frame, and the log"),
-    ("--quiet",): ("store_true", "print only errors and warnings"),
+def add_flags(parser: Any, *flags: str) -> None:
+    """Options without a value that several commands have."""
+    for flag in flags:
+        parser.add_argument(flag, action="store_true", help=_FLAGS[flag])
+
+
+def add_everywhere(parser: argparse.ArgumentParser) -> None:
+    # Without a default: that of a sub-command's parser would replace an option given before the command.
+    text = "show what is sent and received on standard error; -vv: every frame, and the log"
+    parser.add_argument("-v", "--verbose", action="count", default=argparse.SUPPRESS, help=text)
+    text = "print only errors and warnings"
+    parser.add_argument("--quiet", action="store_true", default=argparse.SUPPRESS, help=text)
+
+
+_FLAGS: Final = {
+    "--json": "print JSON; see dps-s schema",
+    "--yes": "do it; without it the command only says what it would do",
+    "--force": "replace the file",
+    "--accept-risk": "write values that take protection away",
+    "--records-reviewed": "the trigger records were judged; a module that never answers their query is new",
 }
-
-
-def describe(parser: argparse.ArgumentParser, options: Iterable[Option]) -> None:
-    """Add these, and what every command takes."""
-    groups: dict[str, Any] = {"": parser}
-    for one in options:
-        if one.one_of not in groups:
-            groups[one.one_of] = parser.add_mutually_exclusive_group()
-        action = groups[one.one_of].add_argument(*one.names, **one.settings)
-        if one.completed_by[0]:
-            action.complete = dict(zip(("bash", "zsh"), one.completed_by, strict=True))
-    for names, (act, text) in _EVERYWHERE.items():
-        parser.add_argument(*names, action=act, default=argparse.SUPPRESS, help=text)
 
 
 def refuse_without(option: str) -> NoReturn:
@@ -235,7 +215,7 @@ def signals_noted() -> Iterator[None]:
     """Only note signals from now on, until the outermost block ends; `check_signals` raises them.
 
     So none interrupts a line of output, or the switching off of a stream. Where a pipe that nobody reads blocks the
-    output, an alarm a second later breaks it off. It does nothing in other threads.
+    output, the next signal breaks it off, which is an alarm a second later. It does nothing in other threads.
     """
     if state.is_noting or threading.current_thread() is not threading.main_thread():
         yield
@@ -244,22 +224,24 @@ def signals_noted() -> Iterator[None]:
     def note(number: int, _frame: FrameType | None) -> None:
         if state.signal is None:
             state.signal = number
-            _set_alarm(PATIENCE_S)
+            set_alarm(PATIENCE_S)
+        elif state.is_writing:
+            raise Signalled(state.signal)
 
-    def give_up(_number: int, _frame: FrameType | None) -> None:
-        if state.is_writing:
-            raise Signalled(state.signal or signal.SIGTERM)
+    def set_alarm(every_s: float) -> None:
+        if hasattr(signal, "setitimer"):
+            signal.setitimer(signal.ITIMER_REAL, every_s, every_s)
 
     before: dict[int, Any] = {}
     for name in ("SIGINT", "SIGTERM", "SIGHUP", "SIGBREAK", "SIGALRM"):
         number = getattr(signal, name, None)  # not all platforms have all of them
         if number is not None and signal.getsignal(number) is not signal.SIG_IGN:
-            before[number] = signal.signal(number, give_up if name == "SIGALRM" else note)
+            before[number] = signal.signal(number, note)
     state.is_noting = True
     try:
         yield
     finally:
-        _set_alarm(0.0)
+        set_alarm(0.0)
         state.is_noting, state.signal = False, None
         for number, former in before.items():
             signal.signal(number, former)
@@ -270,11 +252,6 @@ def check_signals() -> None:
         raise Signalled(state.signal)
 
 
-def _set_alarm(every_s: float) -> None:
-    if hasattr(signal, "setitimer"):
-        signal.setitimer(signal.ITIMER_REAL, every_s, every_s)
-
-
 # Messages on standard error
 
 
@@ -282,12 +259,6 @@ def note(sentence: str) -> None:
     """Notify of what is neither an error nor a warning: it is silent with --quiet."""
     if state.verbosity >= 0:
         notify(sentence)
-
-
-def note_wait(sentence: str) -> None:
-    """Note something for a person at a terminal who waits for the result."""
-    if sys.stderr.isatty():
-        note(sentence)
 
 
 def notify(sentence: str) -> None:
@@ -316,7 +287,7 @@ def wrote(path: object, write_file: Callable[[], object]) -> bool:
 # The result on standard output
 
 # A line for people, with a colour for terminals: its ANSI code, 0 for none.
-GOOD, CAUTION, BAD = 32, 33, 31
+GOOD, BAD = 32, 31
 Line = str | tuple[str, int]
 
 
@@ -419,20 +390,16 @@ def fail(error: Exception, *, is_json: bool) -> int:
 
 
 def columns(rows: Sequence[tuple[str, ...]], *, indent: int = 0) -> list[str]:
-    """Left-aligned columns, two spaces apart. The last cell of a row does not widen its column."""
+    """Left-aligned columns, two spaces apart. The last cell of a row, mostly a sentence, does not widen its column: it
+    would push every line over the edge of the terminal."""
 
     def width(text: str) -> int:
         # A Chinese character takes two columns of a terminal.
-        shown = [character for character in text if not unicodedata.combining(character)]
-        return sum(2 if unicodedata.east_asian_width(character) in "WF" else 1 for character in shown)
+        return sum(2 if unicodedata.east_asian_width(character) in "WF" else 1 for character in text)
 
-    # The last cell is mostly a sentence: as a column it would push every line over the edge of the terminal.
-    widths: dict[int, int] = {}
-    for row in rows:
-        for number, cell in enumerate(row[:-1]):
-            widths[number] = max(widths.get(number, 0), width(cell))
+    widths = [max(map(width, column)) for column in zip_longest(*(row[:-1] for row in rows), fillvalue="")]
     lines: list[str] = []
     for row in rows:
-        cells = [cell + " " * (widths.get(number, 0) - width(cell)) for number, cell in enumerate(row)]
-        lines.append((" " * indent + "  ".join(cells)).rstrip())
+        cells = [cell + " " * (widest - width(cell)) for cell, widest in zip(row[:-1], widths, strict=False)]
+        lines.append((" " * indent + "  ".join((*cells, *row[-1:]))).rstrip())
     return lines

@@ -6,7 +6,6 @@ module, by `lock --same-module`.
 """
 
 import argparse
-import time
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from concurrent.futures import Future
 from contextlib import contextmanager
@@ -21,9 +20,8 @@ from app.modules.names import remembered, store_as_found, what_speaks_against
 from app.safety.journal import Journal
 from app.safety.left_active import LeftActive, all_left, note_locked, note_named
 from app.store.acts import StoreJournal, Where, note_said_safe
-from app.store.fact_store import CLOSE_LIMIT_S, FILE_NAME, Facts, Store, not_kept
+from app.store.fact_store import Facts, Store, not_kept
 from app.store.rows import Row
-from app.system.files import data_folder
 from app.terminal.console import Refused, note, notify, notify_once
 from app.text.i18n import tr
 from app.text.messages import ErrorCode, UserError, UserMessage, join_names, join_sentences
@@ -31,7 +29,6 @@ from protocol.fields import Value
 
 ORIGIN = "command line"
 READ_LIMIT_S = 1.0  # how long a command waits for what it asks of the store
-LEFT_LIMIT_S = 0.5
 Result = TypeVar("Result")
 
 
@@ -73,27 +70,26 @@ class CommandStore(Store):
 
 
 @contextmanager
-def opened_store(limit_s: float = CLOSE_LIMIT_S, *, starts_late: bool = False) -> Iterator[CommandStore]:
-    """Open the store, at once. At the end, at most `limit_s` later, what a person should know of it is said, and
-    whether anything was not written."""
+def opened_store(*, starts_late: bool = False) -> Iterator[CommandStore]:
+    """Open the store, at once. At the end what a person should know of it is said, and whether anything was not
+    written."""
     store = CommandStore(starts_late=starts_late)
     try:
         yield store
     finally:
-        ends_at = time.monotonic() + limit_s
         store.start()
-        say_notice(store, limit_s)
-        is_whole = store.close(max(0.0, ends_at - time.monotonic()))
+        is_whole = store.close()
+        say_notice(store)
         for trouble in store.troubles:
             notify_once(trouble.translated())
         if store.troubles or not is_whole:
             notify(tr("The audit log is incomplete."))
 
 
-def say_notice(store: Store, limit_s: float = CLOSE_LIMIT_S) -> None:
+def say_notice(store: Store) -> None:
     """Say what a person should know of the store, or why there is none: once, however often a command opens it."""
     try:
-        notice = store.opened.result(limit_s)
+        notice = store.opened.result(0.0)
     except UserError as error:
         notice = error.message
     except TimeoutError:
@@ -109,20 +105,10 @@ def say_not_kept(trouble: UserError) -> None:
 
 
 @contextmanager
-def records_of(port: str, limit_s: float = CLOSE_LIMIT_S, *, starts_late: bool = False) -> Iterator[Records]:
+def records_of(port: str, *, starts_late: bool = False) -> Iterator[Records]:
     """Give the records of a port, with a store of its own."""
-    with opened_store(limit_s, starts_late=starts_late) as store:
+    with opened_store(starts_late=starts_late) as store:
         yield store.records(port)
-
-
-def existing_store() -> Store | None:
-    # The store, where there is one: reading makes none.
-    try:
-        if not (data_folder() / FILE_NAME).exists():
-            return None
-    except OSError:
-        pass  # a folder that may not be entered; whoever reads is told
-    return Store()
 
 
 def adapter_of(port: str) -> str:
@@ -138,22 +124,19 @@ def adapter_of(port: str) -> str:
 
 
 def say_left_active(ports: Sequence[str], module: str | None) -> None:
-    # Before anything is sent, where the disk answers within half a second; else nothing waits for it any longer.
-    store = existing_store()
-    if store is None:
-        return
+    """Before anything is sent, where the disk answers in time; else nothing waits for it any longer."""
+    store = Store()
     try:
         left = store.write(lambda facts: [one for port in ports for one in _left_here(facts, port, module)])
-        entries = left.result(LEFT_LIMIT_S)
-        say_notice(store)
         # Several ports may have one adapter's entry in common.
-        for one in dict.fromkeys(entries):
+        for one in dict.fromkeys(left.result(READ_LIMIT_S)):
             notify(one.sentence)
     except TimeoutError:
         notify(tr("What was left ACTIVE is not known: the disk is too slow."))
     except UserError:
-        say_notice(store)
+        pass  # it is said of the store
     finally:
+        say_notice(store)
         store.close(0.0)
 
 

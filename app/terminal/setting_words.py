@@ -1,15 +1,14 @@
 """Settings as words of the command line: NAME=VALUE, and the settings of a profile."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from pathlib import Path
 
 from app.procedures.write import SettingChange
 from app.settings.profile_file import read_profile
-from app.settings.values import parse_value
+from app.settings.values import SETTINGS_BY_KEY, parse_value
 from app.terminal.console import Refused, did_you_mean
 from app.text.i18n import tr
 from app.text.messages import UserError
-from protocol.catalogue import SETTINGS
 from protocol.fields import Value
 
 
@@ -21,19 +20,18 @@ def settings_of_profile(path: Path) -> Mapping[str, Value]:
     return settings
 
 
-def parse_settings(words: Sequence[str]) -> list[SettingChange]:
-    """Parse and check all words. Raises `Refused` with all errors."""
-    offered = {command.key: command for command in SETTINGS}
+def parse_settings(words: Sequence[str], names: Collection[str] = SETTINGS_BY_KEY) -> list[SettingChange]:
+    """Parse and check all words, of settings with these names. Raises `Refused` with all errors."""
     wishes: dict[str, SettingChange] = {}
     faults: list[str] = []
     for word in words:
         name, equals, text = word.partition("=")
-        command = offered.get(name)
+        command = SETTINGS_BY_KEY[name] if name in names else None
         if not equals:
             faults.append(f"{word}: {tr('expected {expected}', expected='NAME=VALUE')}")
         elif command is None or command.write is None:
-            hint = did_you_mean(name, offered)
-            faults.append(f"{name}: {tr('expected {expected}', expected='|'.join(offered))}{hint}")
+            hint = did_you_mean(name, names)
+            faults.append(f"{name}: {tr('expected {expected}', expected='|'.join(names))}{hint}")
         elif name in wishes:
             faults.append(tr("{name} is given twice.", name=name))
         else:

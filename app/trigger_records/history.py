@@ -16,8 +16,7 @@ from app.store.fact_store import Facts
 from app.store.rows import Judgement, ModuleVisited, SaidNew, TriggerRecordJudged, TriggerRecordSeen
 from app.system.files import write_whole
 from app.text.csv_cells import BYTE_ORDER_MARK, csv_text, utc_cell
-from app.text.i18n import tr
-from app.text.messages import UserMessage, clean, in_brackets, joined, message
+from app.text.messages import UserMessage, clean, joined, message
 from protocol.catalogue import BOOTS, MAX_RECORDS, RECORD_PART
 from protocol.fields import Value
 from protocol.messages import EmptySlot, TriggerRecord, decode_record
@@ -163,14 +162,6 @@ def uptime_message(record: TriggerRecord) -> UserMessage:
     else:
         text = message(marked("{value} s"), value=seconds)
     return message("≥ {time}", time=text) if record.uptime_s >= MAX_UPTIME_S else text
-
-
-def cell_text(record: TriggerRecord) -> str:
-    """Return the cell voltage of a record with what is wrong with it, in the language in use."""
-    volts, outside = f"{record.cell_voltage_v:.2f} V", record_outside(record)
-    if outside is not None:
-        return f"{volts}{in_brackets(tr(outside.fault.value))}"
-    return tr("{text} (implausible)", text=volts) if record.implausible else volts
 
 
 # The store

@@ -12,7 +12,6 @@ from pathlib import Path
 import pytest
 
 from app.cli.act import print_outcome
-from app.cli.lock import LateJournal
 from app.engine import transport
 from app.engine.conversation import StatusSample
 from app.engine.ports import PortInfo
@@ -28,7 +27,6 @@ from app.system.files import data_folder
 from app.terminal.console import Signalled
 from protocol.catalogue import BY_NAME
 from tests.support.cli_line import Program, sets
-from tests.support.journals import FakeJournal
 from tests.support.line.frames import lose
 from tests.support.patience import in_time
 from tests.support.processes import PROGRAM, ran, ran_code, run_module
@@ -117,43 +115,6 @@ def test_lock_leaves_before_any_file_is_opened(
     monkeypatch.setattr("app.store.fact_store.open_file", noted)
     dps_s(["lock", "--port", port])
     assert REQUESTS[Act.LOCK].encode() in sent[0]
-
-
-LOADED = """
-import sys
-from app.engine.transport import SerialLine
-write = SerialLine.write
-def noted(line, data):
-    print(data.hex(), "app.store.fact_store" in sys.modules, file=sys.stderr)
-    write(line, data)
-SerialLine.write = noted
-from app.__main__ import main
-sys.exit(main(sys.argv[1:]))
-"""
-
-
-@pytest.mark.skipif(sys.platform == "win32", reason="there are no pseudo-terminals on Windows")
-@pytest.mark.usefixtures("user_files")
-def test_lock_leaves_before_its_store_is_loaded() -> None:
-    with run_module() as module:
-        said = ran_code(LOADED, "lock", "--port", module.port).stderr
-    assert f"{REQUESTS[Act.LOCK].encode().hex()} False" in said.splitlines()
-
-
-def test_what_lock_tells_before_its_store_is_loaded_is_kept_in_order() -> None:
-    late, kept = LateJournal(), FakeJournal()
-    frame = REQUESTS[Act.LOCK].encode()
-    first = late.begin(Act.LOCK, frame, {"sent": 1})
-    second = late.begin(Act.LOCK, frame, {"sent": 3})
-    late.settle(first, Outcome.UNKNOWN, {"sent": 2})
-    assert not kept.intents
-    late.use(kept)
-    late.settle(second, Outcome.CONFIRMED, {"sent": 4})
-    third = late.begin(Act.LOCK, frame, {"sent": 5})
-    late.settle(third, Outcome.REFUSED, {"sent": 6})
-    assert kept.intents == [(Act.LOCK, frame, {"sent": number}) for number in (1, 3, 5)]
-    assert kept.outcomes == {0: Outcome.UNKNOWN, 1: Outcome.CONFIRMED, 2: Outcome.REFUSED}
-    assert kept.results == {0: {"sent": 2}, 1: {"sent": 4}, 2: {"sent": 6}}
 
 
 BLOCKED = """

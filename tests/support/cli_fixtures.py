@@ -18,8 +18,6 @@ _DISK_LIMITS = (
     "app.safety.journal.DURABLE_LIMIT_S",
     "app.procedures.write.DURABLE_LIMIT_S",
     "app.terminal.records.READ_LIMIT_S",
-    "app.terminal.records.LEFT_LIMIT_S",
-    "app.cli.lock.STORE_LIMIT_S",
 )
 
 
