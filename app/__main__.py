@@ -83,8 +83,6 @@ def _run(words: list[str]) -> int:
         words = [WINDOW, *words]
     entry = BY_NAME.get(words[0])
     if entry is None:
-        if words[0] == "deploy":
-            raise console.Refused(tr("Deploying is possible in the window only."))
         named = tr("There is no command {name}.", name=words[0] + console.did_you_mean(words[0], BY_NAME))
         raise console.Refused("\n".join((named, tr("Help: {command}", command="dps-s -h"))))
     args = entry.parse_words(words[1:])

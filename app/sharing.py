@@ -1,6 +1,6 @@
 """Shares an open port over TCP with readers that may only ask, for `dps-s serve` and for the window.
 
-    a question    asked in its turn, one reader after the other; all that wait for the same are answered by it
+    a question    asked in its turn; all that wait for the same are answered by it
     LOCK          sent at once by the owner of the port, as its own, whatever else is asked
     all else      refused: it never reaches the port
 
@@ -12,7 +12,6 @@ frames, or that does not read, is dropped.
 """
 
 import socket
-from collections import deque
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager, suppress
 from ipaddress import ip_address
@@ -63,7 +62,6 @@ class Reader:
         self.client = client
         self.name = name
         self.parser = StreamParser()
-        self.questions: deque[Request] = deque()  # each once
         self.unread = bytearray()
         self.refused: set[int] = set()  # codes, each told once
         self.noise = 0
@@ -124,11 +122,13 @@ class Sharing:
         self._lock = lock
         self._tell = tell
         self._selector = DefaultSelector()
-        self.readers: list[Reader] = []  # who was asked for last comes last
+        self.readers: list[Reader] = []
+        # What they wait for, each once.
+        self._questions: list[tuple[Reader, Request]] = []
         self._conversation: ConversationView | None = None  # None before the first batch
         self._quiet_until = 0.0
-        # The question that is asked now, with its readers, and the readers whose LOCK is being sent.
-        self._question: Request | None = None
+        # A question is being asked, for these readers; and the readers whose LOCK is being sent.
+        self._is_asking = False
         self._askers: list[Reader] = []
         self._lockers: list[Reader] = []
         self._listener = listener
@@ -196,8 +196,8 @@ class Sharing:
                         reader.refused.add(request.command.code)
                         why = labelled(request.encode().hex(" ").upper(), tr(SHARED))
                         self._tell("refused", reader.name, why)
-                elif request not in reader.questions and not (reader in self._askers and request == self._question):
-                    reader.questions.append(request)
+                elif (reader, request) not in self._questions:
+                    self._questions.append((reader, request))
 
     @contextmanager
     def _watched(self, reader: Reader) -> Iterator[None]:
@@ -213,6 +213,7 @@ class Sharing:
     def _drop(self, reader: Reader, why: str = "") -> None:
         if reader in self.readers:
             self.readers.remove(reader)
+            self._questions = [(one, asked) for one, asked in self._questions if one is not reader]
             self._selector.unregister(reader.client)
             reader.client.close()
             self._tell("dropped" if why else "left", reader.name, why)
@@ -229,22 +230,19 @@ class Sharing:
         if conversation is None:
             return
         if not conversation.is_going or steady_time() < self._quiet_until:
-            for reader in self.readers:
-                reader.questions.clear()
-        waiting = [reader for reader in self.readers if reader.questions]
-        if self._question is not None or not waiting:
+            self._questions.clear()
+        if self._is_asking or not self._questions:
             return
-        self._question = waiting[0].questions[0]
-        self._askers = [reader for reader in waiting if reader.questions[0] == self._question]
-        for reader in self._askers:
-            reader.questions.popleft()
-        self.readers.sort(key=lambda reader: reader in self._askers)
-        self._submit(Job(_ask(self._question), conversation=conversation.number), self._on_answered)
+        question = self._questions[0][1]
+        self._askers = [reader for reader, asked in self._questions if asked == question]
+        self._questions = [(reader, asked) for reader, asked in self._questions if asked != question]
+        self._is_asking = True
+        self._submit(Job(_ask(question), conversation=conversation.number), self._on_answered)
 
     def _on_answered(self, job: Job[tuple[Message, ...]]) -> None:
         if job.error is None:
             self._send(self._askers, b"".join(map(frame_of, job.outcome())))
-        self._askers, self._question = [], None
+        self._askers, self._is_asking = [], False
 
     def _on_locked(self, done: Locked) -> None:
         names = join_names(reader.name for reader in self._lockers)

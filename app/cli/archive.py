@@ -24,7 +24,7 @@ from app.terminal.records import opened_store
 from app.terminal.results import Count, Result, Time
 from app.text.csv_cells import csv_text, utc_cell
 from app.text.i18n import tr
-from app.text.messages import ErrorCode, in_brackets, labelled
+from app.text.messages import ErrorCode, labelled
 from protocol.translatable import marked
 
 SERVER = "postgresql://USER@HOST/DATABASE"
@@ -159,15 +159,11 @@ def run_status(args: argparse.Namespace, store: Store) -> int:
         last_sync_at=last_at,
         stations_ahead=list(map(shown_key, status.ahead)),
     )
-    counts = [
-        (tr("Records"), f"{status.facts}"),
-        (tr("Stations"), f"{len(status.stations)}"),
-        (tr("Server"), place or "–"),
-    ]
-    own = in_brackets(labelled(tr("Records"), f"{status.own}"))
     page = [
-        *console.columns(counts, indent=2),
-        tr("This station: {fingerprint}", fingerprint=answer.station) + own,
+        labelled(tr("Records"), status.facts),
+        labelled(tr("Stations"), len(status.stations)),
+        labelled(tr("Server"), place or "–"),
+        tr("This station: {fingerprint}", fingerprint=answer.station),
     ]
     if place is not None:  # of no other place it is told
         page.append(tr("Not shared: {count}. Last: {time}.", count=not_shared, time=local_time(last_at or "–")))
@@ -219,7 +215,7 @@ def run_report(args: argparse.Namespace, store: Store) -> int:
 
 
 def run_module(args: argparse.Namespace, store: Store) -> int:
-    answer, page = ModuleHistoryJson(args.module, []), [(tr("Time"), tr("Station"), "")]
+    answer, page = ModuleHistoryJson(args.module, []), list[tuple[str, ...]]()
     for event in _history(store, args.module):
         row, station = event.row, shown_key(event.row.station)
         told = ArchiveEventJson(row.made_at, station, row.kind, row.id, event.text.in_english(), event.content)

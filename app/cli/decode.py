@@ -13,6 +13,7 @@ import argparse
 import sys
 from collections.abc import Iterable
 from contextlib import ExitStack, suppress
+from itertools import chain
 from pathlib import Path
 from typing import Any, Literal
 
@@ -124,16 +125,9 @@ def _names_file(word: str) -> bool:
 def _print_rows(steps: Iterable[list[Explained]], reader: Explainer | TextReader, *, is_json: bool) -> bool:
     # Print the rows of each step as it comes; whether every byte is part of a frame.
     is_whole = True
-
-    def show(rows: list[Explained]) -> None:
-        nonlocal is_whole
+    for rows in chain(steps, (reader.end() for _ in range(1))):  # the end only when all else was printed
         is_whole &= all(isinstance(row.piece, Frame) for row in rows)
-        if rows:
-            console.write_lines([console.as_json(_as_json(row)) if is_json else _line(row) for row in rows])
-
-    for rows in steps:
-        show(rows)
-    show(reader.end())
+        console.write_lines(console.as_json(_as_json(row)) if is_json else _line(row) for row in rows)
     return is_whole
 
 

@@ -143,26 +143,21 @@ def _page(names: Sequence[str], judged: Sequence[tuple[FiredJson, list[UserMessa
     rows = [(tr("Log"), tr("Fires"), tr("Largest tilt"), tr("Longest fall"), tr("Not judged"))]
     remarks: list[str] = []
     for name, (result, problems) in zip(names, judged, strict=True):
-        fires = tr("no")
-        if result.fires is None:
-            fires = tr("not read") if result.answer == "unreadable" else tr("not judged")
-        elif result.fires:
+        fires = {"unreadable": tr("not read"), "not_judged": tr("not judged")}.get(result.answer, tr("no"))
+        if result.fires:
             first = result.fires[0]
             tilted = tr("attitude, {tilt:.0f}°", tilt=first.tilt_deg or 0)
             why = tilted if first.source == "attitude" else tr("free fall")
             fires = tr("at {time:.2f} s: {why}", time=first.t_s, why=why)
-        tilt = "–" if result.tilt_max_deg is None else f"{result.tilt_max_deg:.0f}°"
-        fall = "–" if result.longest_fall_s is None else f"{result.longest_fall_s:.2f} s"
-        not_judged = "–" if result.not_judged_s is None else f"{result.not_judged_s:.1f} s"
-        rows.append((name, fires, tilt, fall, not_judged))
+        figures = ((result.tilt_max_deg, "°"), (result.longest_fall_s, " s"), (result.not_judged_s, " s"))
+        rows.append((name, fires, *("–" if value is None else f"{value:g}{unit}" for value, unit in figures)))
         if result.answer != "unreadable":
             remarks += [labelled(name, problem.translated()) for problem in problems]
-    answers, total = [result.answer for result, _ in judged], len(judged)
-    counted = [tr("{count} of {total} fire.", count=answers.count("fires"), total=total)]
-    if "unreadable" in answers:
-        counted.append(tr("{count} of {total} not read.", count=answers.count("unreadable"), total=total))
-    if "not_judged" in answers:
-        counted.append(tr("{count} of {total} not judged.", count=answers.count("not_judged"), total=total))
+    firing = sum(bool(result.fires) for result, _ in judged)
+    unknown = sum(result.fires is None for result, _ in judged)
+    counted = [tr("{count} of {total} fire.", count=firing, total=len(judged))]
+    if unknown:
+        counted.append(tr("{count} of {total} not judged.", count=unknown, total=len(judged)))
     lines = [*console.columns(rows), "", join_sentences(counted)]
     return [*lines, "", *remarks] if remarks else lines
 

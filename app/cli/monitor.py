@@ -9,8 +9,7 @@ answered for five seconds; 4 if no status was received.
 import argparse
 import logging
 import math
-from collections import deque
-from collections.abc import Iterator
+from collections.abc import Callable
 from contextlib import ExitStack
 from typing import Final
 
@@ -25,17 +24,15 @@ from app.safety.last_known import was_heard_active
 from app.store.acts import StreamMemory
 from app.system.clock import steady_time
 from app.terminal import console
-from app.terminal.connection import LOST, connected, no_link
-from app.terminal.records import adapter_of, opened_store
+from app.terminal.connection import adapter_of, connected, no_link
+from app.terminal.records import opened_store
 from app.terminal.results import Result
 from app.text.i18n import tr
 from app.text.messages import join_sentences, labelled
 from protocol.events import Ended, EndReason
-from protocol.translatable import marked
 
 _log = logging.getLogger(__name__)
 LINE_EVERY_S: Final = 0.1
-LEFT_ON: Final = marked("Serial output was left on; it is switched off when not needed.")
 SILENT_FOR_S: Final = 5.0  # nobody answers for so long: it ends
 WITHOUT_STATUS_S: Final = 5.0  # with a time limit: additional time to wait for the first status
 CANCEL_LIMIT_S: Final = 1.5  # how long switching the stream off may take at the end
@@ -58,7 +55,9 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def run(args: argparse.Namespace) -> int:
     first_at: float | None = None
     last: StatusSample | None = None
-    for batch in watched(args):
+
+    def show(batch: Batch) -> None:
+        nonlocal first_at, last
         lines: list[str] = []
         for sample in batch.samples:
             first_at = sample.at if first_at is None else first_at
@@ -74,51 +73,52 @@ def run(args: argparse.Namespace) -> int:
                 words = f"{t_s:8.1f} s   {tr('Tilt')} {sample.tilt_deg:3}°   {sample.acceleration_g:4.1f} g   {fired}"
                 lines.append(f"{words}   {tr('active') if sample.active else tr('locked')}")
         console.write_lines(lines)
+
+    watch_port(args, show)
     if first_at is None:
         console.notify(labelled(tr("Status"), tr("no reply")))
         return console.PARTIAL
     return console.SUCCESS
 
 
-def watched(args: argparse.Namespace, *, reads_all: bool = False) -> Iterator[Batch]:
-    """Go through all that comes from a port, in order and through the ends of conversations, which are told; until a
-    signal, or for `--seconds` from the first status. Raises one of `LOST` at the end, and `Signalled` if no status had
-    come.
+def watch_port(
+    args: argparse.Namespace,
+    on_batch: Callable[[Batch], object],
+    *,
+    reads_all: bool = False,
+    goes_on: Callable[[], bool] = lambda: True,
+) -> None:
+    """Give all that comes from a port to `on_batch`, in order and through the ends of conversations, which are told;
+    until a signal, or for `--seconds` from the first status, and while `goes_on`. Raises one of `LOST`, and `Signalled`
+    if no status had come.
 
     In the first conversation the module is made to stream, and its serial output is switched off again at the end.
     After a break another module may answer: from then on the status is only polled.
     """
-    batches: deque[Batch] = deque()
     job: Job[None] | None = None
     number = 0  # of the conversation that is watched
-    first_at: float | None = None
-    ends_at = math.inf
-    lost: Exception | None = None
+    has_status = False
+    ends_at = steady_time() + args.seconds + WITHOUT_STATUS_S
 
-    def take() -> Iterator[Batch]:
-        nonlocal first_at, ends_at
-        while batches:
-            batch = batches.popleft()
-            if batch.samples and first_at is None:
-                first_at = batch.samples[0].at
-                ends_at = first_at + args.seconds
-            yield batch._replace(samples=tuple(sample for sample in batch.samples if sample.at <= ends_at))
-            for event in batch.events:
-                # An end of the port is said otherwise.
-                if isinstance(event, Ended) and event.reason not in (EndReason.CLOSED, EndReason.PORT_LOST):
-                    why = reason_message(event.reason, event.contradiction).translated()
-                    console.notify(join_sentences((why, tr("Another module may answer from now on."))))
+    def take(batch: Batch) -> None:
+        nonlocal has_status, ends_at
+        if batch.samples and not has_status:
+            has_status, ends_at = True, batch.samples[0].at + args.seconds
+        on_batch(batch._replace(samples=tuple(sample for sample in batch.samples if sample.at <= ends_at)))
+        for event in batch.events:
+            # An end of the port is said otherwise.
+            if isinstance(event, Ended) and event.reason not in (EndReason.CLOSED, EndReason.PORT_LOST):
+                why = reason_message(event.reason, event.contradiction).translated()
+                console.notify(join_sentences((why, tr("Another module may answer from now on."))))
 
     try:
         with ExitStack() as stack:
             memory = StreamMemory()
             if not is_simulated(args.port):  # it is remembered that the serial output is switched on
                 memory = StreamMemory(stack.enter_context(opened_store()), adapter_of(args.port) or args.port)
-            opened = stack.enter_context(connected(args.port, args.baud, on_batch=batches.append))
-            gives_up_at = steady_time() + args.seconds + WITHOUT_STATUS_S
+            opened = stack.enter_context(connected(args.port, args.baud, on_batch=take))
             try:
-                while steady_time() < (gives_up_at if first_at is None else ends_at):
-                    yield from take()
+                while steady_time() < ends_at and goes_on():
                     opened.wait()
                     if opened.connection.trouble is not None:
                         raise opened.connection.trouble
@@ -144,13 +144,6 @@ def watched(args: argparse.Namespace, *, reads_all: bool = False) -> Iterator[Ba
                     job.cancel()
                     job.wait(CANCEL_LIMIT_S)
                 opened.drain()
-                if memory.is_taken_over:
-                    console.note(tr(LEFT_ON))
     except console.Signalled:
-        if first_at is None:
+        if not has_status:
             raise
-    except LOST as error:
-        lost = error
-    yield from take()  # what came while the stream was switched off
-    if lost is not None:
-        raise lost

@@ -36,7 +36,7 @@ from app.terminal.records import CommandStore, opened_store, say_not_kept
 from app.terminal.results import Result
 from app.terminal.setting_words import typed
 from app.text.i18n import tr
-from app.text.messages import UserMessage
+from app.text.messages import UserMessage, labelled
 
 LOOK_EVERY_S: Final = 0.5  # between two attempts to find a module
 
@@ -128,17 +128,7 @@ def run(args: argparse.Namespace) -> int:
 
 
 def _take_each(bench: BatchRun, store: CommandStore, args: argparse.Namespace) -> None:
-    """Take one module after the other, until no name is left."""
-    last: console.Line = ""
-
-    def tell(line: console.Line) -> None:
-        # Once in a row. With --json standard output has the result only.
-        nonlocal last
-        if line != last and args.json:
-            console.notify(line if isinstance(line, str) else line[0])
-        elif line != last:
-            console.write_lines([line])
-        last = line
+    """Take one module after the other, until no name is left. What to do is told on standard error."""
 
     def next_name() -> str:
         # Another program may give some, too.
@@ -150,7 +140,7 @@ def _take_each(bench: BatchRun, store: CommandStore, args: argparse.Namespace) -
     def take(name: str) -> None:
         evidence, done = Evidence(port=args.port), None
         with connected(args.port, args.baud) as opened:
-            tell(tr("A module answers: leave it plugged in."))
+            console.notify(tr("A module answers: leave it plugged in."))
             records = store.records(args.port)
             try:
                 done = opened.run(bench.provision(evidence, WriteContext(journal=records.journal)))
@@ -158,23 +148,25 @@ def _take_each(bench: BatchRun, store: CommandStore, args: argparse.Namespace) -
                 evidence.note_error(ended)
             adapter = records.find_where().adapter
             why = store.write_in_time(lambda facts: bench.keep(facts, name, evidence, done, adapter))
-            if why is None:
-                tell((f"{name}: {tr(READY)}", console.GOOD))
-            else:
-                tell((f"{tr(SET_ASIDE)}: {why.translated()}", console.BAD))
+            aside = "" if why is None else labelled(tr(SET_ASIDE), why.translated())
+            console.notify(aside or labelled(name, tr(READY)))
             console.check_signals()
             if next_name():
-                tell(tr("UNPLUG, NEXT"))
+                console.notify(tr("UNPLUG, NEXT"))
                 if done is None:
                     opened.bind()  # to the conversation after the one that was interrupted, if there is one
                 # Another one may answer at once: it is the next one, and not waited for.
                 if opened.conversation.is_going and opened.conversation.number == opened.number:
                     opened.run(await_gone())
 
+    asked_for = ""
     while name := next_name():
-        tell(tr("PLUG IN: {module}", module=name))
+        if name != asked_for:
+            console.notify(tr("PLUG IN: {module}", module=name))
+        asked_for = name
         try:
             take(name)
+            asked_for = ""
         except LOST as error:
             console.notify_once(console.failure_of(error).sentence)
             console.check_signals()

@@ -1,8 +1,8 @@
 """`dps-s recordings list | export | delete`: manages recorded sessions.
 
-A recording is given by the name of its file, the beginning of that name, or "latest". Exit code 0 done; 1 it cannot be
-read or is being recorded; 2 there is no such recording, the file exists, or --yes is missing; 4 the file cannot be
-written, or damaged parts were left out.
+A recording is given by the name of its file, or "latest". Exit code 0 done; 1 it is being
+recorded; 2 there is no such recording, the file exists, or --yes is missing; 4 the file cannot be written, or what is
+damaged was left out.
 """
 
 import argparse
@@ -11,7 +11,7 @@ from pathlib import Path
 from msgspec import field
 
 from app.recordings.excerpt import HEAD, csv_parts
-from app.recordings.library import RecordingEntry, RecordingLibrary, remarks, size_text, when_text
+from app.recordings.library import RecordingEntry, RecordingLibrary, remarks, when_text
 from app.recordings.recording import export as write_file
 from app.recordings.recording import open_recording
 from app.terminal import console
@@ -82,7 +82,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     ):
         command = commands.add_parser(word, help=summary)
         if word != "list":
-            command.add_argument("name", metavar="NAME", help="beginning of the recording's name, or latest")
+            command.add_argument("name", metavar="NAME", help="name of the recording, or latest")
         if word == "export":
             add_export(command)
         if word == "delete":
@@ -98,15 +98,14 @@ def run(args: argparse.Namespace) -> int:
 
 def run_list(args: argparse.Namespace, library: RecordingLibrary) -> int:
     entries = library.entries()
-    rows = [(tr("Name"), tr("Started"), tr("Duration"), tr("Reports"), tr("Size"), tr("Port"), tr("Module"), "")]
+    rows = [(tr("Name"), tr("Started"), tr("Duration"), tr("Module"), "")]
     answer = RecordingsJson(str(library.folder), [])
     for entry in entries:
         started_at, duration_s = entry.started_at.isoformat(), round(entry.duration_s, 3)
         listed = RecordingJson.of(entry, started_at=started_at, duration_s=duration_s, readable=entry.trouble is None)
         answer.recordings.append(listed)
-        duration, size = stopwatch(round(entry.duration_s)), size_text(entry.size_bytes)
-        reports, begun = f"{entry.sample_count}", when_text(entry)
-        rows.append((entry.name, begun, duration, reports, size, entry.port, entry.module, remarks(entry)))
+        duration = stopwatch(round(entry.duration_s))
+        rows.append((entry.name, when_text(entry), duration, entry.module, remarks(entry)))
     if not entries:
         console.note(tr("No recordings yet"))
     return console.emit(args, answer, console.columns(rows) if entries else [])
@@ -115,16 +114,8 @@ def run_list(args: argparse.Namespace, library: RecordingLibrary) -> int:
 def run_export(args: argparse.Namespace, library: RecordingLibrary) -> int:
     entry = _recording(library, args.name)
     refuse_unwritable(args)
-    is_whole, files = False, [str(args.file)]
-    try:
-        is_whole = export(entry, args)
-    except console.Refused as error:
-        console.notify(error.sentence)
-        files = []
-    except UserError as error:
-        raise console.Refused(error.message, ErrorCode.UNREADABLE) from error
-    code = console.SUCCESS if is_whole else console.PARTIAL
-    return console.emit(args, ExportJson([entry.name], files, is_whole), [], code) if args.json else code
+    answer = export(entry, args)
+    return console.emit(args, answer, [], console.SUCCESS if answer.complete else console.PARTIAL)
 
 
 def run_delete(args: argparse.Namespace, library: RecordingLibrary) -> int:
@@ -141,12 +132,8 @@ def run_delete(args: argparse.Namespace, library: RecordingLibrary) -> int:
 def _recording(library: RecordingLibrary, name: str) -> RecordingEntry:
     entries = library.entries()
     found = list(entries[:1]) if name == LATEST else [entry for entry in entries if entry.name == name]
-    # A whole name comes first: it may be the beginning of another one.
-    found = found or [entry for entry in entries if name and entry.name.startswith(name)]
     if not found:
         raise console.Refused(tr("No recording is named “{name}”.", name=name))
-    if len(found) > 1:
-        raise console.Refused(tr("{count} recordings begin with “{name}”.", count=len(found), name=name))
     return found[0]
 
 
@@ -166,32 +153,33 @@ def refuse_unwritable(args: argparse.Namespace) -> None:
         raise console.Refused(tr("expected {expected}", expected=CSV))
     console.refuse_existing(path, is_forced=args.force or args.append, options="--append, --force")
     if args.append and path.exists():
-        try:
-            with path.open("rb") as file:
-                first = file.readline(1000).removeprefix(b"\xef\xbb\xbf").strip().decode("utf-8", "replace")
-        except OSError as error:
-            raise console.Refused(not_written(path, error)) from error
+        with path.open("rb") as file:
+            first = file.readline(1000).removeprefix(b"\xef\xbb\xbf").strip().decode("utf-8", "replace")
         if first != HEAD and path.stat().st_size:
             raise console.Refused(tr("{file} has other columns or is no recording.", file=path))
 
 
-def export(entry: RecordingEntry, args: argparse.Namespace) -> bool:
-    """Export a recording to the file that was named, and print what came of it; whether it is whole. Raises `Refused`
-    where the file cannot be written, else `UserError`; the file is unchanged then."""
+def export(entry: RecordingEntry, args: argparse.Namespace) -> ExportJson:
+    """Export a recording to the file that was named, and say what came of it. Where it cannot be written the file is
+    unchanged."""
     path: Path = args.file
-    if path == STANDARD_OUTPUT:
-        recording = open_recording(entry)
-        damage = recording.damage
-        excerpt = recording.excerpt(recording.start_s, recording.end_s)
-        for part in csv_parts(excerpt, wall_offset_s=recording.wall_offset_s):
-            console.write(part.decode().replace("\r\n", "\n"))  # standard output ends lines as the system does
-    else:
-        try:
+    answer = ExportJson([entry.name], [], complete=False)
+    try:
+        if path == STANDARD_OUTPUT:
+            recording = open_recording(entry)
+            damage = recording.damage
+            excerpt = recording.excerpt(recording.start_s, recording.end_s)
+            for part in csv_parts(excerpt, wall_offset_s=recording.wall_offset_s):
+                console.write(part.decode().replace("\r\n", "\n"))  # standard output ends lines as the system does
+        else:
             rows, damage = write_file(entry, path, appends=args.append)
-        except (OSError, ValueError) as error:
-            raise console.Refused(not_written(path, error), ErrorCode.REFUSED) from error
-        if not args.json:
-            console.write_lines([saved_text(path, rows)])
+            answer.files.append(str(path))
+            if not args.json:
+                console.write_lines([saved_text(path, rows)])
+    except (UserError, OSError, ValueError) as error:
+        console.notify(not_written(path, error))
+        return answer
     if damage is not None:
         console.notify(damage.translated())
-    return damage is None
+    answer.complete = damage is None
+    return answer

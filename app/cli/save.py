@@ -17,8 +17,7 @@ from app.settings.profiles import Profile
 from app.settings.values import fingerprint
 from app.system.files import write_whole
 from app.terminal import console
-from app.terminal.connection import connected
-from app.terminal.records import adapter_of
+from app.terminal.connection import adapter_of, connected
 from app.terminal.results import Result, SettingName, Value
 from app.text.i18n import tr
 from app.text.messages import clean, join_names

@@ -444,10 +444,6 @@
         <translation>检查所选模块</translation>
     </message>
     <message>
-        <source>Check the address and the network.</source>
-        <translation>请检查地址和网络。</translation>
-    </message>
-    <message>
         <source>Check the address, and the baud rate in the program that offers the port.</source>
         <translation>请检查地址，以及提供该串口的程序中的波特率。</translation>
     </message>
@@ -646,10 +642,6 @@
     <message>
         <source>Deploy over serial</source>
         <translation>串口触发开伞</translation>
-    </message>
-    <message>
-        <source>Deploying is possible in the window only.</source>
-        <translation>开伞只能在窗口中进行。</translation>
     </message>
     <message>
         <source>Diagnosis</source>
@@ -2004,6 +1996,10 @@
         <translation>插头与线缆</translation>
     </message>
     <message>
+        <source>Plug the adapter in again, or check the address.</source>
+        <translation>请重新插入适配器，或检查地址。</translation>
+    </message>
+    <message>
         <source>Plug the adapter in, then do it again.</source>
         <translation>请插入适配器，然后重试。</translation>
     </message>
@@ -2336,10 +2332,6 @@
         <translation>串口输出</translation>
     </message>
     <message>
-        <source>Serial output was left on; it is switched off when not needed.</source>
-        <translation>串口输出此前未关闭；不需要时将关闭。</translation>
-    </message>
-    <message>
         <source>Server</source>
         <translation>服务器</translation>
     </message>
@@ -2462,10 +2454,6 @@
     <message>
         <source>Since the last check it fired, or was told to.</source>
         <translation>上次检查之后已触发或收到开伞指令。</translation>
-    </message>
-    <message>
-        <source>Size</source>
-        <translation>大小</translation>
     </message>
     <message>
         <source>Skipped: {count}.</source>
@@ -4424,10 +4412,6 @@
     <message>
         <source>{count} passed</source>
         <translation>{count} 项通过</translation>
-    </message>
-    <message>
-        <source>{count} recordings begin with “{name}”.</source>
-        <translation>{count} 条数据记录以“{name}”开头。</translation>
     </message>
     <message>
         <source>{count} selected</source>

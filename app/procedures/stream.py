@@ -105,7 +105,6 @@ class _Stream:
             elif conversation.is_streaming:
                 _log.debug("the stream was left on")
                 self.on_at = view.now
-                memory.is_taken_over = True
             elif view.now - conversation.began_at >= LISTEN_S:
                 memory.clear()
         if not self.switch.is_on:

@@ -191,8 +191,6 @@ class StreamMemory:
 
     def __init__(self, store: Store | None = None, adapter: str = "") -> None:
         self._store, self._key = store, f"stream:{adapter}"
-        # It streams, and this conversation switches it off; else the next one does.
-        self.is_taken_over = False
         # What was left on, until something is noted. It may come late, as no port waits for the store.
         self._left_on: Future[Any] = Future()
         if store is None:

@@ -16,7 +16,7 @@ from app.engine import ports as serial_ports
 from app.engine.conversation import ConversationView, Interrupted
 from app.engine.procedure import SHARED, Job, LinkView, Procedure
 from app.engine.reconnect import Reconnection
-from app.engine.target import Target, is_network_address, is_shared
+from app.engine.target import Target, is_shared
 from app.engine.transport import PortError
 from app.engine.worker import Batch, Connection, PortState, Worker
 from app.procedures.find import WAIT_S as MODULE_LIMIT_S
@@ -54,12 +54,18 @@ class NoLink(Refused):
 LOST: Final = (PortError, NoLink, Interrupted)
 
 
-def _listed_ports() -> list[serial_ports.PortInfo]:
+def listed_ports() -> list[serial_ports.PortInfo]:
     """Return none where they cannot be listed."""
     try:
         return serial_ports.list_ports()
     except UserError:
         return []
+
+
+def adapter_of(port: str) -> str:
+    """The USB identity of the adapter; "" if it has none or the ports cannot be listed."""
+    found = serial_ports.port_named(port, listed_ports())
+    return "" if found is None else found.identity
 
 
 class OpenPort:
@@ -92,26 +98,17 @@ class OpenPort:
     def open(self, port: str, baud_rate: int) -> None:
         """Open the port. Raises `PortError`, or `NoLink` if it does not open within two seconds."""
         self.worker.start()
-        listed = [] if self._journal is None else _listed_ports()
         if self._journal is not None:
             # LOCK is owed at this adapter, whatever its name is by then.
-            found = serial_ports.port_named(port, listed)
-            self._adapter = "" if found is None else found.identity
+            self._adapter = adapter_of(port)
             self._return.request(Target(port, baud_rate, self._adapter))
         self.worker.open(port, baud_rate, adapter=self._adapter or port)
-        ends_at = steady_time() + OPENING_LIMIT_S
-        while self.connection.state is not PortState.OPEN:
-            self.wait()
-            if self.connection.trouble is not None:
-                raise self.connection.trouble
-            if steady_time() > ends_at:
-                late = tr("{port} does not open within {seconds:.0f} s.", port=port, seconds=OPENING_LIMIT_S)
-                advice = tr("Unplug the adapter and plug it in again.")
-                if is_network_address(port):
-                    advice = tr("Check the address and the network.")
-                raise NoLink(join_sentences((late, advice)), what=late, hint=advice)
-        self._return.feed(self.connection, steady_time())
-        self._return.poll(listed, steady_time())  # learns its socket, and whether there are two of its kind
+        if not self.wait_until(lambda: self.connection.state is PortState.OPEN, OPENING_LIMIT_S):
+            late = tr("{port} does not open within {seconds:.0f} s.", port=port, seconds=OPENING_LIMIT_S)
+            raise NoLink(join_sentences((late, tr("Plug the adapter in again, or check the address."))))
+        if self._journal is not None:
+            self._return.feed(self.connection, steady_time())
+            self._return.poll(listed_ports(), steady_time())  # learns its socket, and whether there are two of its kind
 
     def run(self, procedure: Procedure[Result], *, outlives: bool = False) -> Result:
         """Run a procedure, in the conversation in which the module was greeted, and return its result. Raises its
@@ -126,29 +123,14 @@ class OpenPort:
         self._is_running = self.has_left = False
         return job.outcome()
 
-    def await_module(self, limit_s: float) -> None:
-        """Wait until a module answers, at most so long. Raises `PortError`."""
+    def wait_until(self, holds: Callable[[], bool], limit_s: float) -> bool:
+        """Wait until it holds, at most so long; return whether it does. Raises `PortError`."""
         ends_at = steady_time() + limit_s
-        while not self.conversation.is_going and steady_time() < ends_at:
+        while not holds() and steady_time() < ends_at:
             self.wait()
             if self.connection.trouble is not None:
                 raise self.connection.trouble
-
-    def silence(self) -> "PortEvidence":
-        """What came instead of an answer."""
-        from app.diagnosis.causes import PortEvidence
-        from app.diagnosis.silence import what_came
-        from app.terminal.records import adapter_of
-
-        port, link = self.connection.port, self.link or LinkView(Counters())
-        return PortEvidence(
-            port,
-            self.connection.baud_rate,
-            silence=what_came(link.counters, link.noise),
-            counters=link.counters,
-            # An address is of no adapter, and listing takes time.
-            adapter="" if "://" in port else adapter_of(port),
-        )
+        return holds()
 
     def bind(self) -> None:
         # From now on everything runs in the conversation that goes on, and in no other.
@@ -214,7 +196,7 @@ class OpenPort:
                 now = steady_time()
                 self._return.feed(self.connection, now)
                 if self.connection.state is PortState.CLOSED and self._return.is_due(now):
-                    device = self._return.poll(_listed_ports(), now)
+                    device = self._return.poll(listed_ports(), now)
                     if device is not None:
                         self.worker.open(device, self.connection.baud_rate, adapter=self._adapter or device)
                 self.wait()
@@ -293,7 +275,7 @@ def connected(
             if opened.has_seen_triggered:
                 # For the next module that is named at this port: what was said of it before does not hold any more.
                 from app.store.acts import note_triggered
-                from app.terminal.records import adapter_of, opened_store
+                from app.terminal.records import opened_store
 
                 with opened_store() as store:
                     store.write(lambda facts: note_triggered(facts, port=port, adapter=adapter_of(port)))
@@ -303,10 +285,14 @@ def _greet(opened: OpenPort, port: str, baud_rate: int | None) -> None:
     if baud_rate is None:
         if opened.run(find_rate(USUAL_RATE), outlives=True).baud_rate is None:
             raise NoLink(no_module_found(port))
-    else:
-        opened.await_module(MODULE_LIMIT_S)
-        if not opened.conversation.is_going:
-            raise no_link(opened.silence())
+    elif not opened.wait_until(lambda: opened.conversation.is_going, MODULE_LIMIT_S):
+        from app.diagnosis.causes import PortEvidence
+        from app.diagnosis.silence import what_came
+
+        # What came instead of an answer. An address is of no adapter, and listing takes time.
+        link, adapter = opened.link or LinkView(Counters()), "" if "://" in port else adapter_of(port)
+        silence = what_came(link.counters, link.noise)
+        raise no_link(PortEvidence(port, baud_rate, silence=silence, counters=link.counters, adapter=adapter))
     opened.bind()
 
 

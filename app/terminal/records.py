@@ -13,7 +13,6 @@ from functools import cache, partial
 from secrets import token_hex
 from typing import NamedTuple, TypeVar
 
-from app.engine import ports as serial_ports
 from app.engine.conversation import ConversationView
 from app.engine.target import is_simulated
 from app.modules.names import remembered, store_as_found, what_speaks_against
@@ -22,6 +21,7 @@ from app.safety.left_active import LeftActive, all_left, note_locked, note_named
 from app.store.acts import StoreJournal, Where, note_said_safe
 from app.store.fact_store import Facts, Store, not_kept
 from app.store.rows import Row
+from app.terminal.connection import adapter_of
 from app.terminal.console import Refused, note, notify, notify_once
 from app.text.i18n import tr
 from app.text.messages import ErrorCode, UserError, UserMessage, join_names, join_sentences
@@ -109,15 +109,6 @@ def records_of(port: str, *, starts_late: bool = False) -> Iterator[Records]:
     """Give the records of a port, with a store of its own."""
     with opened_store(starts_late=starts_late) as store:
         yield store.records(port)
-
-
-def adapter_of(port: str) -> str:
-    """The USB identity of the adapter; "" if it has none or the ports cannot be listed."""
-    try:
-        found = serial_ports.port_named(port, serial_ports.list_ports())
-    except UserError:
-        found = None
-    return "" if found is None else found.identity
 
 
 # What an earlier run left ACTIVE
