@@ -30,7 +30,6 @@ from protocol.catalogue import BY_NAME, COMMANDS, RECORD_PART, STATUS_PARTS
 from protocol.messages import Direction, Frame, Noise
 from protocol.translatable import marked
 
-SHOWN_BYTES = 16  # the length of the longest frame
 _DIRECTIONS = {Way.OUT: Direction.HOST_TO_MODULE, Way.IN: Direction.MODULE_TO_HOST}
 
 
@@ -149,8 +148,5 @@ def _line(row: Explained) -> str:
     piece = row.piece
     direction = piece.direction if isinstance(piece, Frame) else None if row.at_s is None else _DIRECTIONS[row.way]
     sender = "-" if direction is None else "host" if direction is Direction.HOST_TO_MODULE else "module"
-    words = sentence(piece, row.asked)
-    if len(piece.raw) > SHOWN_BYTES:
-        words = f"… {len(piece.raw)} B: {words}"
     place = f"{piece.offset:6}" if row.at_s is None else f"{row.at_s:11.6f}"
-    return f"{place}  {sender:6}  {piece.raw[:SHOWN_BYTES].hex(' ').upper():{3 * SHOWN_BYTES - 1}}  {words}"
+    return f"{place}  {sender:6}  {piece.raw.hex(' ').upper():47}  {sentence(piece, row.asked)}"

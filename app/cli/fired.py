@@ -100,7 +100,7 @@ def run(args: argparse.Namespace) -> int:
 
 def limits_of(given: Mapping[str, SettingValue]) -> TriggerLimits:
     """The vendor's defaults, replaced by these. Raises `Refused`."""
-    values = dict(zip(THRESHOLDS, TriggerLimits(), strict=True)) | given
+    values = {**dict(zip(THRESHOLDS, TriggerLimits(), strict=True)), **given}
     tilt_deg, acceleration_g, time_s = (float(values[name]) for name in THRESHOLDS[:3])
     if acceleration_g > MAX_ACCELERATION_G:
         expected = tr("expected {expected}", expected=f"≤ {MAX_ACCELERATION_G}")
@@ -140,7 +140,7 @@ def _judged(log: SummarisedLog, limits: TriggerLimits) -> tuple[FiredJson, list[
 
 
 def _page(names: Sequence[str], judged: Sequence[tuple[FiredJson, list[UserMessage]]]) -> list[str]:
-    rows = [(tr("Log"), tr("Fires"), tr("Largest tilt"), tr("Longest fall"), tr("Not judged"))]
+    rows: list[tuple[str, ...]] = [(tr("Log"), tr("Fires"), tr("Largest tilt"), tr("Longest fall"), tr("Not judged"))]
     remarks: list[str] = []
     for name, (result, problems) in zip(names, judged, strict=True):
         fires = {"unreadable": tr("not read"), "not_judged": tr("not judged")}.get(result.answer, tr("no"))

@@ -34,7 +34,6 @@ from app.terminal import console
 from app.terminal.connection import LOST, connected
 from app.terminal.records import CommandStore, opened_store, say_not_kept
 from app.terminal.results import Result
-from app.terminal.setting_words import typed
 from app.text.i18n import tr
 from app.text.messages import UserMessage, labelled
 
@@ -84,10 +83,6 @@ def run(args: argparse.Namespace) -> int:
     if args.labels is not None:
         check_labels_target(args.labels)
     if not args.yes:
-        if not args.json:
-            settings = [(change.command.key, typed(change.value)) for change in batch.changes]
-            head = tr("Each module gets these settings and both triggers, is checked and named:")
-            console.write_lines([head, *console.columns(settings, indent=2), f"  {batch.title}"])
         console.refuse_without("--yes")
     warn(batch.changes)
     if any(change.risks for change in batch.changes) and not args.accept_risk:

@@ -40,12 +40,6 @@ _TITLES = {command.key: command.title for command in _COMMANDS} | {
     "triggered": marked("Triggered"),
     "active": marked("Active"),
 }
-_WORDS: Mapping[tuple[str, Value], str] = {
-    ("active", True): marked("active"),
-    ("active", False): marked("locked"),
-    ("triggered", True): marked("triggered"),
-    ("triggered", False): marked("not triggered"),
-}
 
 
 def run(args: argparse.Namespace) -> int:
@@ -137,8 +131,8 @@ def _row(key: str, values: Mapping[str, Value], errors: Mapping[str, UserMessage
     if value is None or field is None:
         why = errors.get(key) or errors.get("status" if key in STATUS_KEYS else key)
         return title, tr("unknown") + in_brackets(tr("cannot be read") if why is None else why.translated())
-    word = _WORDS.get((key, value)) or field.text(field.encode(value))
-    shown = f"{value} {tr(field.unit)}" if isinstance(field, Choice) else tr(word)
+    text = field.text(field.encode(value))
+    shown = f"{value} {tr(field.unit)}" if isinstance(field, Choice) else tr(text)
     # Nobody has measured here whether an open bay reads more or less light, so nothing is said of the bay.
     outside = None if key == "light_v" else outside_of(key, values, LimitsInUse())
     return title, shown if outside is None else outside.beside(shown)

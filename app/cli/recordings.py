@@ -151,7 +151,7 @@ def refuse_unwritable(args: argparse.Namespace) -> None:
         raise console.Refused(tr("There is no folder {folder}.", folder=path.parent))
     if args.append and path.suffix.lower() == MCAP:
         raise console.Refused(tr("expected {expected}", expected=CSV))
-    console.refuse_existing(path, is_forced=args.force or args.append, options="--append, --force")
+    console.refuse_existing(path, is_forced=args.force or args.append)
     if args.append and path.exists():
         with path.open("rb") as file:
             first = file.readline(1000).removeprefix(b"\xef\xbb\xbf").strip().decode("utf-8", "replace")

@@ -728,10 +728,6 @@
         <translation>时长</translation>
     </message>
     <message>
-        <source>Each module gets these settings and both triggers, is checked and named:</source>
-        <translation>每个接入的模块将写入以下参数、启用两种触发、接受检查并命名：</translation>
-    </message>
-    <message>
         <source>Earlier values no longer count.</source>
         <translation>之前的数据不再有效。</translation>
     </message>

@@ -199,9 +199,9 @@ def unreadable(file: object, error: Exception) -> Refused:
     return Refused(text, ErrorCode.UNREADABLE)
 
 
-def refuse_existing(path: Path, *, is_forced: bool, options: str = "--force") -> None:
+def refuse_existing(path: Path, *, is_forced: bool) -> None:
     if not is_forced and os.path.lexists(path):
-        raise Refused(message(marked("{file} exists: use {options}."), file=path, options=options))
+        raise Refused(message(marked("{file} exists: use {options}."), file=path, options="--force"))
 
 
 # Signals

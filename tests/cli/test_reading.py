@@ -76,7 +76,7 @@ def test_csv_holds_the_stream_and_says_what_is_simulated(port: str, tmp_path: Pa
 def test_a_file_is_never_replaced_unasked(text: str, port: str, tmp_path: Path, dps_s: Program) -> None:
     path = tmp_path / "a.csv"
     path.write_text(text, encoding="utf-8")
-    assert "--append" in record(dps_s, port, path, code=2)
+    assert "exists: use --force." in record(dps_s, port, path, code=2)
     assert "has other columns" in record(dps_s, port, path, "--append", code=2)
     assert path.read_text(encoding="utf-8") == text
     record(dps_s, port, path, "--force")
