@@ -10,7 +10,7 @@ import io
 import logging
 import os
 import sys
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from itertools import takewhile
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -92,26 +92,22 @@ def _run(words: list[str]) -> int:
     elif entry.name != WINDOW:  # which configures its own log
         logging.getLogger().addHandler(logging.NullHandler())  # else Python prints warnings and tracebacks
     _log.debug("%s", entry.name)
-    code: int
+    run: Callable[[argparse.Namespace], int] = entry.load().run
+    args.open_window, args.printer = _open_window, _print_pages
     if entry.name == WINDOW:
         if args.port is not None:
             _refuse_address(args.port)
-        args.open_window = _open_window
-        code = entry.load().run(args)
-        return code
-    args.printer = _print_pages
+        return run(args)
     if getattr(args, "json", False) and isinstance(sys.stdout, io.TextIOWrapper):
         # JSON is always UTF-8; bytes of a file name that are not are written as JSON escapes.
         sys.stdout.reconfigure(encoding="utf-8", errors="backslashreplace")
     if not hasattr(args, "port"):
-        code = entry.load().run(args)
-        return code
+        return run(args)
     with console.signals_noted():  # so that a signal keeps no result from being printed, once nothing is sent any more
         _choose_ports(args)
         if entry.name != "lock":  # which waits for no file
             _say_left_active(args)
-        code = entry.load().run(args)
-    return code
+        return run(args)
 
 
 def _choose_ports(args: argparse.Namespace) -> None:

@@ -96,7 +96,11 @@ USUAL_RATE: Final = 115200
 
 
 class Parser(argparse.ArgumentParser):
-    """A parser that raises `Refused` where argparse would print it and exit, so that --json can say it as an object."""
+    """A parser that raises `Refused` where argparse would print it and exit, so that --json can say it as an object.
+    Options are typed in full: --ye is no word for an act."""
+
+    def __init__(self, **settings: Any) -> None:
+        super().__init__(allow_abbrev=False, **settings)
 
     def error(self, message: str) -> NoReturn:
         unknown = re.search(r"unrecognized arguments: .*?(--?[^\s=]+)", message)
