@@ -105,7 +105,8 @@ def test_a_batch_names_what_is_ready_and_sets_aside_what_is_not(
         plugs=[again, new(3, active), new(2, dark), new(7, lambda bench: bench.set_world(bay_is_open=False))],
         profile=SETTINGS + "baud_rate = 9600\n",  # which stays as it is
     )
-    aside = [line for line in lines if line.startswith("SET ASIDE")]
+    assert [line for line in lines if line.startswith("PLUG IN")] == ["PLUG IN: M-001", *["PLUG IN: M-002"] * 4]
+    aside = [line for line in lines if line.startswith("SET ASIDE:")]
     assert aside[0] == "SET ASIDE: It may be M-001: boot count and settings fit."
     assert aside[1] == "SET ASIDE: The module is ACTIVE: lock it first."
     assert aside[2].startswith("SET ASIDE: ")

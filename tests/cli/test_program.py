@@ -29,7 +29,7 @@ from app.terminal import connection, console
 from app.terminal import records as command_journal
 from app.terminal.records import CommandStore
 from app.text.messages import visible
-from protocol.messages import Noise
+from protocol.messages import Noise, TriggerRecord, decode_record
 from protocol.stream import StreamParser
 from tests.support.cli_line import Program, faults
 from tests.support.processes import PROGRAM, ROOT, ran
@@ -225,16 +225,22 @@ def test_a_reader_that_ended_takes_no_answer_for_yes_and_a_check_is_kept(
     assert (tmp_path / "r.pdf").exists() is ("--report" in words)
 
 
+RECORD = decode_record(bytes.fromhex("41753501 0100 6C02 3C05 A000 010C EB7E"))
+
+
 def test_records_that_never_agree_are_said_to_be_uncertain(
     port: str, dps_s: Program, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     def read_history() -> Procedure[History]:
+        assert isinstance(RECORD, TriggerRecord)
         yield Inspect()
-        return History((), 1, is_answered=True)
+        return History((), 1, seen_once=(RECORD,), is_answered=True)
 
     monkeypatch.setattr("app.trigger_records.history.read_history", read_history)
     printed = dps_s(["history", "--port", port, "--json"], 4)
-    assert json.loads(printed.out) == {"records": [], "empty_slots": 1, "answered": True, "complete": False}
+    told = json.loads(printed.out)
+    assert [record["confirmed"] for record in told.pop("records")] == [False]
+    assert told == {"empty_slots": 1, "answered": True, "complete": False}
     assert "may be missing" in printed.err
 
 

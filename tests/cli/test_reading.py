@@ -216,5 +216,6 @@ def test_what_cannot_be_read_is_said_and_the_others_are_judged(crash: Path, tmp_
     assert [(line["log"], line["answer"]) for line in lines] == [(str(bad), "unreadable"), (str(crash), "fires")]
     assert (lines[0]["fires"], lines[0]["problems"]) == (None, ["no column names in the first line."])
     assert f"\n{bad}: no column names in the first line.\n" in printed.err
+    assert "1 of 2 fire. 1 of 2 not judged." in dps_s(["fired", str(tmp_path)], 4).out
     crash.unlink()
     dps_s(["fired", str(tmp_path)], 2)
