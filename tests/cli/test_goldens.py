@@ -49,7 +49,6 @@ _VARYING: Final = (
     (r"^! \d+\.\d{6}", "! …"),
     (r"\d{8}T\d{6}Z-", "…-"),
     (r"(Rows: )\d+", r"\1…"),
-    (r"(Status age +)\d\.\d\d s", r"\1… s"),
     (r"\d{4}-\d\d-\d\d[ T]\d\d:\d\d(:\d\d([.+]\S*)?)?", "…"),
     (r"[0-9A-F]{4}(-[0-9A-F]{4}){4}", "FINGERPRINT"),
     (r"^! usage: (dps-s( [a-z]+)*).*\n(! {2,}.*\n)*", r"! usage: \1 …\n"),

@@ -11,7 +11,6 @@ import threading
 from collections.abc import Iterable
 from contextlib import closing
 from pathlib import Path
-from types import SimpleNamespace
 
 import pytest
 import serial
@@ -42,10 +41,6 @@ ESCAPE = "\x1b]0;owned\x07\x9b31m\u202e\u2066"
 
 
 # Words
-
-
-def is_one_sentence(text: str) -> bool:
-    return text.count("\n") == 1 and "Traceback" not in text and text.strip().endswith(".")
 
 
 def test_the_help_lists_every_command(dps_s: Program) -> None:
@@ -172,8 +167,7 @@ def test_a_port_that_hangs_in_opening(dps_s: Program, monkeypatch: pytest.Monkey
         said = dps_s(["read", "--port", "/dev/ttyS9"], 3).err
     finally:
         release.set()
-    assert "/dev/ttyS9 does not open within" in said
-    assert is_one_sentence(said)
+    assert said == "/dev/ttyS9 does not open within 0 s. Plug the adapter in again, or check the address.\n"
 
 
 @pytest.mark.parametrize(
@@ -298,14 +292,6 @@ def test_no_command_prints_typed_control_characters(words: list[str], dps_s: Pro
     both = (printed.out + printed.err).replace("\n", "")
     assert both
     assert both.isprintable(), both
-
-
-def test_the_name_of_an_adapter_cannot_control_the_terminal(dps_s: Program, monkeypatch: pytest.MonkeyPatch) -> None:
-    one = SimpleNamespace(device="/dev/ttyUSB0", product=ESCAPE, description=None, manufacturer=ESCAPE,
-                          serial_number=ESCAPE, vid=1, pid=2, location="1-2")  # fmt: skip
-    monkeypatch.setattr("serial.tools.list_ports.comports", lambda: [one])
-    for words in ["ports"], ["ports", "--json"]:
-        assert dps_s(words).out.replace("\n", "").isprintable()
 
 
 # Signals
