@@ -145,10 +145,7 @@ def _usual_port() -> str:
     if named:
         console.note(tr("Port {port} ({name})", port=named, name=PORT))
         return named
-    try:
-        adapters = [port for port in list_ports() if port.vid is not None]
-    except UserError as error:
-        raise console.Refused(error.message, ErrorCode.NO_PORT) from error
+    adapters = [port for port in list_ports() if port.vid is not None]
     if not adapters:
         raise console.Refused(tr("There is no USB adapter. Plug it in, or give --port."), ErrorCode.NO_PORT)
     if len(adapters) > 1:

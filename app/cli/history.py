@@ -16,11 +16,11 @@ from app.store.fact_store import Facts, StoreError
 from app.system.files import write_whole
 from app.terminal import console
 from app.terminal.connection import connected
-from app.terminal.records import nothing_done, other_module, records_of, refuse_another, say_not_kept
+from app.terminal.records import other_module, records_of, refuse_another, say_not_kept, unless_same_module
 from app.terminal.results import Byte, Count, Hex, Result
 from app.text.csv_cells import csv_text
 from app.text.i18n import tr
-from app.text.messages import ErrorCode, join_sentences, labelled, saved_text
+from app.text.messages import labelled, saved_text
 from app.trigger_records.history import FIELDS, PossiblyOther, Visit, fields_of, file_triggers, read_triggers, sentence
 
 HEAD = (*FIELDS, "confirmed")
@@ -103,7 +103,7 @@ def run(args: argparse.Namespace) -> int:
                 say_not_kept(trouble)
                 return console.PARTIAL
             if isinstance(visit, PossiblyOther):
-                raise console.Refused(join_sentences((other_module(visit.why), nothing_done())), ErrorCode.REFUSED)
+                raise unless_same_module(other_module(visit.why))
             said = tr(
                 "{module}: {new} new; records: {count}.",
                 module=args.module,

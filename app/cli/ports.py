@@ -9,7 +9,7 @@ from app.engine.ports import is_flight_controller, list_ports
 from app.terminal import console
 from app.terminal.results import Result
 from app.text.i18n import tr
-from app.text.messages import ErrorCode, UserError, in_brackets
+from app.text.messages import in_brackets
 
 UsbNumber = Annotated[int, Meta(ge=0, le=65535)]
 
@@ -29,10 +29,7 @@ class PortsJson(Result):
 
 
 def run(args: argparse.Namespace) -> int:
-    try:
-        ports = [PortJson.of(port) for port in list_ports()]
-    except UserError as error:
-        raise console.Refused(error.message, ErrorCode.NO_PORT) from error
+    ports = [PortJson.of(port) for port in list_ports()]
     if not ports:
         console.note(tr("No serial port. Plug the adapter in; try another cable or its driver."))
     rows = [(tr("Port"), tr("Name"), tr("Manufacturer"), tr("Serial number"), "USB")]

@@ -10,7 +10,7 @@ from collections.abc import Iterable
 from concurrent.futures import Future
 from typing import NamedTuple
 
-from app.text.messages import UserError, visible
+from app.text.messages import ErrorCode, UserError, visible
 from protocol.translatable import marked
 
 
@@ -86,8 +86,12 @@ def _text(value: str | None) -> str:
 _scanning = threading.Lock()
 
 
+class NotListed(UserError):
+    code = ErrorCode.NO_PORT
+
+
 def list_ports(deadline_s: float = 3.0) -> list[PortInfo]:
-    """List the ports, USB first. Raises `UserError` after `deadline_s`, and for any failure of the system."""
+    """List the ports, USB first. Raises `NotListed` after `deadline_s`, and for any failure of the system."""
     listed: Future[list[PortInfo]] = Future()
 
     def scan_and_release() -> None:
@@ -99,9 +103,9 @@ def list_ports(deadline_s: float = 3.0) -> list[PortInfo]:
             _scanning.release()
 
     if not _scanning.acquire(timeout=deadline_s):
-        raise UserError(NOT_LISTED)
+        raise NotListed(NOT_LISTED)
     threading.Thread(target=scan_and_release, name="dps-s ports", daemon=True).start()
     try:
         return listed.result(deadline_s)
     except Exception as error:
-        raise UserError(NOT_LISTED) from error
+        raise NotListed(NOT_LISTED) from error

@@ -2196,10 +2196,6 @@
         <translation>重新叠伞装仓</translation>
     </message>
     <message>
-        <source>Reports</source>
-        <translation>状态上报</translation>
-    </message>
-    <message>
         <source>Requests</source>
         <translation>请求</translation>
     </message>

@@ -186,7 +186,7 @@ def refuse_another(conversation: ConversationView, records: Records, args: argpa
     if args.module and not args.same_module:
         against = records.ask(lambda facts: speaks_against(facts, args.module, conversation))
         if against:
-            raise Refused(join_sentences((against, nothing_done())), ErrorCode.REFUSED)
+            raise unless_same_module(against)
 
 
 def speaks_against(facts: Facts, name: str, conversation: ConversationView) -> str:
@@ -201,5 +201,6 @@ def other_module(*against: UserMessage) -> str:
     return tr("This may be another module: {differences}.", differences=differences)
 
 
-def nothing_done() -> str:
-    return tr("Nothing was done. Add {option} to do it.", option="--same-module")
+def unless_same_module(against: str) -> Refused:
+    add = tr("Nothing was done. Add {option} to do it.", option="--same-module")
+    return Refused(join_sentences((against, add)), ErrorCode.REFUSED)
