@@ -171,6 +171,7 @@ def _say_left_active(args: argparse.Namespace) -> None:
 
 
 def _open_window(args: argparse.Namespace) -> int:
+    gc.disable()  # until the window frees its garbage itself: collecting during the imports takes a tenth of the start
     from ui.main import WindowOptions, run
 
     return run(WindowOptions(**{name: getattr(args, name) for name in WindowOptions._fields}))

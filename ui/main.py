@@ -2,7 +2,6 @@
 
 import gc
 import logging
-import platform
 import signal
 import sys
 import tempfile
@@ -10,14 +9,13 @@ import threading
 from collections.abc import Callable, Iterator
 from contextlib import ExitStack, contextmanager, suppress
 from dataclasses import dataclass
-from functools import partial
 from importlib import import_module
 from pathlib import Path
 from types import FrameType
-from typing import Final, NamedTuple
+from typing import TYPE_CHECKING, Final, NamedTuple
 
 from PySide6.QtCore import QEvent, QObject, Qt, QTimer
-from PySide6.QtWidgets import QApplication, QPlainTextDocumentLayout, QWidget
+from PySide6.QtWidgets import QApplication, QWidget
 
 from app import version
 from app.engine.conversation import STATUS_KEYS
@@ -33,7 +31,6 @@ from ui.core.bridge import garbage_freed_here
 from ui.core.port_watcher import PortWatcher
 from ui.core.preferences import Preferences, has_font_for, use_language
 from ui.services.context import PageEntry, Services
-from ui.services.page import Page
 from ui.services.storage import Storage
 from ui.session.left_active import LeftActiveWatch
 from ui.session.ports import Ports
@@ -42,6 +39,9 @@ from ui.shell.main_window import MainWindow, end_process
 from ui.style.appearance import Appearance, install_accessible_roles
 from ui.style.icons import Icon, app_icon
 from ui.style.theme import Choice, Meaning, zoom
+
+if TYPE_CHECKING:
+    from ui.services.page import Page
 
 _log = logging.getLogger(__name__)
 
@@ -67,7 +67,7 @@ class WindowOptions(NamedTuple):
 def _page(key: str, title: str, picture: Icon, chapter: str = "", *, wants_stream: bool = False) -> PageEntry:
     """The entry of the page in `ui/pages/<key>`, whose module is imported when the page is made."""
 
-    def make(services: Services) -> Page:
+    def make(services: Services) -> "Page":
         page: Page = getattr(import_module(f"ui.pages.{key}.page"), f"{key.capitalize()}Page")(services)
         return page
 
@@ -85,15 +85,13 @@ PAGES: tuple[PageEntry, ...] = (
     _page("diagnosis", marked("Diagnosis"), Icon.DIAGNOSIS),
 )
 
-# With those that it is derived from it would else be made where a report is first printed, which is in another thread
-# too: PySide makes a class when it is first named or returned.
-_MADE_HERE = QPlainTextDocumentLayout
-
 
 def _load_libraries() -> None:
     """Imports what the pages need and is slow to load, but nothing that knows Qt: where another thread makes a class of
     Qt's while the event loop runs, PySide6 6.11 ends the program now and then (null `TypeUserData` in
     `SignalManager::retrieveMetaObject`)."""
+    import platform
+
     _log.info("DPS-S Configurator %s on %s, Python %s", version(), platform.platform(), platform.python_version())
     for module in ("app.recordings.recording", "app.trigger_records.history"):
         import_module(module)
@@ -154,6 +152,10 @@ def start(assembly: Assembly, options: WindowOptions) -> None:
     opening: BackgroundTask[object] = BackgroundTask("dps-s opening", window)
 
     def fill() -> None:
+        # With those that it is derived from it would else be made where a report is first printed, which is in another
+        # thread too: PySide makes a class when it is first named or returned.
+        from PySide6.QtWidgets import QPlainTextDocumentLayout  # noqa: F401
+
         loading.run(lambda _running: assembly.load(), make_pages, fail)  # slow: it imports numpy
         assembly.watcher.refresh()
 
@@ -176,8 +178,8 @@ def start(assembly: Assembly, options: WindowOptions) -> None:
         storage.opened.emit()
         assembly.ports.changed.emit()  # names are known now
 
-    if options.file is not None:
-        window.pages_made.connect(partial(window.files.open, options.file))
+    if (file := options.file) is not None:
+        window.pages_made.connect(lambda: window.files.open(file))
     elif target is None:
         QTimer.singleShot(0, window, window.toggle_panel)
     _AfterPaint(window, fill)
@@ -204,7 +206,7 @@ class _AfterPaint(QObject):
 
 def run(options: WindowOptions) -> int:
     """Runs the window until it is closed; returns the exit code."""
-    app = QApplication.instance() or QApplication(sys.argv[:1])
+    app = QApplication.instance() or QApplication([*sys.argv[:1], "-style", "fusion"])
     if not isinstance(app, QApplication):
         raise TypeError("a window needs a QApplication")
     app.setApplicationName("dps-s-configurator")

@@ -13,8 +13,17 @@ from types import TracebackType
 from typing import Final
 
 from PySide6.QtCore import QEvent, QObject, QRectF, QSize, Qt, QTimer, Signal
-from PySide6.QtGui import QColor, QFontMetrics, QHideEvent, QKeyEvent, QMouseEvent, QPainterPath, QPaintEvent
-from PySide6.QtWidgets import QFrame, QGridLayout, QLabel, QProgressBar, QStackedLayout, QStyle, QStylePainter, QWidget
+from PySide6.QtGui import QColor, QFontMetrics, QHideEvent, QKeyEvent, QMouseEvent, QPainter, QPainterPath, QPaintEvent
+from PySide6.QtWidgets import (
+    QFrame,
+    QGridLayout,
+    QLabel,
+    QProgressBar,
+    QStackedLayout,
+    QStyle,
+    QStyleOptionButton,
+    QWidget,
+)
 
 from app.engine.procedure import Job
 from app.procedures.act import Performed, perform
@@ -137,12 +146,14 @@ class HoldButton(StepButton):
         if event.isAccepted() and not event.isAutoRepeat():
             self.cancel_press()
 
-    def paintEvent(self, _event: QPaintEvent) -> None:
-        option = self.option()
+    def initStyleOption(self, option: QStyleOptionButton) -> None:
+        super().initStyleOption(option)
         option.state &= ~QStyle.StateFlag.State_Sunken
-        painter = QStylePainter(self)
-        painter.drawControl(QStyle.ControlElement.CE_PushButton, option)
+
+    def paintEvent(self, event: QPaintEvent) -> None:
+        super().paintEvent(event)
         if self._share > 0:
+            painter = QPainter(self)
             tint = current().danger if self.property("role") == "danger" else current().information
             outline = QPainterPath()
             outline.addRoundedRect(QRectF(self.rect()).adjusted(2, 2, -2, -2), 5, 5)
@@ -153,7 +164,7 @@ class HoldButton(StepButton):
             painter.setPen(QColor(tint.on_fill))
             painter.setFont(self.font())
             painter.drawText(self.rect(), Qt.AlignmentFlag.AlignCenter, self.text())
-        painter.end()
+            painter.end()
 
 
 class RitualGuard(QObject):

@@ -150,8 +150,7 @@ class ConnectPanel(QWidget):
         ground = named(QWidget(), "connect_ground")
         in_column(in_row(1, (card, 100), 1), 1, of=ground, margins=(Space.M, Space.XL, Space.M, Space.M))
         scroll = scroll_area(ground, "connect_scroll", tr("Choose a port"), is_vertical=True)
-        for transparent in (scroll.viewport(), ground):
-            transparent.setAutoFillBackground(False)
+        ground.setAutoFillBackground(False)
         if is_text_large():
             buttons.setContentsMargins(Space.M, Space.XS, Space.M, Space.XS)
             in_column((scroll, 1), buttons, of=self, spacing=0, margins=0)

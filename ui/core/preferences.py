@@ -113,14 +113,13 @@ def has_font_for(language: str) -> bool:
 
 
 def use_language(app: QApplication, name: str) -> None:
-    """Every text that is made from now on is in this language; see `app.text.i18n.set_language` for the names."""
+    """Every text is in this language; see `app.text.i18n.set_language` for the names. Called once, at the start."""
     set_language(name)
     QLocale.setDefault(QLocale(name if name == CHINESE else "en"))
     app.setApplicationDisplayName(tr("DPS-S Configurator"))  # some systems add it to each window's title
     # Qt's own texts (OK, Cancel, the menus of text fields) come with its wheel.
-    qt_texts = app.findChild(QTranslator) or QTranslator(app)
-    app.removeTranslator(qt_texts)
     if name == CHINESE:
+        qt_texts = QTranslator(app)
         folder = QLibraryInfo.path(QLibraryInfo.LibraryPath.TranslationsPath)
         if qt_texts.load(f"qtbase_{name}", folder):
             app.installTranslator(qt_texts)

@@ -2,7 +2,7 @@
 
 from collections.abc import Callable
 from dataclasses import dataclass, field
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 from PySide6.QtCore import QObject, Signal
 
@@ -10,11 +10,13 @@ from app.limits.limits import LimitsInUse
 from app.procedures.act import Armed
 from app.system.logs import Log
 from ui.core.preferences import Preferences
-from ui.services.page import Page
 from ui.services.storage import Storage
 from ui.session.ports import LockControl, Ports
 from ui.style.appearance import Appearance
 from ui.style.icons import Icon
+
+if TYPE_CHECKING:
+    from ui.services.page import Page
 
 
 class DraftExchange(QObject):
@@ -61,7 +63,7 @@ class PageEntry(NamedTuple):
     key: str
     title: str
     icon: Icon
-    make: Callable[[Services], Page]
+    make: "Callable[[Services], Page]"
     # Its chapter of the guide, in English as the guide has it.
     chapter: str = ""
     # While it is in sight the module streams its status.

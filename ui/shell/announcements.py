@@ -3,10 +3,8 @@ sounds for what concerns people near a module, which are off until a person choo
 
 import math
 import shutil
-import subprocess
 import sys
 import tempfile
-import wave
 from enum import Enum
 from pathlib import Path
 from typing import Final
@@ -120,6 +118,8 @@ def is_played(sound: Sound) -> bool:
 
             winsound.PlaySound(str(path), winsound.SND_FILENAME)
             return True
+        import subprocess  # the first paint does not wait for it
+
         nothing = subprocess.DEVNULL
         for name, *options in _PLAYERS:
             program = shutil.which(name)
@@ -140,6 +140,8 @@ def is_played(sound: Sound) -> bool:
 
 def write_tones(path: Path, tones: tuple[int, ...]) -> None:
     """Write the files of the sounds. Raises OSError."""
+    import wave
+
     count = int(_RATE * 0.15)  # s for each tone
     data = bytearray()
     for tone in tones:

@@ -25,6 +25,8 @@ class ApplicationFilter(QObject):
         self._lock = lock
         self._acts: dict[str, Callable[[], object]] = dict.fromkeys(LOCK_KEYS, lock.press)
         self._acts |= {LOCK_ALL_KEY: lock.press_all}
+        for label in parent.findChildren(QLabel):
+            label.setTextFormat(Qt.TextFormat.PlainText)
         application().installEventFilter(self)
 
     def stop(self) -> None:

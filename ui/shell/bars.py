@@ -287,8 +287,7 @@ class PageArea(QScrollArea):
         self.stack = named(_Pages(), "pages")
         self.setWidget(self.stack)
         self.stack.currentChanged.connect(self._on_page)
-        for ground in (self.viewport(), self.stack):
-            ground.setAutoFillBackground(False)
+        self.stack.setAutoFillBackground(False)
 
     def add(self, page: QWidget) -> None:
         page.setSizePolicy(_OUT_OF_SIGHT)

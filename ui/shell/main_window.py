@@ -12,7 +12,7 @@ import time
 from collections.abc import Callable
 from contextlib import suppress
 from functools import partial
-from typing import Final
+from typing import TYPE_CHECKING, Final
 
 from PySide6.QtCore import QEvent, QMargins, QSize, Qt, QTimer, Signal
 from PySide6.QtGui import QAction, QCloseEvent, QFocusEvent, QFontMetrics, QKeyEvent, QKeySequence, QShortcut
@@ -26,10 +26,7 @@ from ui.acts.confirm import Confirm
 from ui.connect.connect_panel import ConnectPanel
 from ui.core.background_task import BackgroundTask
 from ui.core.preferences import LastPort
-from ui.files.file_dialogs import FileOpener, FilePage
-from ui.preferences.dialog import PreferencesDialog
 from ui.services.context import PageEntry, Services
-from ui.services.page import Page
 from ui.session.left_active import LeftActiveWatch
 from ui.session.shown_module import ShownModule
 from ui.shell.application_filter import LOCK_ALL_KEY, LOCK_KEYS, ApplicationFilter
@@ -37,10 +34,15 @@ from ui.shell.attention import Attention
 from ui.shell.bars import PageArea, Sidebar, TopBar
 from ui.shell.leaving import Leaving
 from ui.simulator.panel import SimulatorDock
-from ui.style.icons import Icon, app_icon, icon
+from ui.style.icons import Icon, icon
 from ui.style.theme import Space, font
 from ui.widgets.controls import in_row, named
 from ui.widgets.notice_bar import NoticeBar
+
+if TYPE_CHECKING:  # the first paint does not wait for these
+    from ui.files.file_dialogs import FilePage
+    from ui.preferences.dialog import PreferencesDialog
+    from ui.services.page import Page
 
 SMALLEST: Final = QSize(900, 520)
 # A window's title bar and edges: the system reports them only once it is shown.
@@ -59,7 +61,6 @@ class MainWindow(QMainWindow):
     def __init__(self, services: Services, left_active: LeftActiveWatch, *, entries: tuple[PageEntry, ...]) -> None:
         super().__init__()
         self.setObjectName("main_window")
-        self.setWindowIcon(app_icon())
         self.setWindowTitle(tr("DPS-S Configurator"))
         self._services, self._remembered = services, services.preferences
         self._ports = ports = services.ports
@@ -69,6 +70,7 @@ class MainWindow(QMainWindow):
         self.has_pages = False
         self._making = QTimer(self, interval=1)  # with 0 Qt would process no other events between two pages
         self._making.timeout.connect(self._make_page)
+        self._filter: ApplicationFilter | None = None
         self._waiting_target: Target | None = None
         self._is_leaving = self._is_over = False
         self.top_bar = TopBar(ports, services.in_use)
@@ -86,7 +88,6 @@ class MainWindow(QMainWindow):
         self._preferences: PreferencesDialog | None = None
         self.leaving = Leaving(self, ports)
         self.attention = Attention(self, ports, left_active, services.armed)
-        self.files = FileOpener(self, self._file_pages, self.go_to, preferences=self._remembered)
 
         centre = named(QWidget(), "centre")
         in_row(self.navigation, (self.area, 1), (self.panel, 1), of=centre, spacing=0, margins=0)
@@ -111,9 +112,7 @@ class MainWindow(QMainWindow):
         services.exchange.limits_used.connect(self.top_bar.refresh)
         for changed in (self.panel.shown, self.stack.currentChanged, self.pages_made):
             changed.connect(self.attention.refresh)
-        self._filter = ApplicationFilter(ports.lock, self)
         self._fill_menus()
-        self._on_shown(ports.module)
         self._enable_actions()
         remembered = self._remembered
         free = self.screen().availableGeometry().marginsRemoved(FRAME).size()
@@ -139,7 +138,7 @@ class MainWindow(QMainWindow):
         def is_wanted() -> bool:
             return ports.current.is_requested
 
-        self._add(file, "open", tr("Open…"), self.files.ask, "Ctrl+Alt+O")
+        self._add(file, "open", tr("Open…"), None, "Ctrl+Alt+O")
         for name, text, kind in (("save", tr("Save…"), "saving"), ("export", tr("Export…"), "exporting")):
             self._add(file, name, text, partial(self._press, kind), when=partial(self._can_press, kind))
         file.addSeparator()
@@ -215,6 +214,12 @@ class MainWindow(QMainWindow):
     # Beginning
 
     def make_pages(self) -> None:
+        """Make them after the first paint. No port is open before, so that there is nothing to lock."""
+        from ui.files.file_dialogs import FileOpener
+
+        self._filter = ApplicationFilter(self._ports.lock, self)
+        self.files = FileOpener(self, self._file_pages, self.go_to, preferences=self._remembered)
+        self.menus["open"].triggered.connect(self.files.ask)
         self._making.start()
 
     def _make_page(self) -> None:
@@ -239,8 +244,10 @@ class MainWindow(QMainWindow):
         if entry.key == self.navigation.chosen:
             self.stack.setCurrentWidget(page)
 
-    def _file_pages(self) -> list[FilePage]:
+    def _file_pages(self) -> "list[FilePage]":
         """The shown one first: several open recordings."""
+        from ui.files.file_dialogs import FilePage
+
         shown = self.navigation.chosen
         pages = [(key, self._pages[key]) for key in self._entries if key in self._pages]
         pages.sort(key=lambda page: page[0] != shown)
@@ -288,6 +295,8 @@ class MainWindow(QMainWindow):
                 self.go_to("why")
 
     def show_preferences(self) -> None:
+        from ui.preferences.dialog import PreferencesDialog
+
         if self._preferences is None:
             self._preferences = PreferencesDialog(self._remembered, self._services.appearance, self)
         self._preferences.bring_up()
@@ -352,12 +361,12 @@ class MainWindow(QMainWindow):
 
     def keyPressEvent(self, event: QKeyEvent) -> None:
         """Esc closes the list of ports, takes the page one step back, or cancels leaving."""
-        page = self.stack.currentWidget()
+        page = self._pages.get(self.navigation.chosen)
         if event.key() != Qt.Key.Key_Escape:
             super().keyPressEvent(event)
         elif self.panel.isVisible():
             self.toggle_panel()
-        elif not (isinstance(page, Page) and page.on_escape()):
+        elif page is None or not page.on_escape():
             self.leaving.stay()
 
     def closeEvent(self, event: QCloseEvent) -> None:
@@ -377,7 +386,8 @@ class MainWindow(QMainWindow):
         self._making.stop()
         for work in self.findChildren(BackgroundTask):
             work.close()  # its thread must not outlive the window
-        self._filter.stop()
+        if self._filter is not None:
+            self._filter.stop()
         self.panel.hide()
         self._remembered.geometry = self.saveGeometry()
         self._remembered.layout = self.saveState()

@@ -82,8 +82,6 @@ def style_sheet(theme: Theme) -> str:
 
 def apply(app: QApplication, theme: Theme) -> None:
     use(theme)
-    if app.style().name() != "fusion":
-        app.setStyle("Fusion")
     # The system's font with Chinese to fall back on, and figures of one width where the font has them.
     system = QFontDatabase.systemFont(QFontDatabase.SystemFont.GeneralFont)
     present = set(QFontDatabase.families())

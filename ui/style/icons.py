@@ -198,10 +198,6 @@ def set_icon_size(widget: QAbstractButton | QAbstractItemView, px: int) -> None:
     widget.setIconSize(QSize(scaled(px), scaled(px)))
 
 
-@cache
 def app_icon() -> QIcon:
     """The program's own: a white parachute on a dark rounded square, the same in every theme."""
-    own = QIcon()
-    for side in (16, 24, 32, 48, 64, 128, 256):
-        own.addPixmap(_rendered(_source("dps-s-configurator"), side))
-    return own
+    return QIcon(str(FILES / "dps-s-configurator.svg"))

@@ -60,8 +60,7 @@ def set_role(widget: QWidget, role: str) -> None:
         picture = widget.property("picture")
         if isinstance(widget, QAbstractButton) and picture is not None:
             widget.setIcon(icon(picture, is_on_primary=role == "primary"))
-        widget.style().unpolish(widget)
-        widget.style().polish(widget)
+        _polish(widget)
 
 
 def set_look(look: str, *widgets: QWidget) -> None:
@@ -69,7 +68,13 @@ def set_look(look: str, *widgets: QWidget) -> None:
     for widget in widgets:
         if (widget.property("look") or "") != look:
             widget.setProperty("look", look)
-            widget.style().polish(widget)
+            _polish(widget)
+
+
+def _polish(widget: QWidget) -> None:
+    """Has it drawn anew by the style sheet; what was not drawn by it yet will be."""
+    if widget.testAttribute(Qt.WidgetAttribute.WA_StyleSheet):
+        widget.style().polish(widget)
 
 
 def control(

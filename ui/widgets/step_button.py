@@ -15,17 +15,8 @@ from typing import Final
 from weakref import WeakSet
 
 from PySide6.QtCore import QEvent, QObject, QPoint, QPointF, QRect, Qt, QTimer, Signal
-from PySide6.QtGui import (
-    QEnterEvent,
-    QGuiApplication,
-    QHideEvent,
-    QKeyEvent,
-    QMouseEvent,
-    QPaintEvent,
-    QShowEvent,
-    QWindow,
-)
-from PySide6.QtWidgets import QApplication, QPushButton, QScrollArea, QStyle, QStyleOptionButton, QStylePainter, QWidget
+from PySide6.QtGui import QEnterEvent, QGuiApplication, QHideEvent, QKeyEvent, QMouseEvent, QShowEvent, QWindow
+from PySide6.QtWidgets import QApplication, QPushButton, QScrollArea, QStyleOptionButton, QWidget
 from shiboken6 import isValid
 
 # Keys that press a button.
@@ -367,16 +358,13 @@ class StepButton(QPushButton):
         if event.key() not in PRESS_KEYS or not self._is_held_down or event.key() == self._key:
             super().keyReleaseEvent(event)
 
-    def paintEvent(self, _event: QPaintEvent) -> None:
-        QStylePainter(self).drawControl(QStyle.ControlElement.CE_PushButton, self.option())
+    def initStyleOption(self, option: QStyleOptionButton) -> None:
+        """A dead button looks disabled."""
+        from PySide6.QtWidgets import QStyle  # the first paint does not wait for it
 
-    def option(self) -> QStyleOptionButton:
-        """Draws a dead button as disabled."""
-        option = QStyleOptionButton()
-        self.initStyleOption(option)
+        super().initStyleOption(option)
         if not self.takes_pointer:
             option.state &= ~QStyle.StateFlag.State_Enabled
-        return option
 
 
 def is_in_sight(widget: QWidget) -> bool:

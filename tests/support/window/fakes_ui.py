@@ -6,6 +6,7 @@ from concurrent.futures import wait
 from contextlib import contextmanager
 from pathlib import Path
 
+from PySide6.QtCore import QTranslator
 from PySide6.QtWidgets import QApplication
 from pytestqt.qtbot import QtBot
 
@@ -94,7 +95,9 @@ def close_window(assembly: Assembly) -> None:
     assembly.storage.close()
     app = QApplication.instance()
     if language() != ENGLISH and isinstance(app, QApplication):
-        use_language(app, ENGLISH)  # removes Qt's own translation from the application
+        use_language(app, ENGLISH)
+        for qt_texts in app.findChildren(QTranslator):
+            app.removeTranslator(qt_texts)
     assembly.window.deleteLater()
     QApplication.processEvents()
 
