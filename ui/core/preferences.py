@@ -76,8 +76,6 @@ class Preferences:
     who = _Entry("preflight/who", _text)
     has_sounds = _Entry("sounds", lambda value: value == "on", lambda is_on: "on" if is_on else "off")
     geometry: _Entry[QByteArray | None] = _Entry("window/geometry", _bytes, lambda value: value)
-    # Where the docks are.
-    layout: _Entry[QByteArray | None] = _Entry("window/layout", _bytes, lambda value: value)
 
     def __init__(self, path: Path | None = None) -> None:
         path = path or user_config_path(APPLICATION, appauthor=False) / "window.ini"

@@ -27,7 +27,6 @@ from app.engine.procedure import Job, Procedure, Report, Result
 from app.engine.target import Target
 from app.engine.worker import Batch
 from app.modules.names import Remembered, remember, remembered, store_as_found, what_speaks_against
-from app.procedures.light import LightDirection
 from app.safety.journal import Journal
 from app.safety.last_known import SeenActivation, seen_activation
 from app.safety.left_active import note_go, note_named
@@ -44,6 +43,7 @@ from ui.services.storage import ORIGIN, Storage
 if TYPE_CHECKING:
     from app.preflight.checks import Person
     from app.preflight.verdict import CheckState
+    from app.procedures.light import LightDirection
     from app.settings.profiles import Profile
     from ui.session.check import ModuleCheck
     from ui.session.guided import Guided

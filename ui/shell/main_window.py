@@ -33,7 +33,6 @@ from ui.shell.application_filter import LOCK_ALL_KEY, LOCK_KEYS, ApplicationFilt
 from ui.shell.attention import Attention
 from ui.shell.bars import PageArea, Sidebar, TopBar
 from ui.shell.leaving import Leaving
-from ui.simulator.panel import SimulatorDock
 from ui.style.icons import Icon, icon
 from ui.style.theme import Space, font
 from ui.widgets.controls import in_row, named
@@ -43,6 +42,7 @@ if TYPE_CHECKING:  # the first paint does not wait for these
     from ui.files.file_dialogs import FilePage
     from ui.preferences.dialog import PreferencesDialog
     from ui.services.page import Page
+    from ui.simulator.panel import SimulatorDock
 
 SMALLEST: Final = QSize(900, 520)
 # A window's title bar and edges: the system reports them only once it is shown.
@@ -79,8 +79,7 @@ class MainWindow(QMainWindow):
         self.area = PageArea()
         self.stack = self.area.stack
         self.panel = ConnectPanel(ports)
-        self.simulator = SimulatorDock(ports, self)
-        self.simulator.hide()
+        self._simulator: SimulatorDock | None = None
         self.menus: dict[str, QAction] = {}
         self.main_menu = named(QMenu(self), "main_menu")
         # What an action needs to be enabled, asked for whenever that may be otherwise.
@@ -120,8 +119,6 @@ class MainWindow(QMainWindow):
         self.resize(QSize(1180, 720).boundedTo(free))
         if remembered.geometry is not None:
             self.restoreGeometry(remembered.geometry)  # Qt keeps it on a screen
-        if remembered.layout is not None:
-            self.restoreState(remembered.layout)
         self.panel.prefer(remembered.last_port)
         self.navigation.setCurrentRow(0)
         self.navigation.setFocus()
@@ -160,8 +157,7 @@ class MainWindow(QMainWindow):
         module.addAction(self.top_bar.recording)
         simulator = self._add(module, "simulator", tr("Simulated module"), None, "F4")
         simulator.setCheckable(True)
-        simulator.toggled.connect(self.simulator.setVisible)
-        self.simulator.visibilityChanged.connect(lambda: simulator.setChecked(not self.simulator.isHidden()))
+        simulator.toggled.connect(self._show_simulator)
         for number, entry in enumerate(self._entries.values(), start=1):
             enter = partial(self._enter_page, entry.key)
             self._add(view, f"page_{entry.key}", tr(entry.title), enter, f"Ctrl+{number % 10}")
@@ -294,6 +290,14 @@ class MainWindow(QMainWindow):
             case NextStep.WHY:
                 self.go_to("why")
 
+    def _show_simulator(self, is_shown: bool) -> None:
+        from ui.simulator.panel import SimulatorDock
+
+        if self._simulator is None:
+            self._simulator = dock = SimulatorDock(self._ports, self)
+            dock.visibilityChanged.connect(lambda: self.menus["simulator"].setChecked(not dock.isHidden()))
+        self._simulator.setVisible(is_shown)
+
     def show_preferences(self) -> None:
         from ui.preferences.dialog import PreferencesDialog
 
@@ -390,7 +394,6 @@ class MainWindow(QMainWindow):
             self._filter.stop()
         self.panel.hide()
         self._remembered.geometry = self.saveGeometry()
-        self._remembered.layout = self.saveState()
         # All that is no widget ends within `CLOSE_LIMIT_S`; the rest is left to the system.
         ends_at = time.monotonic() + CLOSE_LIMIT_S
 

@@ -2,12 +2,13 @@
 
 import logging
 from collections.abc import Callable
-from typing import TYPE_CHECKING, Final
+from typing import Final
 
 from PySide6.QtCore import Qt
-from PySide6.QtGui import QShowEvent
 from PySide6.QtWidgets import QCheckBox, QDockWidget, QFormLayout, QFrame, QMainWindow, QPushButton, QSpinBox, QWidget
 
+from app.port_urls.protocol_sim import open_bench
+from app.simulator.bench import SimulatedBench
 from app.text.i18n import tr
 from app.text.messages import UserError
 from protocol.translatable import marked
@@ -16,9 +17,6 @@ from ui.style.theme import Space, is_text_large
 from ui.widgets.controls import in_column, in_row, named, scroll_area, text_label
 from ui.widgets.number_line import Dial, NumberKind, WheelGuard, label_for
 from ui.widgets.visibility_timer import VisibilityTimer
-
-if TYPE_CHECKING:
-    from app.simulator.bench import SimulatedBench
 
 _log = logging.getLogger(__name__)
 REFRESH_MS: Final = 200
@@ -71,7 +69,7 @@ class SimulatorPanel(QWidget):
         self.faults: dict[str, QCheckBox] = {}
         for name, text, value in _FAULTS:
 
-            def set_fault(bench: "SimulatedBench", on: bool, name: str = name, value: float = value) -> None:
+            def set_fault(bench: SimulatedBench, on: bool, name: str = name, value: float = value) -> None:
                 bench.change(**{name: value if on else type(value)(0)})
 
             self.faults[name] = self._box(f"fault_{name}", tr(text), set_fault)
@@ -88,23 +86,23 @@ class SimulatorPanel(QWidget):
         VisibilityTimer(self, self._fit, tick=self.refresh, every_ms=REFRESH_MS)
         self.use_bench(None)
 
-    def _button(self, name: str, text: str, act: "Callable[[SimulatedBench], object]") -> QPushButton:
+    def _button(self, name: str, text: str, act: Callable[[SimulatedBench], object]) -> QPushButton:
         button = named(QPushButton(text), f"simulator_{name}")
         button.clicked.connect(lambda: self._act(act))
         return button
 
-    def _box(self, name: str, text: str, switch: "Callable[[SimulatedBench, bool], object]") -> QCheckBox:
+    def _box(self, name: str, text: str, switch: Callable[[SimulatedBench, bool], object]) -> QCheckBox:
         box = named(QCheckBox(text), f"simulator_{name}")
         box.clicked.connect(lambda on: self._act(lambda bench: switch(bench, on)))
         self._form.addRow(box)
         return box
 
-    def _act(self, act: "Callable[[SimulatedBench], object]") -> None:
+    def _act(self, act: Callable[[SimulatedBench], object]) -> None:
         if self._bench is not None:
             act(self._bench)
             self.refresh()
 
-    def use_bench(self, bench: "SimulatedBench | None") -> None:
+    def use_bench(self, bench: SimulatedBench | None) -> None:
         """The module to control; None disables the panel."""
         self._bench = bench
         self._body.setEnabled(bench is not None)
@@ -148,33 +146,25 @@ class SimulatorDock(QDockWidget):
     """Controls the simulated module that is connected; disabled while there is none."""
 
     def __init__(self, ports: Ports, window: QMainWindow) -> None:
-        super().__init__(window)
+        super().__init__(tr("Simulated module"), window)
         self.setObjectName("simulator_dock")
+        self.setAccessibleName(tr("Simulated module"))
         self._ports = ports
         self._device: str | None = None
-        self._panel: SimulatorPanel | None = None
-        self.setWindowTitle(tr("Simulated module"))
-        self.setAccessibleName(tr("Simulated module"))
-        ports.changed.connect(self._update_panel)
+        self._panel = SimulatorPanel()
+        self.setWidget(self._panel)
         areas = Qt.DockWidgetArea
         # Large text leaves no room beside the page.
         window.addDockWidget(areas.BottomDockWidgetArea if is_text_large() else areas.RightDockWidgetArea, self)
-
-    def showEvent(self, event: QShowEvent) -> None:
-        super().showEvent(event)
-        if self._panel is None:
-            self._panel = SimulatorPanel()
-            self.setWidget(self._panel)
+        ports.changed.connect(self._update_panel)
         self._update_panel()
 
     def _update_panel(self) -> None:
         """Show the module of the chosen port, also while it is unplugged, so that it can be plugged in again."""
         target = self._ports.current.target if self._ports.current.is_requested else None
         device = target.device if target is not None and target.is_simulated else None
-        if self._panel is None or device == self._device:
+        if device == self._device:
             return
-        from app.port_urls.protocol_sim import open_bench  # the first paint does not wait for it
-
         self._device, bench = device, None
         try:
             bench = None if device is None else open_bench(device)
