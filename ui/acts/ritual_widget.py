@@ -5,14 +5,11 @@ field, an error anywhere in the window, an armed control that is not visible. Ca
 step, and each control has its own place at the bottom of the page.
 """
 
-import sys
-from collections.abc import Callable
 from functools import partial
 from itertools import pairwise
-from types import TracebackType
 from typing import Final
 
-from PySide6.QtCore import QEvent, QObject, QRectF, QSize, Qt, QTimer, Signal
+from PySide6.QtCore import QEvent, QRectF, QSize, Qt, QTimer, Signal
 from PySide6.QtGui import QColor, QFontMetrics, QHideEvent, QKeyEvent, QMouseEvent, QPainter, QPainterPath, QPaintEvent
 from PySide6.QtWidgets import (
     QFrame,
@@ -54,9 +51,9 @@ from ui.widgets.notices import Notice
 from ui.widgets.step_button import (
     PRESS_KEYS,
     StepButton,
-    application,
     bring_into_sight,
     gestures,
+    has_focus,
     is_in_sight,
     leave_focus,
 )
@@ -76,7 +73,6 @@ _ENDED: Final = {
     Input.CONDITION_OPENED: marked("a condition is not met"),
     Input.FAILED: marked("program error"),
 }
-_Hook = Callable[[type[BaseException], BaseException, TracebackType | None], object]
 
 
 class HoldButton(StepButton):
@@ -167,59 +163,6 @@ class HoldButton(StepButton):
             painter.end()
 
 
-class RitualGuard(QObject):
-    """Watches from `begin` to `end` for focus loss, another window, and uncaught errors. `broken` carries the reason;
-    its receivers disarm."""
-
-    broken = Signal(object)
-
-    def __init__(self, widget: QWidget) -> None:
-        super().__init__(widget)
-        self._widget = widget
-        self._window: QWidget | None = None
-        self._hook_before: _Hook | None = None
-        application().focusChanged.connect(self._on_focus_changed)
-
-    @property
-    def is_watching(self) -> bool:
-        return self._window is not None
-
-    def begin(self) -> None:
-        if not self.is_watching:
-            self._hook_before = sys.excepthook
-            sys.excepthook = self._on_fault
-            self._window = self._widget.window()
-            self._window.installEventFilter(self)
-
-    def end(self) -> None:
-        if self._window is not None:
-            self._window.removeEventFilter(self)
-            self._window = None
-            # A hook that was installed over this one stays; this one then only forwards.
-            if self._hook_before is not None and sys.excepthook == self._on_fault:
-                sys.excepthook = self._hook_before
-
-    def _on_fault(self, kind: type[BaseException], error: BaseException, trace: TracebackType | None) -> None:
-        self._break(Input.FAILED)
-        if self._hook_before is not None:
-            self._hook_before(kind, error, trace)
-
-    def _on_focus_changed(self, _old: QWidget | None, now: QWidget | None) -> None:
-        if now is None:
-            self._break(Input.WINDOW_LEFT)
-        elif now is not self._widget and not self._widget.isAncestorOf(now):
-            self._break(Input.FOCUS_LOST)
-
-    def _break(self, why: Input) -> None:
-        if self.is_watching:
-            self.broken.emit(why)
-
-    def eventFilter(self, _watched: QObject, event: QEvent) -> bool:
-        if event.type() in (QEvent.Type.WindowDeactivate, QEvent.Type.Hide, QEvent.Type.Close):
-            self._break(Input.WINDOW_LEFT)
-        return False
-
-
 class RitualWidget(QFrame):
     """`refresh` updates the open conditions."""
 
@@ -261,9 +204,8 @@ class RitualWidget(QFrame):
         self._ports.changed.connect(self._watch)
         self._ports.shown.connect(self._on_another_module)
         self._ports.leaving.connect(partial(self.disarm, Input.INTERRUPTED))
+        self._ports.failed.connect(partial(self.disarm, Input.FAILED))
         self._ports.chosen.connect(self._forget_disarmed)
-        self._guard = RitualGuard(self)
-        self._guard.broken.connect(self.disarm)
         self._timer = QTimer(self, interval=TICK_MS, timerType=Qt.TimerType.PreciseTimer)
         self._timer.timeout.connect(self._tick)
         self._lay_out()
@@ -332,7 +274,6 @@ class RitualWidget(QFrame):
         self._job.dismiss()
         self._disarmed = None
         self._timer.start()
-        self._guard.begin()
         self._show()
 
     def _arm(self) -> None:
@@ -367,12 +308,14 @@ class RitualWidget(QFrame):
         controls = [button for button in (self.cancel, self.arm, self.hold) if not button.isHidden()]
         if module.number != self._conversation or not module.is_going:
             self.disarm(Input.INTERRUPTED)
-        elif ritual.stage is Stage.HOLDING and not self.hold.hasFocus():
+        elif not self.isActiveWindow():
+            self.disarm(Input.WINDOW_LEFT)
+        elif not has_focus(self.hold if ritual.stage is Stage.HOLDING else self):
             self.disarm(Input.FOCUS_LOST)
         elif not all(map(is_in_sight, controls)):
             self.disarm(Input.OUT_OF_SIGHT)
         elif ritual.is_armed and self._services.armed.act is None:
-            self.disarm(Input.FAILED)  # disarmed by an error in another thread
+            self.disarm(Input.FAILED)  # disarmed by an error anywhere in the program
         elif ritual.is_armed and open_conditions(self._services, Act.DEPLOY):
             self.disarm(Input.CONDITION_OPENED)
 
@@ -406,9 +349,8 @@ class RitualWidget(QFrame):
 
     def _on_stage(self) -> None:
         """Show the stage; clean up once it is IDLE or FIRED."""
-        if not self.is_under_way and self._guard.is_watching:
+        if not self.is_under_way and self._timer.isActive():
             self._timer.stop()
-            self._guard.end()
             self._services.armed.act = None
             gestures().ignore_keys_down()
             leave_focus(self)

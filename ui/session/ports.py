@@ -34,6 +34,7 @@ class Ports(QObject):
     # Another port was chosen and this one is still current: what a person prepared for its module ends now.
     leaving = Signal()
     chosen = Signal()  # Another port is current; `shown` follows
+    failed = Signal()  # An error that nobody expected: what is armed or tested ends now
     notified = Signal(str)  # A line for the status bar
     added = Signal(object)  # A `Port`
 

@@ -61,6 +61,8 @@ class Attention(QObject):
         self._failed.emit(error)
 
     def _show_error(self, error: UncaughtError) -> None:
+        self._ports.failed.emit()
+
         def copy_details() -> None:
             QGuiApplication.clipboard().setText(f"DPS-S Configurator {version()}\n{error.details}")
             self._window.notice_bar.show_passing(tr("Copied."))

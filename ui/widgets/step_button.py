@@ -381,10 +381,16 @@ def bring_into_sight(widget: QWidget) -> None:
         above = above.parentWidget()
 
 
+def has_focus(widget: QWidget) -> bool:
+    """Whether the focus is in `widget`."""
+    focused = QApplication.focusWidget()
+    return focused is not None and (focused is widget or widget.isAncestorOf(focused))
+
+
 def leave_focus(widget: QWidget) -> None:
     """Clears the focus if it is in `widget`."""
     focused = QApplication.focusWidget()
-    if focused is not None and (focused is widget or widget.isAncestorOf(focused)):
+    if focused is not None and has_focus(widget):
         focused.clearFocus()
 
 
@@ -404,8 +410,7 @@ class FocusBack(QObject):
 
     def leave(self, hide: Callable[[], None]) -> None:
         """Calls `hide`, and gives the focus back if it was in the part."""
-        focused = QApplication.focusWidget()
-        was_in = focused is not None and self._part.isAncestorOf(focused)
+        was_in = has_focus(self._part)
         hide()
         if was_in:
             self.give()

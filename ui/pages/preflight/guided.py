@@ -16,13 +16,11 @@ from app.guided.results import TITLES, VERDICT_WORDS, GuidedKind, GuidedResult, 
 from app.procedures.lock import SENTENCES
 from app.safety.journal import Act, Outcome
 from app.safety.last_known import Activation
-from app.safety.ritual import Input
 from app.system.clock import DAY, local_time
 from app.text.i18n import tr
 from app.text.messages import capitalised, message
 from protocol.translatable import marked
 from ui.acts.act_row import ActRow
-from ui.acts.ritual_widget import RitualGuard
 from ui.forms.tables import RowsTable, TableColumn
 from ui.services.context import Services
 from ui.session.guided import FAILED, Stage
@@ -70,7 +68,6 @@ class GuidedPanel(QWidget):
         self._ports, self._commit_person = services.ports, commit_person
         self.module = services.ports.module
         self.work = self.module.guided
-        self._guard = RitualGuard(self)
         self._watched: QWidget | None = None
         self.list = named(QListWidget(), "guided_list", says=tr("Guided tests"))
         self.list.setWordWrap(True)
@@ -98,7 +95,7 @@ class GuidedPanel(QWidget):
         self.list.currentRowChanged.connect(lambda row: self.work.choose(GUIDED_TESTS[row].kind))
         self.cancel.chosen.connect(self._cancel)
         self.primary.chosen.connect(self.go_on)
-        self._guard.broken.connect(self._on_broken)
+        services.ports.failed.connect(lambda: self.work.cancel(FAILED))
         # By then it is the test of another module.
         self.made_safe.toggled.connect(lambda is_safe: self.work.state_safe(is_safe))  # noqa: PLW0108
         self.activate.begun.connect(lambda: self.work.act_begun())  # noqa: PLW0108
@@ -252,18 +249,8 @@ class GuidedPanel(QWidget):
     # What happens
 
     def _on_work(self) -> None:
-        if self.work.stage is Stage.CONFIRMING:
-            self._guard.begin()
-        elif not self.work.is_running:
-            self._guard.end()
         if self.isVisible():
             self.refresh()
-
-    def _on_broken(self, why: Input) -> None:
-        """End the test after a program error only; another window in front does not end it, as the hands are on the
-        module."""
-        if why is Input.FAILED:
-            self.work.cancel(FAILED)
 
     def showEvent(self, event: QShowEvent) -> None:
         super().showEvent(event)

@@ -4,15 +4,15 @@ from collections.abc import Callable
 from unittest.mock import patch
 
 import pytest
-from PySide6.QtCore import Qt, QTimer
+from PySide6.QtCore import Qt
 from PySide6.QtGui import QCloseEvent
 from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QApplication
-from pytestqt.qtbot import QtBot
 
 from app.guided.guided_tests import GUIDED_TESTS, PersonSteps, StatusWatch
 from app.guided.results import TITLES, GuidedKind, GuidedResult, GuidedVerdict
 from app.safety.journal import REQUESTS, Act
+from app.system.uncaught import UncaughtError
 from app.text.messages import UserError
 from tests.support.line.frames import at_frame
 from tests.support.window.hand import Hand
@@ -228,16 +228,10 @@ def test_the_module_is_locked_whatever_ends_the_tilt(bench: Hand, monkeypatch: p
 
 
 @pytest.mark.promise("c")
-def test_an_error_anywhere_in_the_window_locks(bench: Hand, qtbot: QtBot) -> None:
-    def fail() -> None:
-        raise RuntimeError("a mistake of ours")
-
-    with qtbot.capture_exceptions() as errors:
-        activated(bench)
-        QTimer.singleShot(0, fail)
-        qtbot.waitUntil(lambda: bool(errors))
-        bench.wait(1.0)
-    assert [str(error[1]) for error in errors] == ["a mistake of ours"]
+def test_an_error_anywhere_in_the_window_locks(bench: Hand) -> None:
+    activated(bench)
+    bench.assembly.window.attention.report(UncaughtError("a mistake of ours", "", "MainThread"))
+    bench.wait(1.0)
     assert is_locked(bench)
     assert "program error" in bench.guided.verdict.text()
 
