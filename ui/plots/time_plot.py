@@ -24,7 +24,7 @@ from ui.plots.lane_view import EDGE_PX, GAP_PX, ICON_PX, LaneView, Overlay
 from ui.plots.lanes import Lane, Mark, Span, TimeRange, value_text
 from ui.style.icons import Icon, icon
 from ui.style.theme import Meaning, Space, current, is_text_large
-from ui.widgets.controls import ChoiceButton, in_column, in_row, named
+from ui.widgets.controls import in_column, in_row, named
 from ui.widgets.readout import StateChip
 from ui.widgets.visibility_timer import VisibilityTimer
 
@@ -323,9 +323,10 @@ class TimePlot(QWidget):
         self.reading = ""
         self.canvas = PlotView(lanes, self.time_range, wall_offset_s)
         self.chip = named(StateChip(tr("Plots"), is_measured=True), "time-plot-state")
-        self._lengths: dict[float, ChoiceButton] = {}
+        self._lengths: dict[float, QToolButton] = {}
         for length_s in _LENGTHS_S:
-            button = self._lengths[length_s] = named(ChoiceButton(), f"time-plot-window-{length_s:g}", "segment")
+            button = self._lengths[length_s] = named(QToolButton(), f"time-plot-window-{length_s:g}", "segment")
+            button.setCheckable(True)
             button.setText(duration(length_s))
             button.setToolTip(tr("Length of the time line"))
             button.setAccessibleDescription(tr("Length of the time line"))

@@ -16,7 +16,6 @@ from typing import Final, cast
 from PySide6.QtCore import QObject, Qt, Signal
 from PySide6.QtGui import (
     QAccessible,
-    QAccessibleActionInterface,
     QAccessibleAnnouncementEvent,
     QAccessibleInterface,
     QColor,
@@ -25,7 +24,7 @@ from PySide6.QtGui import (
     QFontInfo,
     QPalette,
 )
-from PySide6.QtWidgets import QAbstractButton, QAccessibleWidget, QApplication, QFrame, QScrollArea, QWidget
+from PySide6.QtWidgets import QAccessibleWidget, QApplication, QFrame, QScrollArea, QWidget
 
 from ui.style.icons import FILES
 from ui.style.theme import DARK, LIGHT, SUNLIGHT, Choice, Size, Theme, current, kept_font, scale_in_use, scaled, use
@@ -183,31 +182,6 @@ class _Leaf(_Accessible):
         return 0
 
 
-class _Choice(_Accessible):
-    """A button with a state."""
-
-    def text(self, kind: QAccessible.Text) -> str:
-        return super().text(kind) or (self._button.text() if kind is QAccessible.Text.Name else "")
-
-    def state(self) -> QAccessible.State:
-        state = super().state()
-        state.checkable, state.checked = True, self._button.isChecked()
-        return state
-
-    def actionNames(self) -> list[str]:
-        return [QAccessibleActionInterface.pressAction(), *super().actionNames()]
-
-    def doAction(self, name: str) -> None:
-        if name == QAccessibleActionInterface.pressAction():
-            self._button.click()
-        else:
-            super().doAction(name)
-
-    @property
-    def _button(self) -> QAbstractButton:
-        return cast("QAbstractButton", self.widget())
-
-
 class _Container(_Accessible):
     """A group as soon as it has a name. What is scrolled is a section: of a group all labels are read at once."""
 
@@ -217,20 +191,13 @@ class _Container(_Accessible):
         return QAccessible.Role.Grouping if self.text(QAccessible.Text.Name) else QAccessible.Role.Client
 
 
-_KINDS: Final[dict[QAccessible.Role, type[_Accessible]]] = {
-    QAccessible.Role.Chart: _Leaf,
-    QAccessible.Role.StaticText: _Leaf,
-    QAccessible.Role.RadioButton: _Choice,
-}
-
-
 def _make(class_name: str, widget: QObject) -> QAccessibleInterface | None:
     """Called by Qt for the class of `widget` and all those above it, until it gets an answer."""
     if not isinstance(widget, QWidget) or type(widget).__name__ != class_name:
         return None
     role: QAccessible.Role | None = getattr(widget, "accessible_role", None)
     if role is not None:
-        return _KINDS.get(role, _Accessible)(widget, role)
+        return (_Accessible if role is QAccessible.Role.Section else _Leaf)(widget, role)
     of_qt = next(kind for kind in type(widget).__mro__ if kind.__module__.startswith("PySide6."))
     return _Container(widget) if of_qt in _CONTAINERS else None
 

@@ -129,17 +129,6 @@ def name_key(widget: QWidget, key: str) -> None:
     widget.setToolTip((widget.toolTip() or text or widget.accessibleName()) + in_brackets(key))
 
 
-class ChoiceButton(QToolButton):
-    """A button of several side by side, of which none may be checked; a radio button to screen readers. Whoever handles
-    the clicks unchecks the others."""
-
-    accessible_role: ClassVar = QAccessible.Role.RadioButton
-
-    def __init__(self) -> None:
-        super().__init__()
-        self.setCheckable(True)
-
-
 def without_key(text: str) -> str:
     """Return it for a button or an action, which takes "&" for the mark of a key."""
     return text.replace("&", "&&")

@@ -134,6 +134,7 @@ class Walk(Rig):
         yield self._stop("commands, asked")
         self.click(confirm.cancel)
         bring_into_sight(self.commands.ritual)
+        self.window.activateWindow()  # as a real click does
         self.bench.module.activate(is_active=True)
         self.click("ritual_choose")
         yield self._stop("commands, ritual chosen")

@@ -20,7 +20,7 @@ from ui.pages.preflight.verdict import can_check, can_enable
 from ui.services.context import Services
 from ui.style.icons import Icon, StateStyle, icon
 from ui.style.theme import IconSize, Meaning, Size, Space, font
-from ui.widgets.controls import ChoiceButton, IconLabel, ScrollArea, in_column, in_row, named, set_role, text_label
+from ui.widgets.controls import IconLabel, ScrollArea, in_column, in_row, named, set_role, text_label
 from ui.widgets.step_button import StepButton
 
 if TYPE_CHECKING:
@@ -167,10 +167,11 @@ class ManualRow(_Row):
         self.number, self.line, self._clock = number, line, clock
         self.state: bool | None = None
         self.at = 0.0
-        self.done = named(ChoiceButton(), f"{self.objectName()}_done")
-        self.bad = named(ChoiceButton(), f"{self.objectName()}_bad")
+        self.done = named(QToolButton(), f"{self.objectName()}_done")
+        self.bad = named(QToolButton(), f"{self.objectName()}_bad")
         for button, text, state in ((self.done, tr("OK"), True), (self.bad, tr("Not OK"), False)):
             button.setText(text)
+            button.setCheckable(True)
             button.clicked.connect(lambda is_on, state=state: self._tick(state if is_on else None))
         self.grid.addLayout(in_row(self.done, self.bad, spacing=Space.S), 0, 5)
         self.show_state(None)
