@@ -243,14 +243,6 @@ class FilePage(NamedTuple):
     open_files: Callable[[Sequence[Path]], None]
 
 
-def _may_block(path: Path) -> bool:
-    """Whether it is a pipe or a device, which may block whoever opens it."""
-    try:
-        return path.exists() and not (path.is_file() or path.is_dir())
-    except OSError:  # as where a folder above it may not be entered; its page says so
-        return False
-
-
 class FileOpener(QObject):
     """Opens files from the menu, the command line or a drop on the window in the page of their type. `pages` returns
     the pages that open files; `go_to` shows a page."""
@@ -274,7 +266,7 @@ class FileOpener(QObject):
         files: dict[str, list[Path]] = {}
         for path in paths:
             key = next((one.key for one in pages.values() if path.suffix.lower() in one.suffixes), LOGS)
-            files.setdefault(LOGS if _may_block(path) else key, []).append(path)
+            files.setdefault(key, []).append(path)
         for key, together in files.items():
             self._go_to(key)
             if key in pages:

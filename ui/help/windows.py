@@ -22,7 +22,7 @@ from app.text.i18n import ENGLISH, language, tr
 from ui.files.file_dialogs import show_over_page
 from ui.style.icons import app_icon
 from ui.style.theme import Space, current
-from ui.widgets.controls import control, named
+from ui.widgets.controls import named
 
 GUIDE: Final = Path(__file__).parent / "guide"
 _CHAPTER_LEVEL: Final = 2
@@ -46,9 +46,6 @@ class GuideViewer(QDialog):
         self.text.anchorClicked.connect(self._open_link)
         buttons = named(QDialogButtonBox(QDialogButtonBox.StandardButton.Close), "guide_viewer_buttons")
         buttons.rejected.connect(self.reject)
-        control(
-            buttons.button(QDialogButtonBox.StandardButton.Close), "guide_viewer_close", text=tr("Close"), key="Esc"
-        )
         column = QVBoxLayout(self)
         column.addWidget(self.text, 1)
         column.addWidget(buttons)

@@ -21,7 +21,7 @@ from ui.core.preferences import Preferences
 from ui.files.file_dialogs import show_over_page
 from ui.style.appearance import Appearance
 from ui.style.theme import Choice, Space
-from ui.widgets.controls import control, named, text_label
+from ui.widgets.controls import named, text_label
 from ui.widgets.number_line import WheelGuard, label_for
 
 # Each language in its own words, for those who do not read the other one.
@@ -57,7 +57,6 @@ class PreferencesDialog(QDialog):
         self.sounds = named(QCheckBox(tr("Sound: TRIGGERED, ACTIVE, link lost while ACTIVE")), "preferences_sounds")
         buttons = named(QDialogButtonBox(QDialogButtonBox.StandardButton.Close), "preferences_buttons")
         buttons.rejected.connect(self.reject)
-        control(buttons.button(QDialogButtonBox.StandardButton.Close), "preferences_close", text=tr("Close"), key="Esc")
         column = QVBoxLayout(self)
         column.setSpacing(Space.L)
         column.setContentsMargins(Space.XL, Space.XL, Space.XL, Space.XL)

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any, ClassVar, Final
 
 from PySide6.QtCore import Qt, Signal
 from PySide6.QtGui import QAccessible, QAction, QHideEvent, QKeyEvent, QShowEvent
-from PySide6.QtWidgets import QAbstractButton, QHBoxLayout, QLabel, QMenu, QToolButton, QWidget
+from PySide6.QtWidgets import QHBoxLayout, QLabel, QMenu, QToolButton, QWidget
 from shiboken6 import isValid
 
 from app.engine.worker import Batch
@@ -66,9 +66,6 @@ class Page(QWidget):
     page_wanted = Signal(str)  # The key of a page
     # The page itself says that nothing is connected, and leads on.
     shows_link: bool = False
-    # What "Save…" and "Export…" of the file menu press on this page.
-    saving: QAbstractButton | None = None
-    exporting: QAbstractButton | None = None
     # Of the files that may be dropped on the window for this page.
     suffixes: tuple[str, ...] = ()
 

@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING, Final
 
 from PySide6.QtCore import QEvent, QMargins, QSize, Qt, QTimer, Signal
 from PySide6.QtGui import QAction, QCloseEvent, QFocusEvent, QFontMetrics, QKeyEvent, QKeySequence, QShortcut
-from PySide6.QtWidgets import QAbstractButton, QApplication, QLineEdit, QMainWindow, QMenu, QWidget
+from PySide6.QtWidgets import QApplication, QLineEdit, QMainWindow, QMenu, QWidget
 
 from app.diagnosis.causes import NextStep
 from app.engine.target import Target
@@ -130,14 +130,11 @@ class MainWindow(QMainWindow):
         ports, lock = self._ports, self._services.lock
         file, module = self._add_menu("file", tr("&File")), self._add_menu("module", tr("&Module"))
         view, about = self._add_menu("view", tr("&View")), self._add_menu("help", tr("&Help"))
-        file.aboutToShow.connect(self._enable_actions)
 
         def is_wanted() -> bool:
             return ports.current.is_requested
 
         self._add(file, "open", tr("Open…"), None, "Ctrl+Alt+O")
-        for name, text, kind in (("save", tr("Save…"), "saving"), ("export", tr("Export…"), "exporting")):
-            self._add(file, name, text, partial(self._press, kind), when=partial(self._can_press, kind))
         file.addSeparator()
         self._add(file, "connect", tr("Connect…"), self.toggle_panel, "Ctrl+K")
         self._add(file, "disconnect", tr("Disconnect"), self.disconnect_port, "Ctrl+D", when=is_wanted)
@@ -197,15 +194,6 @@ class MainWindow(QMainWindow):
     def _enable_actions(self) -> None:
         for action, when in self._conditions.items():
             action.setEnabled(when())
-
-    def _can_press(self, kind: str) -> bool:
-        """The button of the page shown that is its `kind`."""
-        button = getattr(self.stack.currentWidget(), kind, None)
-        return isinstance(button, QAbstractButton) and button.isVisible() and button.isEnabled()
-
-    def _press(self, kind: str) -> None:
-        if self._can_press(kind):
-            getattr(self.stack.currentWidget(), kind).click()
 
     # Beginning
 

@@ -9,7 +9,6 @@ from decimal import Decimal
 from typing import Final, NamedTuple, Self
 
 from PySide6.QtCore import QEvent, QObject, QSignalBlocker, Qt, Signal
-from PySide6.QtGui import QKeyEvent
 from PySide6.QtWidgets import QLabel, QLineEdit, QSlider, QWidget
 
 from app.text.i18n import tr
@@ -20,7 +19,6 @@ from ui.widgets.controls import in_row, named, set_role, text_label
 # What an input method writes, as ASCII.
 _HALF_WIDTH: Final = {0xFF01 + code: 0x21 + code for code in range(94)} | {ord("。"): "."}
 _PLAIN: Final = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)", re.ASCII)
-_STEPS: Final = {Qt.Key.Key_Up: 1, Qt.Key.Key_Down: -1, Qt.Key.Key_PageUp: 10, Qt.Key.Key_PageDown: -10}
 
 
 class NumberKind(NamedTuple):
@@ -65,21 +63,15 @@ class NumberKind(NamedTuple):
         low, high, step = (self.with_unit(number) for number in (self.low, self.high, self.step))
         return tr("{low} to {high}, in steps of {step}", low=low, high=high, step=step)
 
-    def stepped(self, number: float, steps: int) -> float:
-        """The next number upwards or downwards, within the range."""
-        wanted = Decimal(str(number)) + steps * self.step
-        return float(min(self.high, max(self.low, wanted)))
-
 
 class NumberLine(QLineEdit):
-    """`start` is where the arrow keys begin in an empty field, which is right if `may_be_empty`."""
+    """An empty field is right if it `may_be_empty`."""
 
-    edited = Signal()  # The person typed or stepped; not told of what the program shows
+    edited = Signal()  # The person typed; not told of what the program shows
 
-    def __init__(self, kind: NumberKind, *, start: float = 0.0, may_be_empty: bool = False) -> None:
+    def __init__(self, kind: NumberKind, *, may_be_empty: bool = False) -> None:
         super().__init__()
-        self.kind = kind
-        self._start, self._may_be_empty = start, may_be_empty
+        self.kind, self._may_be_empty = kind, may_be_empty
         self._role = ""
         self.setAlignment(Qt.AlignmentFlag.AlignRight)
         self.setAcceptDrops(False)
@@ -108,18 +100,6 @@ class NumberLine(QLineEdit):
         if self.text() != text:
             self.setText(text)
         self._mark()
-
-    def keyPressEvent(self, event: QKeyEvent) -> None:
-        steps = _STEPS.get(Qt.Key(event.key()), 0)
-        if not steps or event.modifiers() & ~Qt.KeyboardModifier.KeypadModifier or self.isReadOnly():
-            super().keyPressEvent(event)
-            return
-        event.accept()
-        number = self.number
-        if number is None and self.text().strip():
-            return  # what is wrong is corrected by whoever typed it
-        self.setText(self.kind.shown(self.kind.stepped(self._start if number is None else number, steps)))
-        self._on_edit()
 
     def _on_edit(self) -> None:
         self._role = ""
@@ -169,7 +149,7 @@ class Dial(QWidget):
         self.slider = named(QSlider(Qt.Orientation.Horizontal), f"{name}_slider")
         self.slider.setRange(round(kind.low / kind.step), round(kind.high / kind.step))
         WheelGuard(self.slider)
-        self.box = named(NumberLine(kind, start=self.value), f"{name}_box")
+        self.box = named(NumberLine(kind), f"{name}_box")
         self.box.setFixedWidth(scaled(72))  # less than Qt's hint, since the unit stands beside it
         self.unit = named(QLabel(kind.unit), f"{name}_unit", "muted")
         self.range = text_label(f"{name}_range", "danger")

@@ -6,9 +6,7 @@ A dialog that asks for a file leaves the files alone: it renames, moves and remo
 
 import csv
 import io
-import os
-import sys
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator
 from itertools import repeat
 from pathlib import Path
 
@@ -34,9 +32,8 @@ from tests.support.window import walk
 from tests.support.window.fakes_ui import page_entries, window
 from tests.support.window.live_bench import Bench, live_bench
 from tests.support.window.steps import await_child, choosing, drop, find, notice_text
-from ui.core.preferences import Preferences
 from ui.files import file_dialogs
-from ui.files.file_dialogs import FileOpener, FilePage, ThenPath
+from ui.files.file_dialogs import ThenPath
 from ui.main import Assembly, WindowOptions
 from ui.pages.logs.page import LogsPage
 from ui.pages.settings.page import SettingsPage
@@ -91,17 +88,6 @@ def test_several_files_dropped_on_any_page_open_all_and_each_that_cannot_be_read
         assert said.startswith("3 of 4 not read.")
         assert "a.xyz: Unknown kind of file." in said
         assert "page.ulg: This is a web page" in said
-
-
-@pytest.mark.skipif(sys.platform == "win32", reason="makes a named pipe")
-def test_a_pipe_is_refused_and_not_waited_for(qtbot: QtBot, tmp_path: Path) -> None:
-    path, opened, shown = tmp_path / "pipe.toml", list[Sequence[Path]](), list[str]()
-    os.mkfifo(path)  # type: ignore[attr-defined,unused-ignore]
-    window, page = QWidget(), FilePage("any", (".toml",), opened.append)
-    qtbot.addWidget(window)
-    preferences = Preferences(tmp_path / "settings.ini")
-    FileOpener(window, lambda: [page], shown.append, preferences=preferences).open(path)
-    assert (opened, shown) == ([], ["logs"])  # which says why
 
 
 def test_no_class_of_qt_is_made_where_files_are_written_in_the_background() -> None:

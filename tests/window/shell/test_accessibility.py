@@ -27,7 +27,7 @@ from PySide6.QtWidgets import (
 from pytestqt.qtbot import QtBot
 
 from app.settings.form import RowState, SettingDraft
-from app.text.i18n import CHINESE, read_messages, tr
+from app.text.i18n import CHINESE, read_messages
 from tests.support.processes import ROOT
 from tests.support.thorough import IS_THOROUGH
 from tests.support.window.controls import controls_in, takes_tab
@@ -40,13 +40,11 @@ from tests.support.window.walk import PROFILE, SMALL_SCREEN, Walk, walking
 from ui.core.preferences import MAX_ZOOM_PERCENT, Preferences
 from ui.main import PAGES
 from ui.pages.settings.page import SettingsPage
-from ui.services.context import PageEntry, Services
 from ui.services.page import Page
 from ui.shell.main_window import SMALLEST
 from ui.style.appearance import Spoken
-from ui.style.icons import Icon
 from ui.style.theme import Choice
-from ui.widgets.controls import Shortcut, control, in_column
+from ui.widgets.controls import Shortcut
 from ui.widgets.step_button import is_in_sight
 
 
@@ -408,48 +406,14 @@ def _told(key: QKeySequence | QKeySequence.StandardKey) -> str:
     return QKeySequence(key).toString()
 
 
-class Saver(Page):
-    """A page with a button that saves, and none that exports."""
-
-    def __init__(self, services: Services) -> None:
-        super().__init__("saver")
-        self.saved = 0
-        self.save = control(QPushButton(tr("Save values…")), "saver_save", keys="Ctrl+S", slot=self._save)
-        self.saving = self.save
-        in_column(self.save, of=self)
-
-    def _save(self) -> None:
-        self.saved += 1
-
-
-SAVER = (PageEntry("saver", "Live", Icon.LIVE, Saver),)
-
-
-def test_the_menu_has_every_key_and_offers_what_the_page_in_sight_can_do(
-    qtbot: QtBot, qapp: QApplication, tmp_path: Path
-) -> None:
-    with window(qapp, tmp_path, entries=SAVER) as assembly:
-        main, menus = assembly.window, assembly.window.menus
-        qtbot.waitUntil(lambda: main.stack.count() == 1)
-        main.go_to("saver")
-        page = main.stack.currentWidget()
-        assert isinstance(page, Saver)
-        qtbot.waitUntil(page.isVisible)
+def test_the_menu_has_every_key(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
+    with window(qapp, tmp_path) as assembly:
+        main = assembly.window
+        qtbot.waitUntil(lambda: main.has_pages)
         main.activateWindow()
         qtbot.waitUntil(main.isActiveWindow)
-        qtbot.keyClick(page, Qt.Key.Key_S, Qt.KeyboardModifier.ControlModifier)
-        file = next(menu for menu in main.findChildren(QMenu) if menu.objectName() == "menu_file")
-        file.aboutToShow.emit()
-        assert (menus["save"].isEnabled(), menus["export"].isEnabled()) == (True, False)
-        menus["save"].trigger()
-        menus["export"].trigger()
-        assert page.saved == 2
-        page.save.setEnabled(False)
-        menus["save"].trigger()
-        qtbot.keyClick(page, Qt.Key.Key_S, Qt.KeyboardModifier.ControlModifier)
-        assert page.saved == 2
         in_menu = {action for menu in main.findChildren(QMenu) for action in menu.actions()}
-        assert menus["lock"] in in_menu
+        assert main.menus["lock"] in in_menu
         assert in_menu.issuperset(main.actions()), "no key without an entry"
         qtbot.keyClick(main, Qt.Key.Key_F10)
         qtbot.waitUntil(main.main_menu.isVisible)

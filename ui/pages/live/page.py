@@ -64,7 +64,6 @@ class LivePage(Page):
         says = tr("Save picture…")
         self.png = control(QToolButton(), "live_save_png", says=says, keys="Ctrl+Shift+S", picture=Icon.CAMERA)
         self.png.clicked.connect(self._save_picture)
-        self.saving, self.exporting = self.csv, self.png
         self._lay_out()
         Shortcut(self.plot.pause, "Ctrl+P", self.plot.time_range.toggle_pause, holder=self._content)
         self._refreshed_at = 0.0

@@ -148,8 +148,6 @@ class LogsPage(Page):
             shown.setFocusPolicy(Qt.FocusPolicy.TabFocus)  # in a bar Qt gives it none
             if tip:
                 shown.setToolButtonStyle(Qt.ToolButtonStyle.ToolButtonTextOnly)
-            if name == "export":
-                self.exporting = shown
 
     def _lay_out(self) -> None:
         opening = control(QPushButton(tr("Open…")), "logs_open", keys="Ctrl+O", picture=Icon.FOLDER, role="primary")

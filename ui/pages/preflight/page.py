@@ -183,7 +183,7 @@ class PreflightPage(Page):
         self.cancel = named(StepButton(tr("Cancel"), is_safe=True), "preflight_cancel")
         if is_text_large():  # nothing else lies in its row then
             retain_size(self.cancel, is_kept=False)
-        self.export = self.exporting = named(QPushButton(tr("Export report…")), "preflight_export")
+        self.export = named(QPushButton(tr("Export report…")), "preflight_export")
         self._main: QPushButton = self.run
         # For which module ticks and aircraft were entered, by its name.
         self._named = ""

@@ -92,7 +92,7 @@ class ProfileEditor(QWidget):
         self.refresh()
 
     def _add_number(self, name: str, title: str, kind: NumberKind, least: str, most: str) -> NumberLine:
-        line = named(NumberLine(kind, start=float(kind.low), may_be_empty=True), name, says=title)
+        line = named(NumberLine(kind, may_be_empty=True), name, says=title)
         span = tr("{low} to {high}", low=least, high=most)
         line.setAccessibleDescription(span)
         line.edited.connect(self.refresh)

@@ -144,7 +144,7 @@ class SettingRow(QObject):
         self.name = text_label(f"{name}_name", text=title)
         self.held = HeldValue(command)
         if isinstance(field := command.write, Quantity):
-            line = NumberLine(NumberKind.of_field(field), start=float(DEFAULTS.get(key) or 0), may_be_empty=True)
+            line = NumberLine(NumberKind.of_field(field), may_be_empty=True)
             named(line, f"{name}_wanted", says=title, tip=tr(command.explanation))
             line.setAccessibleDescription(tr("{low} to {high}", low=field.text(0), high=field.text(255)))
 

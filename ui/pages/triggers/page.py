@@ -148,7 +148,6 @@ class TriggersPage(Page):
         self.read.clicked.connect(lambda _is_checked: self.work.read())
         self.export = control(QPushButton(tr("Export…")), "triggers_export", keys="Ctrl+S", picture=Icon.SAVE)
         self.export.clicked.connect(self._export)
-        self.saving = self.exporting = self.export
         head = self.make_header(tr("Triggers"), self.list.search, self.read)
         foot = in_row(1, self.export, spacing=Space.S)
         parts = (head, self.count, (self.list, 1), self.detail, self.strip, foot)
