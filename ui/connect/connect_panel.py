@@ -117,10 +117,9 @@ class ConnectPanel(QWidget):
         )
         retain_size(self.disconnect_button)
         self.empty, self.state_label = text_label("no_ports_hint", "muted"), text_label("connect_state", "muted")
-        more, logs = tr("Other port or baud rate"), tr("Drop flight logs here: would it have fired?")
+        more = tr("Other port or baud rate")
         self.options = control(QToolButton(), "connect_options", text=more, picture=Icon.CHEVRON_DOWN, role="quiet")
         self.options.setCheckable(True)
-        self.logs = control(QToolButton(), "connect_logs", text=logs, picture=Icon.MAP, role="quiet")
         close = control(QToolButton(), "connect_close", says=tr("Close"), key="Esc", picture=Icon.CROSS, role="quiet")
         close.clicked.connect(self.hide)
         options = named(QWidget(), "connect_form")
@@ -141,7 +140,6 @@ class ConnectPanel(QWidget):
             options,
             self.state_label,
             *(() if is_text_large() else (buttons,)),
-            (self.logs, Qt.AlignmentFlag.AlignLeft),
             of=card,
             spacing=Space.M,
             margins=(Space.XL, Space.L, Space.XL, Space.XL),
@@ -270,7 +268,6 @@ class ConnectPanel(QWidget):
             said = join_sentences((words.what, words.next_step))
             self.state_label.setText(labelled(_listed(name, rate), said))
         self.disconnect_button.setVisible(port.is_requested)
-        self.logs.setVisible(not port.is_requested)
         self.connect_button.setEnabled(self.chosen_target() is not None)
 
     def setVisible(self, is_visible: bool) -> None:

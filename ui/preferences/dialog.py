@@ -18,7 +18,6 @@ from PySide6.QtWidgets import (
 from app.text.i18n import CHINESE, ENGLISH, language, tr
 from protocol.translatable import marked
 from ui.core.preferences import Preferences
-from ui.files.file_dialogs import show_over_page
 from ui.style.appearance import Appearance
 from ui.style.theme import Choice, Space
 from ui.widgets.controls import named, text_label
@@ -41,20 +40,24 @@ class PreferencesDialog(QDialog):
     def __init__(self, preferences: Preferences, appearance: Appearance, parent: QWidget) -> None:
         super().__init__(parent)
         self.setObjectName("preferences_dialog")
-        self._preferences, self._appearance = preferences, appearance
+        self._preferences = preferences
         self.setWindowTitle(tr("Preferences"))
         self.setAccessibleName(tr("Preferences"))
         self._form = form = QFormLayout()
         form.setHorizontalSpacing(Space.L)
         form.setVerticalSpacing(Space.M)
         # In both languages, for those who read only one.
-        self.language = self._box("language", "Language · 语言", LANGUAGES)
+        self.language = self._box("language", "Language · 语言", LANGUAGES, language())
         self.language.setAccessibleName(tr("Language"))
-        self.zoom = self._box("zoom", tr("Text size"), [(percent, f"{percent} %") for percent in ZOOMS])
+        sizes = [(percent, f"{percent} %") for percent in ZOOMS]
+        self.zoom = self._box("zoom_percent", tr("Text size"), sizes)
         self.theme = self._box("theme", tr("Theme"), [(choice, tr(title)) for choice, title in THEMES])
+        self.theme.activated.connect(lambda: appearance.choose(Choice(self.theme.currentData())))
         when = text_label("preferences_when", "small")
         when.setText(tr("Language and text size take effect at the next start."))
         self.sounds = named(QCheckBox(tr("Sound: TRIGGERED, ACTIVE, link lost while ACTIVE")), "preferences_sounds")
+        self.sounds.setChecked(preferences.has_sounds)
+        self.sounds.clicked.connect(lambda is_on: setattr(preferences, "has_sounds", is_on))
         buttons = named(QDialogButtonBox(QDialogButtonBox.StandardButton.Close), "preferences_buttons")
         buttons.rejected.connect(self.reject)
         column = QVBoxLayout(self)
@@ -64,36 +67,14 @@ class PreferencesDialog(QDialog):
         for part in (when, self.sounds, buttons):
             column.addWidget(part)
         column.setSizeConstraint(QLayout.SizeConstraint.SetFixedSize)
-        self.language.activated.connect(self._keep_language)
-        self.zoom.activated.connect(self._keep_zoom)
-        self.sounds.clicked.connect(self._keep_sounds)
-        self.theme.activated.connect(self._use_theme)
 
-    def _box(self, name: str, title: str, entries: Iterable[tuple[object, str]]) -> QComboBox:
+    def _box(self, name: str, title: str, entries: Iterable[tuple[object, str]], usual: object = None) -> QComboBox:
+        """Make the box of this preference. `usual`: what is in use where none was chosen, else the first entry."""
         box = named(QComboBox(), f"preferences_{name}", says=title)
         for data, text in entries:
             box.addItem(text, data)
+        box.setCurrentIndex(max(0, box.findData(getattr(self._preferences, name) or usual)))
+        box.activated.connect(lambda: setattr(self._preferences, name, box.currentData()))
         WheelGuard(box)
         self._form.addRow(label_for(box, title), box)
         return box
-
-    def bring_up(self) -> None:
-        preferences = self._preferences
-        self.language.setCurrentIndex(max(0, self.language.findData(preferences.language or language())))
-        self.theme.setCurrentIndex(max(0, self.theme.findData(preferences.theme)))
-        self.zoom.setCurrentIndex(max(0, self.zoom.findData(preferences.zoom_percent)))
-        self.sounds.setChecked(preferences.has_sounds)
-        show_over_page(self)
-
-    def _keep_language(self) -> None:
-        self._preferences.language = self.language.currentData()
-
-    def _keep_zoom(self) -> None:
-        self._preferences.zoom_percent = self.zoom.currentData()
-
-    def _keep_sounds(self, is_on: bool) -> None:
-        self._preferences.has_sounds = is_on
-
-    def _use_theme(self) -> None:
-        self._preferences.theme = self.theme.currentData()
-        self._appearance.choose(Choice(self._preferences.theme))

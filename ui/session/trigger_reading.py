@@ -9,7 +9,6 @@ from PySide6.QtCore import QObject, Signal
 from app.engine.procedure import Cancelled, Job
 from app.store.fact_store import Facts, StoreError, utc_now
 from app.store.rows import Judgement
-from app.system.clock import DAY, local_time
 from app.text.i18n import tr
 from app.text.messages import join_sentences
 from app.trigger_records.history import (
@@ -143,7 +142,7 @@ class TriggerReading(QObject):
         self._filing.cancel()
         self._is_stored = False
         if reading is not None and not reading.history.is_answered:
-            self.job.set_notice(self._silent_notice())
+            self.job.notify(Meaning.ATTENTION, tr("No answer: the records are unknown."))
         elif reading is not None:
             if store is not None and target is not None and name:
                 self.job.dismiss()
@@ -180,21 +179,6 @@ class TriggerReading(QObject):
     def _fail_filing(self, trouble: StoreError) -> None:
         self.job.notify(Meaning.DANGER, not_kept(trouble, self._module.name))
         self.show_kept()
-
-    def _silent_notice(self) -> Notice:
-        """The module does not answer the query; Pre-flight asks whether it is new."""
-        store, name = self._storage.ready, self._module.name
-        text = tr("No answer: the records are unknown.")
-        if store is not None and name:
-            try:
-                last_answer = store.read(lambda facts: KeptTriggers(facts).last_answer(name))
-            except StoreError as trouble:
-                return Notice(Meaning.DANGER, not_kept(trouble, name))
-            if last_answer is not None:
-                date = local_time(last_answer.at, DAY)
-                had = tr("It had {count} on {date}.", count=last_answer.count, date=date)
-                text = join_sentences((text, had))
-        return Notice(Meaning.ATTENTION, text, dismiss=self.job.dismiss)
 
     # The rows
 

@@ -106,7 +106,6 @@ class MainWindow(QMainWindow):
         self.panel.connect_wanted.connect(self.connect_to)
         self.panel.disconnect_wanted.connect(self.disconnect_port)
         self.panel.shown.connect(lambda: self.area.setVisible(self.panel.isHidden()))
-        self.panel.logs.clicked.connect(lambda: self.go_to("logs"))
         self.navigation.page_wanted.connect(self._show_page)
         services.exchange.limits_used.connect(self.top_bar.refresh)
         for changed in (self.panel.shown, self.stack.currentChanged, self.pages_made):
@@ -287,11 +286,12 @@ class MainWindow(QMainWindow):
         self._simulator.setVisible(is_shown)
 
     def show_preferences(self) -> None:
+        from ui.files.file_dialogs import show_over_page
         from ui.preferences.dialog import PreferencesDialog
 
         if self._preferences is None:
             self._preferences = PreferencesDialog(self._remembered, self._services.appearance, self)
-        self._preferences.bring_up()
+        show_over_page(self._preferences)
 
     def show_guide(self) -> None:
         """Show the guide at the chapter of the page in sight."""

@@ -221,7 +221,7 @@ def test_the_theme_applies_at_once_and_language_and_size_at_the_next_start(
         usual = main.top_bar.menu.width()
         choose(dialog.zoom, 125)
         choose(dialog.language, "zh_CN")
-        dialog.bring_up()
+        main.show_preferences()
         assert [box.currentData() for box in (dialog.zoom, dialog.language)] == [125, "zh_CN"]
         assert (dialog.windowTitle(), main.top_bar.menu.width()) == ("Preferences", usual)
         choose(dialog.theme, "sunlight")
