@@ -11,7 +11,7 @@ from collections.abc import Callable, Iterable, Sequence
 from datetime import datetime
 from functools import partial
 from pathlib import Path
-from typing import ClassVar, Final, NamedTuple
+from typing import TYPE_CHECKING, ClassVar, Final
 
 from PySide6.QtCore import QEvent, QObject, QPoint, QSize, Qt
 from PySide6.QtGui import QDropEvent
@@ -35,6 +35,9 @@ from ui.core.preferences import Preferences
 from ui.style.icons import Icon, icon, set_icon_size
 from ui.style.theme import IconSize
 from ui.widgets.controls import named, without_key
+
+if TYPE_CHECKING:
+    from ui.services.page import Page
 
 # The most that a system puts above a dialog, and beside its title.
 _TITLE_BAR_PX: Final = 36
@@ -235,22 +238,14 @@ def add_recent(menu: QMenu, prefix: str, names: Iterable[str], open_file: Callab
         action.triggered.connect(lambda _checked, path=Path(name): open_file(path))
 
 
-class FilePage(NamedTuple):
-    """The key of a page, the suffixes of its files, and how it opens several."""
-
-    key: str
-    suffixes: tuple[str, ...]
-    open_files: Callable[[Sequence[Path]], None]
-
-
 class FileOpener(QObject):
     """Opens files from the menu, the command line or a drop on the window in the page of their type. `pages` returns
-    the pages that open files; `go_to` shows a page."""
+    the pages that open files, by their keys; `go_to` shows a page."""
 
     def __init__(
         self,
         window: QWidget,
-        pages: Callable[[], list[FilePage]],
+        pages: "Callable[[], dict[str, Page]]",
         go_to: Callable[[str], None],
         *,
         preferences: Preferences,
@@ -262,10 +257,10 @@ class FileOpener(QObject):
 
     def open(self, *paths: Path) -> None:
         """Opens each file in the page of its type, and what is of none in Logs, which says why it cannot be read."""
-        pages = {page.key: page for page in self._pages()}
+        pages = self._pages()
         files: dict[str, list[Path]] = {}
         for path in paths:
-            key = next((one.key for one in pages.values() if path.suffix.lower() in one.suffixes), LOGS)
+            key = next((key for key, page in pages.items() if path.suffix.lower() in page.suffixes), LOGS)
             files.setdefault(key, []).append(path)
         for key, together in files.items():
             self._go_to(key)
@@ -274,7 +269,7 @@ class FileOpener(QObject):
         self._preferences.files_folder = str(paths[0].absolute().parent)
 
     def ask(self) -> None:
-        endings = " ".join(f"*{suffix}" for page in self._pages() for suffix in page.suffixes)
+        endings = " ".join(f"*{suffix}" for page in self._pages().values() for suffix in page.suffixes)
         folder = Path(self._preferences.files_folder or Path.home())
         self.choose(self._window, folder, tr("Open…"), endings, self.open)
 

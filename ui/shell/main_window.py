@@ -39,7 +39,6 @@ from ui.widgets.controls import in_row, named
 from ui.widgets.notice_bar import NoticeBar
 
 if TYPE_CHECKING:  # the first paint does not wait for these
-    from ui.files.file_dialogs import FilePage
     from ui.preferences.dialog import PreferencesDialog
     from ui.services.page import Page
     from ui.simulator.panel import SimulatorDock
@@ -227,14 +226,10 @@ class MainWindow(QMainWindow):
         if entry.key == self.navigation.chosen:
             self.stack.setCurrentWidget(page)
 
-    def _file_pages(self) -> "list[FilePage]":
+    def _file_pages(self) -> "dict[str, Page]":
         """The shown one first: several open recordings."""
-        from ui.files.file_dialogs import FilePage
-
-        shown = self.navigation.chosen
-        pages = [(key, self._pages[key]) for key in self._entries if key in self._pages]
-        pages.sort(key=lambda page: page[0] != shown)
-        return [FilePage(key, page.suffixes, page.open_files) for key, page in pages if page.suffixes]
+        keys = sorted(self._pages, key=lambda key: key != self.navigation.chosen)
+        return {key: self._pages[key] for key in keys if self._pages[key].suffixes}
 
     # Actions
 

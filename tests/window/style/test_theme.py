@@ -218,6 +218,7 @@ def test_the_theme_applies_at_once_and_language_and_size_at_the_next_start(
         dialog = find(main, PreferencesDialog)
         assert dialog.isVisible()
         assert not dialog.isModal()  # LOCK stays in reach
+        assert all(button.icon().isNull() for button in dialog.findChildren(QPushButton))  # black in the dark
         usual = main.top_bar.menu.width()
         choose(dialog.zoom, 125)
         choose(dialog.language, "zh_CN")
