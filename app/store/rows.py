@@ -5,7 +5,6 @@ version does not know are ignored, so that a newer version may add some, each wi
 A kind that this version does not know is kept and passed on, but nothing here reads it.
 """
 
-import hashlib
 from datetime import UTC, date, datetime, timedelta
 from enum import Enum
 from typing import Annotated, Any, Literal, NamedTuple, TypeVar
@@ -242,6 +241,8 @@ def time_in_id(at: datetime) -> str:
 def fact_id(kind: str, module: str | None, station: str, made_at: str, content: str) -> str:
     """Return the id, made from what the row says, so that one that was changed in place no longer has its own. Raises
     `ValueError` for a time or a text that is none."""
+    import hashlib  # the window's first paint does not wait for it
+
     told = "\n".join((kind, module or "", station, made_at, content))
     return time_in_id(datetime.fromisoformat(made_at)) + hashlib.sha256(told.encode()).hexdigest()[:28]
 

@@ -6,7 +6,6 @@ locked, missing or ask for a password during a check, and the file is as safe as
 
 import base64
 import binascii
-import hashlib
 from contextlib import suppress
 from pathlib import Path
 from typing import TYPE_CHECKING, Final, NamedTuple
@@ -54,6 +53,8 @@ def own_station(folder: Path) -> Station:
 
 def shown_key(key: str) -> str:
     """80 bits of a key's SHA-256 for comparison by people: "3F9A-11C0-…"."""
+    import hashlib  # as in `fact_id`
+
     digits = hashlib.sha256(bytes.fromhex(key)).hexdigest().upper()
     return "-".join(digits[place : place + 4] for place in range(0, 20, 4))
 

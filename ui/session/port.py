@@ -6,7 +6,7 @@ import time
 from collections.abc import Callable
 from functools import partial
 from math import inf
-from typing import Any, Final
+from typing import TYPE_CHECKING, Any, Final
 
 from PySide6.QtCore import QObject, QTimer, Signal
 
@@ -22,12 +22,10 @@ from app.engine.worker import PUBLISH_EVERY_S, Batch, Connection, PortState, Wor
 from app.procedures.act import Armed
 from app.procedures.find import RateSearch, find_rate
 from app.procedures.stream import StreamSwitch, watch
-from app.procedures.write import WriteFault, WriteReport, change_baud, why_not_verified
 from app.safety.journal import Act
 from app.safety.last_known import Activation
 from app.safety.left_active import FiringDoubt
 from app.safety.permit import Origin, Permit
-from app.settings.values import value_message
 from app.system.clock import steady_time
 from app.text.messages import message
 from protocol.events import EndReason
@@ -39,6 +37,9 @@ from ui.session.lock import PortLock
 from ui.session.recording import SessionRecording
 from ui.session.sharing import PortSharing
 from ui.session.shown_module import Interruptions, Remainder, ShownModule
+
+if TYPE_CHECKING:
+    from app.procedures.write import WriteReport
 
 _log = logging.getLogger(__name__)
 # Given what takes its batches, and what makes the job of an owed LOCK.
@@ -243,6 +244,9 @@ class Port(QObject):
     def change_rate(self, rate: int, armed: Armed) -> None:
         """A person confirmed a moment ago that the module is to change its baud rate. It cannot be cancelled: the
         module would be lost."""
+        from app.procedures.write import WriteFault, WriteReport, change_baud, why_not_verified
+        from app.settings.values import value_message
+
         if self._changing_rate is not None:
             return
         module, name = self.module, self.module.name
