@@ -239,13 +239,13 @@ def add_recent(menu: QMenu, prefix: str, names: Iterable[str], open_file: Callab
 
 
 class FileOpener(QObject):
-    """Opens files from the menu, the command line or a drop on the window in the page of their type. `pages` returns
-    the pages that open files, by their keys; `go_to` shows a page."""
+    """Opens files from the menu, the command line or a drop on the window in the page of their type. `pages`: all
+    of the window, by their keys; `go_to` shows one."""
 
     def __init__(
         self,
         window: QWidget,
-        pages: "Callable[[], dict[str, Page]]",
+        pages: "dict[str, Page]",
         go_to: Callable[[str], None],
         *,
         preferences: Preferences,
@@ -257,19 +257,18 @@ class FileOpener(QObject):
 
     def open(self, *paths: Path) -> None:
         """Opens each file in the page of its type, and what is of none in Logs, which says why it cannot be read."""
-        pages = self._pages()
         files: dict[str, list[Path]] = {}
         for path in paths:
-            key = next((key for key, page in pages.items() if path.suffix.lower() in page.suffixes), LOGS)
+            key = next((key for key, page in self._pages.items() if path.suffix.lower() in page.suffixes), LOGS)
             files.setdefault(key, []).append(path)
         for key, together in files.items():
             self._go_to(key)
-            if key in pages:
-                pages[key].open_files(together)
+            if key in self._pages:
+                self._pages[key].open_files(together)
         self._preferences.files_folder = str(paths[0].absolute().parent)
 
     def ask(self) -> None:
-        endings = " ".join(f"*{suffix}" for page in self._pages().values() for suffix in page.suffixes)
+        endings = " ".join(f"*{suffix}" for page in self._pages.values() for suffix in page.suffixes)
         folder = Path(self._preferences.files_folder or Path.home())
         self.choose(self._window, folder, tr("Open…"), endings, self.open)
 

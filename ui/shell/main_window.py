@@ -200,7 +200,7 @@ class MainWindow(QMainWindow):
         from ui.files.file_dialogs import FileOpener
 
         self._filter = ApplicationFilter(self._ports.lock, self)
-        self.files = FileOpener(self, self._file_pages, self.go_to, preferences=self._remembered)
+        self.files = FileOpener(self, self._pages, self.go_to, preferences=self._remembered)
         self.menus["open"].triggered.connect(self.files.ask)
         self._making.start()
 
@@ -225,11 +225,6 @@ class MainWindow(QMainWindow):
         page.ports_wanted.connect(self.panel.show)
         if entry.key == self.navigation.chosen:
             self.stack.setCurrentWidget(page)
-
-    def _file_pages(self) -> "dict[str, Page]":
-        """The shown one first: several open recordings."""
-        keys = sorted(self._pages, key=lambda key: key != self.navigation.chosen)
-        return {key: self._pages[key] for key in keys if self._pages[key].suffixes}
 
     # Actions
 

@@ -121,6 +121,7 @@ def test_the_wheel_turns_only_what_has_the_focus(qtbot: QtBot, qapp: QApplicatio
         walk.window.panel.hide()
         walk.connect()
         walk.window.menus["simulator"].setChecked(True)
+        assert walk.find(SimulatorPanel).tilt.isEnabled()  # it controls the module that was connected before
         walk.settle()
         walk.window.navigation.setFocus()
         for widget in turned_by_wheel(walk.window):

@@ -232,7 +232,9 @@ def test_a_step_is_dead_for_half_a_second_after_it_appeared(bench: Hand, is_key:
     confirm.go.setFocus()
     bench.move(bench.at(confirm.go))
     bench.wait(0.3)
+    dead = confirm.go.grab().toImage()
     for is_dead in (True, False):
+        assert (confirm.go.grab().toImage() == dead) is is_dead  # as a button that is disabled
         if is_key:
             tap(bench)
         else:
