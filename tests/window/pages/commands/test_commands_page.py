@@ -310,7 +310,7 @@ def test_whatever_happens_instead_disarms(one: Desk, ends: dict[str, tuple[Calla
 def test_an_error_anywhere_in_the_window_disarms(active: Desk) -> None:
     for prepare in (choose, arm):
         ritual = prepare(active)
-        active.assembly.window.attention.report(UncaughtError("a fault of ours", "", "MainThread"))
+        active.assembly.window.attention.report(UncaughtError("a fault of ours", ""))
         active.until(lambda: ritual.ritual.stage is Stage.IDLE, 0.1)  # noqa: B023
         assert "program error" in outcome(active)
     assert "a fault of ours" in notice_text(active.assembly.window.notice_bar)

@@ -230,7 +230,7 @@ def test_the_module_is_locked_whatever_ends_the_tilt(bench: Hand, monkeypatch: p
 @pytest.mark.promise("c")
 def test_an_error_anywhere_in_the_window_locks(bench: Hand) -> None:
     activated(bench)
-    bench.assembly.window.attention.report(UncaughtError("a mistake of ours", "", "MainThread"))
+    bench.assembly.window.attention.report(UncaughtError("a mistake of ours", ""))
     bench.wait(1.0)
     assert is_locked(bench)
     assert "program error" in bench.guided.verdict.text()
