@@ -149,18 +149,6 @@ def check_host(raw: bytes) -> Reason | None:
     return None if raw[4] in allowed else Reason.VALUE
 
 
-def module_lengths(code: int) -> tuple[int, ...]:
-    """The lengths that a module frame of this code may have; none for an unknown code.
-
-    Code 35 has two (E3): a record has 16 bytes, a cell voltage answered with code 35 has six.
-    """
-    if code == RECORD_CODE:
-        return (Layout.RECORD.value, Layout.SHORT.value)
-    if code == STATUS_CODE:
-        return (Layout.STATUS.value,)
-    return (Layout.SHORT.value,) if code in BY_CODE else ()
-
-
 def decode_request(raw: bytes) -> Request:
     """Return the request in a valid host frame; raise `ValueError` for anything else."""
     if len(raw) != HOST_FRAME_LENGTH or raw[:2] != HOST_HEADER:

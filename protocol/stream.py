@@ -16,6 +16,7 @@ Rules:
 import re
 
 from protocol.catalogue import (
+    BY_CODE,
     CELL_VOLTAGE,
     HOST_HEADER,
     MODULE_HEADER,
@@ -35,7 +36,6 @@ from protocol.messages import (
     check_host,
     check_module,
     decode_request,
-    module_lengths,
 )
 
 _HEADER = re.compile(b"Au|Ba")
@@ -132,14 +132,14 @@ class StreamParser:
         if available < 3:
             return needs
         code = data[position + 2]
-        lengths = module_lengths(code)
-        if not lengths:
+        if code not in BY_CODE:
             return Reason.UNKNOWN_CODE
         if code == RECORD_CODE:
             return self._record_or_voltage(data[position : position + MAX_FRAME_LENGTH], offset, is_final=is_final)
-        if available < lengths[0]:
+        length = BY_CODE[code].layout.value
+        if available < length:
             return needs
-        raw = data[position : position + lengths[0]]
+        raw = data[position : position + length]
         return check_module(raw) or Frame(_TO_HOST, raw, offset)
 
     def _record_or_voltage(self, raw: bytes, offset: int, *, is_final: bool) -> Frame | Reason | None:
