@@ -62,17 +62,13 @@ class WriteFault(Enum):
     """Why a setting is not as it was to be; the value is its English, translatable text."""
 
     REFUSED = marked("refused; the old value stands")
-    CLAMPED = marked("the module holds another value")
-    NOT_RETAINED = marked("acknowledged, but not kept")
-    LOST = marked("no reply, not set")
+    NOT_SET = marked("not set; the module holds another value")
     NO_REPLY = marked("no reply; may have been carried out")
     REPEATED = marked("this line repeats answers: not known")
     NO_READ_BACK = marked("could not be read back")
     CHANGED = marked("changed: by itself, or another module?")
-    NO_LAST_READING = marked("not read again")
     INTERRUPTED = marked("interrupted; may have been carried out")
     VERIFIED_THEN = marked("verified then, before the interruption")
-    ACKNOWLEDGED_THEN = marked("acknowledged then, before the interruption")
     NOT_ALLOWED = marked("not sent: a condition is not met")
     NOT_SENT = marked("not sent")
     # Of the baud rate
@@ -136,9 +132,9 @@ class Written:
         """The outcome as the log has it."""
         if not self.is_sent:
             return Outcome.NOT_SENT
-        if self.fault in (None, WriteFault.VERIFIED_THEN, WriteFault.ACKNOWLEDGED_THEN):
+        if self.fault in (None, WriteFault.VERIFIED_THEN):
             return Outcome.CONFIRMED
-        no = (WriteFault.REFUSED, WriteFault.CLAMPED, WriteFault.NOT_RETAINED, WriteFault.LOST, WriteFault.UNCHANGED)
+        no = (WriteFault.REFUSED, WriteFault.NOT_SET, WriteFault.UNCHANGED)
         return Outcome.REFUSED if self.fault in no else Outcome.UNKNOWN
 
 
@@ -297,7 +293,7 @@ class _Writing:
             if written.command.reads_back:
                 value = last.values.get(written.command.key)
                 if written.is_fine and value != written.read_back:
-                    written.fault = WriteFault.NO_LAST_READING if value is None else WriteFault.CHANGED
+                    written.fault = WriteFault.NO_READ_BACK if value is None else WriteFault.CHANGED
                     written.read_back = value
                 elif value is not None:
                     written.read_back = value
@@ -305,7 +301,7 @@ class _Writing:
             is_known = view.conversation.fresh(written.command.key, view.now) == written.target
             if written.is_fine and written.command in TRIGGER_FLAGS and not is_known:
                 written.is_acknowledged = False
-                written.fault = WriteFault.REPEATED if view.flags.has_repeated else WriteFault.NO_LAST_READING
+                written.fault = WriteFault.REPEATED if view.flags.has_repeated else WriteFault.NO_READ_BACK
 
     def _set_one(self, written: Written) -> Procedure[None]:
         command, context, report = written.command, self.context, self.report
@@ -322,24 +318,21 @@ class _Writing:
         entry = context.journal.begin(Act.WRITE, request.encode(), detail)
         self.entries.append((written, entry))
         yield from wait_for(entry, DURABLE_LIMIT_S)  # unlike an act, a set is sent also where the disk takes longer
-        for _try in range(2):
-            yield from self._check()
-            if report.refusals:
-                return
-            # If it ends before the outcome is known it may have been carried out.
-            written.is_sent, written.fault = True, WriteFault.INTERRUPTED
-            try:
-                reply = yield Ask(request)
-            except Interrupted as error:
-                if error.is_unsent:
-                    written.is_sent, written.fault = False, WriteFault.NOT_SENT
-                raise
-            if reply.attempts:
-                break
-            # A heartbeat came in between, which may be a restart's: who is there is asked again.
+        yield from self._check()
+        if report.refusals:
+            return
+        # If it ends before the outcome is known it may have been carried out.
+        written.is_sent, written.fault = True, WriteFault.INTERRUPTED
+        try:
+            reply = yield Ask(request)
+        except Interrupted as error:
+            if error.is_unsent:
+                written.is_sent, written.fault = False, WriteFault.NOT_SENT
+            raise
+        if not reply.attempts:
+            # A heartbeat came in between, which may be a restart's: before the next one it is asked who is there.
             written.is_sent, written.fault = False, WriteFault.NOT_SENT
             self.present_at = -inf
-        else:
             return
         answer = answer_in(reply, Acknowledgement)
         written.is_acknowledged = answer is not None and answer.is_accepted
@@ -351,17 +344,10 @@ class _Writing:
             return
         reading = yield from read_twice(command)
         written.read_back = None if reading is None else reading.value
-        old = report.before.get(command.key)
         if reading is None:
             written.fault = WriteFault.NO_READ_BACK
-        elif reading.raw == request.data:
-            written.fault = None
-        elif old is not None and reading.value != old:
-            written.fault = WriteFault.CLAMPED
-        elif written.is_acknowledged:
-            written.fault = WriteFault.NOT_RETAINED
         else:
-            written.fault = WriteFault.LOST if answer is None else WriteFault.REFUSED
+            written.fault = None if reading.raw == request.data else WriteFault.NOT_SET
 
     def _check(self) -> Procedure[None]:
         # Ask who is there and whether writing is allowed, unless that was done a moment ago.
@@ -383,12 +369,9 @@ class _Writing:
         for written in self.report.results:
             if not (written.is_sent and written.is_fine):
                 continue
-            if written.verified:
-                written.fault = WriteFault.VERIFIED_THEN
-            elif written.command in TRIGGER_FLAGS:
-                written.is_acknowledged, written.fault = False, WriteFault.INTERRUPTED
-            else:
-                written.fault = WriteFault.ACKNOWLEDGED_THEN
+            written.fault = WriteFault.VERIFIED_THEN if written.verified else WriteFault.INTERRUPTED
+            if written.command in TRIGGER_FLAGS:
+                written.is_acknowledged = False
         if contradiction is None:
             return
         for written in self.report.results:
@@ -440,7 +423,7 @@ def change_baud(
             elif found == new_rate:
                 written.fault = None
             elif found != old_rate:
-                written.fault = WriteFault.CLAMPED  # the set was corrupted on the line
+                written.fault = WriteFault.NOT_SET  # the set was corrupted on the line
             else:  # it changes at the next start, or not at all
                 written.fault = WriteFault.AT_RESTART if written.is_acknowledged else WriteFault.UNCHANGED
     except Interrupted as error:

@@ -299,7 +299,7 @@ def test_a_module_that_answers_at_a_third_rate_holds_another_value() -> None:
 
     rig.module.at_frame = go_elsewhere
     written = change(rig, journal).results[0]
-    assert (written.fault, written.read_back, written.verified) == (WriteFault.CLAMPED, 57600, False)
+    assert (written.fault, written.read_back, written.verified) == (WriteFault.NOT_SET, 57600, False)
     assert journal.outcomes == {0: Outcome.REFUSED}
 
 

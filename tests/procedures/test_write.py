@@ -94,10 +94,10 @@ def test_a_set_goes_out_once_and_is_read_back_twice_and_again_a_second_later() -
 @pytest.mark.parametrize(
     ("options", "name", "wanted", "stands", "fault", "outcome"),
     [
-        ({"ignored_sets": {0x22: -1}}, "freefall_time", 1.2, 1.6, WriteFault.NOT_RETAINED, Outcome.REFUSED),
-        ({"reverts": {0x22: (0.0, 50)}}, "freefall_time", 0.1, 0.5, WriteFault.CLAMPED, Outcome.REFUSED),
-        ({"lowest_attitude_deg": 55}, "attitude_threshold", 40, 60, WriteFault.REFUSED, Outcome.REFUSED),
-        ({"lost_sets": {0x22: -1}}, "freefall_time", 1.2, 1.6, WriteFault.LOST, Outcome.REFUSED),
+        ({"ignored_sets": {0x22: -1}}, "freefall_time", 1.2, 1.6, WriteFault.NOT_SET, Outcome.REFUSED),
+        ({"reverts": {0x22: (0.0, 50)}}, "freefall_time", 0.1, 0.5, WriteFault.NOT_SET, Outcome.REFUSED),
+        ({"lowest_attitude_deg": 55}, "attitude_threshold", 40, 60, WriteFault.NOT_SET, Outcome.REFUSED),
+        ({"lost_sets": {0x22: -1}}, "freefall_time", 1.2, 1.6, WriteFault.NOT_SET, Outcome.REFUSED),
         ({"lost_queries": {0x22: -1}}, "freefall_time", 1.2, None, WriteFault.NO_READ_BACK, Outcome.UNKNOWN),
         ({"lost_sets": {0x16: -1}}, "attitude_trigger", False, None, WriteFault.NO_REPLY, Outcome.UNKNOWN),
     ],
@@ -130,7 +130,7 @@ def test_a_setting_that_cannot_be_read_at_the_end_is_not_verified() -> None:
 
     rig.module.at_frame = stop_answering
     report = write(rig, freefall_time=1.2)
-    assert [written.fault for written in report.results] == [WriteFault.NO_LAST_READING]
+    assert [written.fault for written in report.results] == [WriteFault.NO_READ_BACK]
     assert not report.is_fine
 
 
@@ -150,15 +150,16 @@ def test_each_is_logged() -> None:
     assert journal.outcomes == dict.fromkeys(range(4), Outcome.CONFIRMED)
 
 
-def test_a_heartbeat_between_check_and_set_is_looked_into_and_the_set_goes_on() -> None:
+def test_a_set_that_a_heartbeat_overtakes_is_not_sent_and_the_next_one_is_checked_again() -> None:
     """It may be a restart's, as of a module that was plugged in a moment ago."""
     rig = settled_rig()
     module = rig.bench.module
     end = at_frame(rig.bench, 2, lambda: module.send(HEARTBEAT_REPLY, rig.clock.now_s), code=BOOT_COUNT.code)
-    written = write_one(rig, "attitude_threshold", 70)
+    report = write(rig, attitude_threshold=70, freefall_time=1.2)
     end()
-    assert written.verified
-    assert sets(rig) == ["attitude_threshold"]
+    assert [(written.is_sent, written.verified) for written in report.results] == [(False, False), (True, True)]
+    assert sets(rig) == ["freefall_time"]
+    assert [request.command for request in rig.line.requests].count(BY_NAME["active"]) == 2
 
 
 @pytest.mark.parametrize("is_unlocked", [False, True])
