@@ -2920,10 +2920,6 @@
         <translation>多次读取结果不一致，记录可能缺失。请重新读取。</translation>
     </message>
     <message>
-        <source>The readings scatter: measure again in steady light.</source>
-        <translation>读数分散：请在稳定光线下重新测量。</translation>
-    </message>
-    <message>
         <source>The record is not signed.</source>
         <translation>记录未签名。</translation>
     </message>
@@ -4130,8 +4126,8 @@
         <translation>未发送：{why}</translation>
     </message>
     <message>
-        <source>not set; the module holds another value</source>
-        <translation>未写入；模块保存了其他值</translation>
+        <source>not set</source>
+        <translation>未写入</translation>
     </message>
     <message>
         <source>not sorted yet</source>
@@ -4890,8 +4886,8 @@
         <translation>{text}（不可信）</translation>
     </message>
     <message>
-        <source>{threshold:.1f} V: {closed:.1f} V from closed, {open:.1f} V from open.</source>
-        <translation>{threshold:.1f} V：距关闭 {closed:.1f} V，距打开 {open:.1f} V。</translation>
+        <source>{threshold:.1f} V: {margin:.1f} V from closed and from open.</source>
+        <translation>{threshold:.1f} V：距关闭和打开状态各 {margin:.1f} V。</translation>
     </message>
     <message>
         <source>{time} ago</source>

@@ -17,8 +17,6 @@ _log = logging.getLogger(__name__)
 
 # The link's first questions are lost on many lines; the last one has the second that the vendor gives the module.
 WAIT_S = 1.5
-# At the old and the new rate after a change: enough for a line that loses every other frame.
-LIKELY_WAIT_S = 3.0
 LOOK_EVERY_S = 0.005
 
 
@@ -33,17 +31,16 @@ def find_rate(first: int | None = None, old: int | None = None) -> Procedure[Rat
     """Try `first`, then all rates from the fastest down. The port stays at the first that answers, else at the one it
     has. `old`: the module was told to change from this one to `first`."""
     view: EngineView = yield Inspect()
-    likely = [first] if old is None else [first, old]
-    likely_s = WAIT_S if old is None else LIKELY_WAIT_S
-    waits_s = {rate: likely_s for rate in likely if rate is not None}
-    waits_s |= {rate: WAIT_S for rate in BAUD_RATES if rate not in waits_s}
+    rates = [*dict.fromkeys(rate for rate in (first, old, *BAUD_RATES) if rate is not None)]
+    if old is not None:
+        rates += rates[:2]  # the likely ones once more, as the line may lose frames
     if not view.sets_rate:
-        waits_s = {view.baud_rate: WAIT_S}  # somebody else sets it, at the other end of the socket
+        rates = [view.baud_rate]  # somebody else sets it, at the other end of the socket
     tried: list[int] = []
-    for rate, wait_s in waits_s.items():
-        yield Report(len(tried), len(waits_s), marked("Trying {rate} baud"), (("rate", rate),))
+    for rate in rates:
+        yield Report(len(tried), len(rates), marked("Trying {rate} baud"), (("rate", rate),))
         tried.append(rate)
-        found = yield from _begins(wait_s, at=rate if view.sets_rate else None)
+        found = yield from _begins(WAIT_S, at=rate if view.sets_rate else None)
         _log.debug("at %d baud: %s", rate, found)
         if found is not None:
             return RateSearch(found, tuple(tried))

@@ -19,8 +19,6 @@ EVERY_S = 0.1
 ENOUGH_SAMPLES = 10
 # Unanswered questions after which a measurement ends.
 MAX_LOST = 10
-# A band wider than this is not steady light: a hand, a shadow, a loose lid.
-WIDE_SPREAD_STEPS = 3
 
 
 class Band(NamedTuple):
@@ -45,17 +43,13 @@ class Band(NamedTuple):
     def median_v(self) -> float:
         return median(self.raws) / TENTH_VOLT.per_unit
 
-    @property
-    def is_steady(self) -> bool:
-        return bool(self.raws) and max(self.raws) - min(self.raws) <= WIDE_SPREAD_STEPS
 
-
-def measure_light(*, step_of: tuple[int, int] | None = None) -> Procedure[Band]:
-    """Read the light several times at the present position of the bay. `step_of`: the step and the steps of a test."""
+def measure_light() -> Procedure[Band]:
+    """Read the light several times at the present position of the bay."""
     raws: list[int] = []
     lost = 0
     while len(raws) < SAMPLES and lost < MAX_LOST:
-        yield Report(*(step_of or (len(raws), SAMPLES)), marked("Measuring the light"))
+        yield Report(len(raws), SAMPLES, marked("Measuring the light"))
         reading = yield from ask_value(BY_NAME["light"])
         if reading is not None:
             raws.append(reading.raw)
@@ -81,20 +75,15 @@ class LightDirection(Enum):
 
 
 class Proposal(NamedTuple):
-    """`margin_closed_v`, `margin_open_v`: from the threshold to the nearest reading of each side."""
-
     threshold_v: float
     direction: LightDirection
-    margin_closed_v: float
-    margin_open_v: float
-    vendors_v: float  # the vendor's advice taken literally: the reading with the bay fully open
-    is_steady: bool  # both bands are narrow
+    margin_v: float  # from the threshold to the nearest reading
 
     @property
     def sentence(self) -> str:
         """In the language in use now."""
-        text = marked("{threshold:.1f} V: {closed:.1f} V from closed, {open:.1f} V from open.")
-        return tr(text, threshold=self.threshold_v, closed=self.margin_closed_v, open=self.margin_open_v)
+        text = marked("{threshold:.1f} V: {margin:.1f} V from closed and from open.")
+        return tr(text, threshold=self.threshold_v, margin=self.margin_v)
 
 
 def propose(closed: Band, opened: Band) -> Proposal | CalibrationFault:
@@ -107,12 +96,5 @@ def propose(closed: Band, opened: Band) -> Proposal | CalibrationFault:
     threshold = (below + above) // 2
     if not below < threshold < above:
         return CalibrationFault.TOO_CLOSE
-    margins_v = {low: (threshold - below) / TENTH_VOLT.per_unit, high: (above - threshold) / TENTH_VOLT.per_unit}
-    return Proposal(
-        threshold / TENTH_VOLT.per_unit,
-        direction,
-        margin_closed_v=margins_v[closed],
-        margin_open_v=margins_v[opened],
-        vendors_v=opened.median_v,
-        is_steady=closed.is_steady and opened.is_steady,
-    )
+    # In the middle, and so nearer to the lower side where the gap is no even number of steps.
+    return Proposal(threshold / TENTH_VOLT.per_unit, direction, (threshold - below) / TENTH_VOLT.per_unit)

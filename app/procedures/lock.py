@@ -48,8 +48,6 @@ AGREEING = 2
 # The number of no conversation: it is sent in a later one than that in which it was wanted.
 OWED = 0
 QUESTIONS = (ACTIVE.query(), STATUS.query())
-# Before a question after an unanswered one, as some modules need a gap between frames.
-BREATH_S = 0.03
 # After this silence, while the module may be at any rate, its rate is searched, and LOCK is sent there.
 SILENT_S = 1.5
 
@@ -208,8 +206,6 @@ def _lock_until_reported(journal: Journal, repeat: LockRepeat, proof: _Proof, en
                 entries.append(journal.begin(Act.LOCK, LOCK.encode(), {}))
             proof.note(reply)
             yield Report(min(repeat.sent, MAX_LOCKS) - 1, MAX_LOCKS, marked("Locking…"))
-        if not is_last_answered:
-            yield Pause(BREATH_S)
         left_s = ANSWER_S if repeat.until is None else repeat.until + LAST_ANSWER_S - view.now
         limit_s = max(ACKNOWLEDGED_S, min(ANSWER_S, left_s))
         reply = yield Ask(QUESTIONS[question], limit_s=limit_s, repeat=repeat)

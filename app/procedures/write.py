@@ -62,7 +62,7 @@ class WriteFault(Enum):
     """Why a setting is not as it was to be; the value is its English, translatable text."""
 
     REFUSED = marked("refused; the old value stands")
-    NOT_SET = marked("not set; the module holds another value")
+    NOT_SET = marked("not set")
     NO_REPLY = marked("no reply; may have been carried out")
     REPEATED = marked("this line repeats answers: not known")
     NO_READ_BACK = marked("could not be read back")

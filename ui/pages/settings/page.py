@@ -433,7 +433,7 @@ class CalibrationPanel(_Panel):
         self.result.setText(tr(proposal.value) if isinstance(proposal, CalibrationFault) else "")
         self.detail.setText("")
         if isinstance(proposal, Proposal):
-            advice = tr("Vendor advises: {advice}.", advice=f"{proposal.vendors_v:.1f} V")
-            steadiness = "" if proposal.is_steady else tr("The readings scatter: measure again in steady light.")
+            # The vendor's advice taken literally: the reading with the bay fully open.
+            advice = tr("Vendor advises: {advice}.", advice=f"{self.bands[Side.OPEN].median_v:.1f} V")
             self.result.setText(proposal.sentence)
-            self.detail.setText(join_sentences((tr(proposal.direction.value), advice, steadiness)))
+            self.detail.setText(join_sentences((tr(proposal.direction.value), advice)))

@@ -96,7 +96,7 @@ def test_a_row_stays_failed_with_the_reason_until_it_is_written(one: Desk) -> No
     type_into(one, "attitude_threshold", "70")
     written(one)
     assert state(one, TILT) is RowState.FAILED
-    assert "refused" in reason(one, TILT)
+    assert "not set" in reason(one, TILT)
     assert one.settings.rows[TILT].reason.property("role") == "danger"
     assert "Not verified: Attitude threshold." in notice(one)
     assert meaning(one) is Meaning.DANGER
