@@ -1,8 +1,8 @@
 """When and where a lost port is opened again. No clock, thread or port.
 
 - Only a port that was open and was lost is opened again, until the user disconnects.
-- Only the same adapter: by its USB serial number, else by vendor, product and socket. Where two ports have the same
-  identity (two adapters of a clone maker) the socket must match, too, even when only one of them is left.
+- Only the same adapter: by its USB serial number, else by vendor, product and socket. Where two ports have or had the
+  same identity (two adapters of a clone maker) a person chooses.
 - Never by name alone: another adapter may have the name by now. Without an identity only an address that cannot belong
   to another adapter is opened again: a URL, or a symbolic link.
 - Nothing is sent again: another conversation begins, as at the first opening.
@@ -12,7 +12,7 @@ to `poll`, and opens what it returns.
 """
 
 import os
-from collections.abc import Callable, Iterable
+from collections.abc import Iterable
 from enum import Enum
 
 from app.engine.ports import PortInfo, port_named
@@ -37,14 +37,11 @@ class Absence(Enum):
 class Reconnection:
     """See the module's docstring. For one thread."""
 
-    def __init__(self, *, is_link: Callable[[str], bool] = os.path.islink) -> None:
-        self._is_link = is_link
+    def __init__(self) -> None:
         # Where the user wants to be connected.
         self.target: Target | None = None
         # Why the lost port is not open again yet; None while none is lost.
         self.absence: Absence | None = None
-        # The adapter's socket, as in `PortInfo`; empty until it is known.
-        self._location = ""
         # The address cannot belong to another adapter.
         self._lasts = False
         # Another port had the same identity.
@@ -56,14 +53,15 @@ class Reconnection:
     def request(self, target: Target | None) -> None:
         """The user connects, or disconnects (None). To be called before the port is opened, while a symbolic link
         exists."""
-        self.target, self.absence, self._location = target, None, ""
-        self._lasts = target is not None and (target.is_url or (not target.identity and self._is_link(target.device)))
+        self.target, self.absence = target, None
+        self._lasts = target is not None and (target.is_url or (not target.identity and os.path.islink(target.device)))
         self._has_twin = self._is_to_identify = False
 
     @property
     def is_waiting(self) -> bool:
         """Whether the lost port is opened again by itself."""
-        can_be_told = self._lasts or (self.target is not None and bool(self.target.identity))
+        has_identity = self.target is not None and bool(self.target.identity)
+        can_be_told = self._lasts or (has_identity and not self._has_twin)
         return self.absence is not None and can_be_told
 
     @property
@@ -101,18 +99,15 @@ class Reconnection:
             found = port_named(target.device, listed)
             if found is not None and found.identity:
                 target = self.target = target._replace(identity=found.identity)
-                self._location = found.location
         same = [port for port in listed if target.identity and port.identity == target.identity]
-        self._has_twin = self._has_twin or len(same) > 1
+        self._has_twin |= len(same) > 1
+        if self._has_twin and self.absence is not None:
+            self.absence = Absence.UNCLEAR
         if not self.is_waiting:
             return None
         self._next_at = now + LIST_EVERY_S
-        if not target.identity:
-            return target.device
-        here = [port for port in same if not self._has_twin or port.location == self._location]
-        if len(here) != 1:
-            self.absence = Absence.UNCLEAR if same else Absence.AWAY
+        if target.identity and not same:
             return None
-        self._location = here[0].location
-        self.target = target._replace(device=here[0].device)
-        return here[0].device
+        device = same[0].device if same else target.device
+        self.target = target._replace(device=device)
+        return device

@@ -108,7 +108,7 @@ class OpenPort:
             raise NoLink(join_sentences((late, tr("Plug the adapter in again, or check the address."))))
         if self._journal is not None:
             self._return.feed(self.connection, steady_time())
-            self._return.poll(listed_ports(), steady_time())  # learns its socket, and whether there are two of its kind
+            self._return.poll(listed_ports(), steady_time())  # learns whether there are two of its kind
 
     def run(self, procedure: Procedure[Result], *, outlives: bool = False) -> Result:
         """Run a procedure, in the conversation in which the module was greeted, and return its result. Raises its

@@ -26,9 +26,9 @@ def closed(trouble: PortErrorKind | None = PortErrorKind.LOST, device: str = MIN
     return Connection(PortState.CLOSED, device, 115200, error)
 
 
-def connected(*ports: PortInfo, device: str = "", is_link: bool = False) -> Reconnection:
+def connected(*ports: PortInfo, device: str = "") -> Reconnection:
     """To the first of the ports, all of which are listed while it is open."""
-    made = Reconnection(is_link=lambda _device: is_link)
+    made = Reconnection()
     name = device or ports[0].device
     chosen = port_named(name, ports)
     made.request(Target(name, 115200, "" if chosen is None else chosen.identity))
@@ -38,9 +38,9 @@ def connected(*ports: PortInfo, device: str = "", is_link: bool = False) -> Reco
     return made
 
 
-def lost(*ports: PortInfo, device: str = "", is_link: bool = False) -> Reconnection:
+def lost(*ports: PortInfo, device: str = "") -> Reconnection:
     """At 100 s the first of the ports was lost."""
-    made = connected(*ports, device=device, is_link=is_link)
+    made = connected(*ports, device=device)
     made.feed(closed(device=device or ports[0].device), 100.0)
     return made
 
@@ -68,14 +68,13 @@ def test_another_adapter_in_its_place_is_left_alone() -> None:
 
 
 @pytest.mark.promise("f")
-def test_one_that_had_a_twin_is_known_by_its_socket_also_when_it_is_alone() -> None:
+@pytest.mark.parametrize("is_seen_before", [False, True])
+def test_one_that_has_or_had_a_twin_is_left_to_a_person(is_seen_before: bool) -> None:
     twin = MINE._replace(device="/dev/ttyUSB1", location="1-2:1.0")
-    made = lost(MINE, twin)
-    assert made.poll([twin], 100.0) is None
-    assert made.absence is Absence.UNCLEAR
-    assert made.poll([twin, MINE._replace(device="/dev/ttyUSB5")], 101.0) == "/dev/ttyUSB5"
-    made = lost(MINE)
-    assert made.poll([MINE._replace(location="1-3:1.0"), twin], 100.0) is None, "neither is where it was"
+    made = lost(MINE, twin) if is_seen_before else lost(MINE)
+    assert made.poll([twin] if is_seen_before else [twin, MINE], 100.0) is None
+    assert (made.absence, made.is_waiting) == (Absence.UNCLEAR, False)
+    assert made.poll([MINE], 101.0) is None
 
 
 @pytest.mark.promise("f")
@@ -87,7 +86,7 @@ def test_a_bare_name_is_never_opened_again() -> None:
 
 
 def test_an_adapter_that_was_typed_is_learnt_while_it_is_open() -> None:
-    made = Reconnection(is_link=lambda _device: False)
+    made = Reconnection()
     made.request(Target(MINE.device, 115200))
     made.feed(opened(), 99.0)
     assert made.is_due(99.0)
