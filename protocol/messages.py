@@ -189,14 +189,10 @@ class Acknowledgement(NamedTuple):
     raw: int
 
     @property
-    def is_echo(self) -> bool:
-        return self.raw == self.request.data
-
-    @property
     def is_accepted(self) -> bool:
         """The value itself, or 01 where the table says that 01 means success (E2, and 25, which sends no value)."""
         is_by_one = self.request.command.acknowledged_by_one or not self.request.is_set
-        return self.is_echo or (is_by_one and self.raw == 0x01)
+        return self.raw == self.request.data or (is_by_one and self.raw == 0x01)
 
 
 class Status(NamedTuple):

@@ -213,7 +213,7 @@ def _reply_of(message: Reading | Acknowledgement, asked: Asked) -> _Reply:
         return _Reply(_Said.VALUE, command, raw, (command, *others) if others else ())
     command = message.request.command
     is_either = raw == _EITHER_OR and command.acknowledged_by_one
-    if is_either and (isinstance(asked, Command) or not message.is_echo):  # the value that was sent is unknown
+    if is_either and (isinstance(asked, Command) or raw != message.request.data):  # the value that was sent is unknown
         return _Reply(_Said.RECEIVED, command, raw)
     return _Reply(_Said.ACCEPTED if message.is_accepted else _Said.REFUSED, command, raw)
 

@@ -11,9 +11,9 @@ The owner calls `feed` for each change of the connection, lists the ports when `
 to `poll`, and opens what it returns.
 """
 
-import os
 from collections.abc import Iterable
 from enum import Enum
+from pathlib import Path
 
 from app.engine.ports import PortInfo, port_named
 from app.engine.target import Target
@@ -54,7 +54,8 @@ class Reconnection:
         """The user connects, or disconnects (None). To be called before the port is opened, while a symbolic link
         exists."""
         self.target, self.absence = target, None
-        self._lasts = target is not None and (target.is_url or (not target.identity and os.path.islink(target.device)))
+        is_bare = target is not None and not target.identity
+        self._lasts = target is not None and (target.is_url or (is_bare and Path(target.device).is_symlink()))
         self._has_twin = self._is_to_identify = False
 
     @property

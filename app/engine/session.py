@@ -25,12 +25,12 @@ from protocol.link import Link, LinkMisused
 from protocol.timing import LONGEST_SILENCE_S, SHORTEST_SILENCE_S
 
 _log = logging.getLogger(__name__)
-MAX_STEP_S = 0.02
+# An order ends it earlier; see `SerialLine.interrupt`.
+MAX_STEP_S = 0.05
 # How long to gather a stream while no answer is awaited.
 BATCH_S = 0.008
 # Of the last rejected bytes, by which it is told what else is on the line.
 MAX_NOISE_BYTES = 512
-NONE_BEFORE = ConversationView()
 
 
 class Session:
@@ -46,14 +46,14 @@ class Session:
         clock: Clock,
         *,
         background: Callable[[], Procedure[None]] | None = None,
-        last: ConversationView = NONE_BEFORE,
+        last: ConversationView | None = None,
     ) -> None:
         """`background` makes the procedure that keeps the values fresh, again in each conversation. `last`: the last
         conversation, if there was one before."""
         self.line = line
         self.clock = clock
-        self.conversations = last.number
-        self._last = last
+        self._last = last or ConversationView()
+        self.conversations = self._last.number
         self._is_shared = is_shared(line.port)
         # The one that goes on, or else the last one of this port.
         self.conversation: Conversation | None = None

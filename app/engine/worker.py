@@ -26,8 +26,6 @@ from protocol.messages import Acknowledgement
 _log = logging.getLogger(__name__)
 # The interval of batches without news.
 PUBLISH_EVERY_S = 1 / 10
-# An order ends it earlier; see `SerialLine.interrupt`.
-MAX_STEP_S = 0.05
 # How long the procedures may take to undo what they changed (stream off) before the port closes.
 CLOSING_LIMIT_S = 0.3
 # How long another thread that computes keeps this one waiting for the interpreter. With Python's own 5 ms the longest
@@ -202,7 +200,7 @@ class Worker:
                 order = self._orders.get(block=self._session is None)
             except queue.Empty:
                 if self._session is not None:
-                    self._session.step(MAX_STEP_S)
+                    self._session.step()
             else:
                 order()
                 self._is_urgent = True

@@ -14,7 +14,7 @@ from app.diagnosis.causes import EvidenceCollector
 from app.diagnosis.link_state import LinkState, link_state
 from app.engine.conversation import ConversationView, reason_message
 from app.engine.ports import PortInfo
-from app.engine.procedure import Job, LinkView
+from app.engine.procedure import Job
 from app.engine.reconnect import Reconnection
 from app.engine.target import Target
 from app.engine.transport import PortError
@@ -101,7 +101,6 @@ class Port(QObject):
         # Of the adapter or the port, as it was connected; the same when it comes back under another name.
         self.key = ""
         self.connection = Connection()
-        self.link: LinkView | None = None
         self.module = ShownModule(self, storage, ConversationView(), parent=self)
         # The name of the last conversation that had one: the window asks for it again.
         self.last_name = ""
@@ -337,7 +336,7 @@ class Port(QObject):
 
     def _take_in(self, batch: Batch) -> None:
         is_news = batch.connection != self.connection
-        self.connection, self.link = batch.connection, batch.link
+        self.connection = batch.connection
         self.evidence.on_batch(batch)
         view = batch.conversation
         if view.number > max(self._former_number, self.module.number):
