@@ -84,10 +84,6 @@ class Flag(NamedTuple):
     lenient: bool = False
 
     @property
-    def false(self) -> int:
-        return 1 - self.true
-
-    @property
     def allowed(self) -> frozenset[int]:
         return EVERY_BYTE if self.lenient else frozenset((0x00, 0x01))
 
@@ -98,7 +94,7 @@ class Flag(NamedTuple):
         """Byte for `value`; raises `ValueRefused` for anything but True and False."""
         if not isinstance(value, bool):
             raise ValueRefused(marked("expected {expected}"), expected="true, false")
-        return self.true if value else self.false
+        return self.true if value else 1 - self.true
 
     def text(self, raw: int) -> str:
         return marked("yes") if raw == self.true else marked("no")

@@ -151,9 +151,8 @@ def check_host(raw: bytes) -> Reason | None:
 
 def decode_request(raw: bytes) -> Request:
     """Return the request in a valid host frame; raise `ValueError` for anything else."""
-    if len(raw) != HOST_FRAME_LENGTH or raw[:2] != HOST_HEADER:
-        raise ValueError(f"{raw.hex(' ')} is no host frame")
-    wrong = check_host(raw)
+    is_framed = len(raw) == HOST_FRAME_LENGTH and raw[:2] == HOST_HEADER
+    wrong = check_host(raw) if is_framed else Reason.NO_HEADER
     if wrong is not None:
         raise ValueError(f"{raw.hex(' ')}: {wrong.value}")
     return Request(BY_CODE[raw[2]], raw[3], raw[4])

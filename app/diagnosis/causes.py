@@ -58,8 +58,7 @@ class PortEvidence(NamedTuple):
     @property
     def holder(self) -> str:
         """The program that has the port open; empty where unknown."""
-        holder = self.trouble.holder if self.trouble is not None else None
-        return "" if holder is None else holder.name
+        return "" if self.trouble is None else self.trouble.holder
 
     def is_silent(self) -> bool:
         """Whether requests were sent on the open port and no module answers."""
@@ -102,14 +101,14 @@ class EvidenceCollector:
 
     def on_batch(self, batch: Batch) -> None:
         """Processes one batch; to be called for every batch, in order."""
-        connection, seen, link = batch.connection, self.seen, batch.link
+        connection, seen, counters = batch.connection, self.seen, batch.counters
         is_open = connection.state is PortState.OPEN
         is_answering = is_open and batch.conversation.is_going
         is_new = connection.baud_rate != seen.baud_rate or is_answering is not seen.is_answering
         if connection.state is PortState.OPENING:
             self._mark = Counters()
-        elif link is not None and is_new:
-            self._mark = link.counters
+        elif counters is not None and is_new:
+            self._mark = counters
         self.seen = seen._replace(
             port=connection.port or seen.port,
             baud_rate=connection.baud_rate or seen.baud_rate,
@@ -117,9 +116,9 @@ class EvidenceCollector:
             is_open=is_open,
             is_answering=is_answering,
             was_online=seen.was_online or is_answering,
-            counters=seen.counters if link is None else link.counters - self._mark,
-            round_trip_median_s=seen.round_trip_median_s if link is None else batch.conversation.lag_s,
-            noise=seen.noise if link is None else link.noise,
+            counters=seen.counters if counters is None else counters - self._mark,
+            round_trip_median_s=seen.round_trip_median_s if counters is None else batch.conversation.lag_s,
+            noise=seen.noise if counters is None else batch.noise,
         )
 
 
@@ -182,12 +181,10 @@ def diagnose(evidence: PortEvidence) -> Diagnosis | None:
     if row is None:
         return None
     trouble = evidence.trouble
-    holder = None if trouble is None else trouble.holder
     values: dict[str, object] = {
         "port": evidence.port or ("" if trouble is None else trouble.port),
         "rate": evidence.baud_rate,
-        "program": "" if holder is None else holder.name,
-        "pid": "" if holder is None else holder.pid,
+        "program": evidence.holder,
         "bytes": evidence.counters.bytes_received,
         "rejected": evidence.counters.rejected,
         "command": row.command,
@@ -241,7 +238,7 @@ _OF_A_NETWORK = PortErrorKind.MISSING, PortErrorKind.UNUSABLE, PortErrorKind.LOS
 CAUSES: tuple[CauseRow, ...] = (
     # The port cannot be opened
     CauseRow("held", lambda seen: seen.has(PortErrorKind.BUSY) and bool(seen.holder),
-             marked("{port} is in use by {program} (process {pid})."), marked("Close it and connect again.")),
+             marked("{port} is in use by {program}."), marked("Close it and connect again.")),
     # Of a program of another user, as ModemManager is one, the system does not tell the name.
     CauseRow("held by another user", lambda seen: _is_on_linux(seen, PortErrorKind.BUSY),
              marked("{port} is in use by another program, perhaps ModemManager."),

@@ -187,8 +187,8 @@ class LinkStatistics:
 
     def on_batch(self, batch: Batch) -> None:
         """Processes one batch; to be called for every batch, in order."""
-        if batch.link is not None:
-            self.totals = batch.link.counters
+        if batch.counters is not None:
+            self.totals = batch.counters
         for event in batch.events:
             if isinstance(event, Answered) and event.round_trip_s is not None:
                 self._trips_s.append(event.round_trip_s)

@@ -27,7 +27,7 @@ from typing import TYPE_CHECKING, Any, Generic, NamedTuple, TypeVar
 
 from app.engine.conversation import ConversationView, Interrupted, StatusSample
 from protocol.catalogue import STATUS, Command, Request
-from protocol.events import Answered, Counters, EndReason, Reply
+from protocol.events import Answered, EndReason, Reply
 from protocol.messages import Acknowledgement, Reading, Status
 from protocol.stale_replies import FlagAnswers, LastingValues
 from protocol.translatable import marked
@@ -108,13 +108,6 @@ class Report(NamedTuple):
     total: int
     doing: str
     values: tuple[tuple[str, object], ...] = ()
-
-
-class LinkView(NamedTuple):
-    """`counters`: since the port was opened. `noise`: the last rejected bytes."""
-
-    counters: Counters
-    noise: bytes = b""
 
 
 class EngineView(NamedTuple):

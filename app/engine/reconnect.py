@@ -40,8 +40,7 @@ class Reconnection:
     def __init__(self) -> None:
         # Where the user wants to be connected.
         self.target: Target | None = None
-        # Why the lost port is not open again yet; None while none is lost.
-        self.absence: Absence | None = None
+        self.is_lost = False
         # The address cannot belong to another adapter.
         self._lasts = False
         # Another port had the same identity.
@@ -53,9 +52,9 @@ class Reconnection:
     def request(self, target: Target | None) -> None:
         """The user connects, or disconnects (None). To be called before the port is opened, while a symbolic link
         exists."""
-        self.target, self.absence = target, None
+        self.target, self.is_lost = target, False
         is_bare = target is not None and not target.identity
-        self._lasts = target is not None and (target.is_url or (is_bare and Path(target.device).is_symlink()))
+        self._lasts = target is not None and (not self.needs_ports or (is_bare and Path(target.device).is_symlink()))
         self._has_twin = self._is_to_identify = False
 
     @property
@@ -63,27 +62,32 @@ class Reconnection:
         """Whether the lost port is opened again by itself."""
         has_identity = self.target is not None and bool(self.target.identity)
         can_be_told = self._lasts or (has_identity and not self._has_twin)
-        return self.absence is not None and can_be_told
+        return self.is_lost and can_be_told
+
+    @property
+    def absence(self) -> Absence | None:
+        """Why the lost port is not open again yet; None while none is lost."""
+        if not self.is_lost:
+            return None
+        return Absence.AWAY if self.is_waiting else Absence.UNCLEAR
 
     @property
     def needs_ports(self) -> bool:
         """Whether `poll` needs the list of ports."""
-        return self.target is not None and not self.target.is_url
+        return self.target is not None and "://" not in self.target.device
 
     def feed(self, connection: Connection, now: float) -> None:
         """Take in the state of the connection; the same state again changes nothing."""
         if self.target is None:
             return
         if connection.state is PortState.OPEN:
-            self.absence = None
+            self.is_lost = False
             self._is_to_identify = self.needs_ports
         elif connection.state is PortState.CLOSED:
             self._is_to_identify = False
             trouble = connection.trouble
-            if self.absence is None and trouble is not None and trouble.kind in LOSSES:
-                self.absence = Absence.AWAY
-                if not self.is_waiting:
-                    self.absence = Absence.UNCLEAR
+            if not self.is_lost and trouble is not None and trouble.kind in LOSSES:
+                self.is_lost = True
                 self._next_at = now
 
     def is_due(self, now: float) -> bool:
@@ -102,8 +106,6 @@ class Reconnection:
                 target = self.target = target._replace(identity=found.identity)
         same = [port for port in listed if target.identity and port.identity == target.identity]
         self._has_twin |= len(same) > 1
-        if self._has_twin and self.absence is not None:
-            self.absence = Absence.UNCLEAR
         if not self.is_waiting:
             return None
         self._next_at = now + LIST_EVERY_S

@@ -15,12 +15,12 @@ from collections.abc import Callable
 from typing import Any
 
 from app.engine.conversation import Conversation, ConversationView, Interrupted, StatusSample
-from app.engine.procedure import Ask, Cancelled, EngineView, Job, LinkView, Procedure, UseRate
+from app.engine.procedure import Ask, Cancelled, EngineView, Job, Procedure, UseRate
 from app.engine.target import is_shared, sets_rate
 from app.engine.transport import Line
 from app.system.clock import Clock
 from protocol.catalogue import ACTIVATION, BAUD_RATE, LOCK, Hazard
-from protocol.events import Answered, Began, Ended, EndReason, Event, Rejected, Sent, Unanswered
+from protocol.events import Answered, Began, Counters, Ended, EndReason, Event, Rejected, Sent, Unanswered
 from protocol.link import Link, LinkMisused
 from protocol.timing import LONGEST_SILENCE_S, SHORTEST_SILENCE_S
 
@@ -74,7 +74,7 @@ class Session:
         self._proven_rate: int | None = None
         self._is_rate_in_doubt = True
         self._events: list[Event] = []
-        self._noise = b""
+        self.noise = b""
 
     # What others want
 
@@ -125,8 +125,10 @@ class Session:
         view = self.conversation.view(now, self._link.lag_s if self.is_going else None)
         return view._replace(is_shared=self._is_shared)
 
-    def link_view(self) -> LinkView:
-        return LinkView(self._link.counters.copy(), self._noise)
+    @property
+    def counters(self) -> Counters:
+        """Those of the link up to now."""
+        return self._link.counters.copy()
 
     def take_events(self) -> list[Event]:
         """Return what happened since the last call, in order."""
@@ -326,7 +328,7 @@ class Session:
                     if job is not None:
                         job.resume(event, now)
                 case Rejected():
-                    self._noise = (self._noise + event.noise.raw)[-MAX_NOISE_BYTES:]
+                    self.noise = (self.noise + event.noise.raw)[-MAX_NOISE_BYTES:]
         outgoing = self._link.take_outgoing()
         if outgoing:
             self.line.write(outgoing)

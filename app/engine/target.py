@@ -17,10 +17,6 @@ class Target(NamedTuple):
         return self.identity or self.device
 
     @property
-    def is_url(self) -> bool:
-        return "://" in self.device
-
-    @property
     def is_simulated(self) -> bool:
         return is_simulated(self.device)
 

@@ -15,7 +15,7 @@ from contextlib import suppress
 from enum import Enum
 from pathlib import Path
 from threading import Lock
-from typing import NamedTuple, Protocol
+from typing import Protocol
 
 import serial
 
@@ -52,17 +52,11 @@ class PortErrorKind(Enum):
     STUCK = "stuck"  # it accepts no bytes
 
 
-class PortHolder(NamedTuple):
-    """A program that has the port open, where the system tells."""
-
-    name: str
-    pid: int
-
-
 class PortError(Exception):
-    """The port could not be opened, or was lost. `detail` is the driver's text, for the log."""
+    """The port could not be opened, or was lost. `detail` is the driver's text, for the log; `holder` the program that
+    has the port open, "" where the system does not tell."""
 
-    def __init__(self, kind: PortErrorKind, port: str, detail: str, holder: PortHolder | None = None) -> None:
+    def __init__(self, kind: PortErrorKind, port: str, detail: str, holder: str = "") -> None:
         super().__init__(f"{port}: {kind.value}: {detail}")
         self.kind = kind
         self.port = port
@@ -88,23 +82,22 @@ class Line(Protocol):
     def close(self) -> None: ...
 
 
-def holder_of(port: str, proc: Path = Path("/proc")) -> PortHolder | None:
-    """The other program that has this device open, if it is the only one that this user can see. Linux only."""
+def holder_of(port: str, proc: Path = Path("/proc")) -> str:
+    """The one other program that has this device open, as far as this user can see; else "". Linux only."""
     if not sys.platform.startswith("linux"):
-        return None
+        return ""
     try:
         device = Path(port).stat()
     except OSError:  # unplugged meanwhile
-        return None
-    holders: set[PortHolder] = set()
+        return ""
+    holders: set[str] = set()
     for link in proc.glob("[0-9]*/fd/*"):
         process = link.parents[1]
         with suppress(OSError, ValueError):  # it has ended meanwhile, or is another user's
             # In another namespace the name may be another device's.
             if int(process.name) != os.getpid() and os.path.samestat(link.stat(), device):
-                name = (process / "comm").read_text(errors="replace", encoding="utf-8").strip()
-                holders.add(PortHolder(name, int(process.name)))
-    return holders.pop() if len(holders) == 1 else None
+                holders.add((process / "comm").read_text(errors="replace", encoding="utf-8").strip())
+    return holders.pop() if len(holders) == 1 else ""
 
 
 def refuse_unsupported(port: str) -> None:
@@ -282,7 +275,7 @@ def open_line(port: str, baud_rate: int) -> SerialLine:
         opened.open()
     except Exception as error:
         trouble = _trouble_at_opening(error)
-        holder = holder_of(port) if trouble is PortErrorKind.BUSY else None
+        holder = holder_of(port) if trouble is PortErrorKind.BUSY else ""
         raise PortError(trouble, port, str(error), holder) from error
     line = SerialLine(port, opened)
     try:

@@ -14,13 +14,13 @@ from enum import Enum
 from typing import Any, NamedTuple
 
 from app.engine.conversation import ConversationView, Interrupted, StatusSample
-from app.engine.procedure import Job, LinkView, Procedure, Result
+from app.engine.procedure import Job, Procedure, Result
 from app.engine.session import Session
 from app.engine.transport import PortError, SerialLine, open_line
 from app.system.clock import Clock, steady_time
 from app.system.uncaught import report_uncaught_error
 from protocol.catalogue import LOCK
-from protocol.events import Answered, Began, Ended, EndReason, Event, Sent, Unanswered
+from protocol.events import Answered, Began, Counters, Ended, EndReason, Event, Sent, Unanswered
 from protocol.messages import Acknowledgement
 
 _log = logging.getLogger(__name__)
@@ -78,11 +78,12 @@ class Batch(NamedTuple):
     at: float
     connection: Connection
     conversation: ConversationView
-    link: LinkView | None
+    counters: Counters | None  # of the link, since the port was opened; None while it is not open
     samples: tuple[StatusSample, ...] = ()
     events: tuple[Event, ...] = ()
     finished: tuple[Job[Any], ...] = ()
     owed_lock: OwedLock | None = None
+    noise: bytes = b""  # the last rejected bytes
 
 
 class Worker:
@@ -282,11 +283,12 @@ class Worker:
             now,
             self._connection,
             self._conversation,
-            None if session is None else session.link_view(),
+            None if session is None else session.counters,
             tuple(self._samples),
             tuple(self._events),
             tuple(self._finished),
             self._owed_lock,
+            b"" if session is None else session.noise,
         )
         self._samples, self._events, self._finished, self._is_urgent = [], [], [], False
         try:

@@ -4346,10 +4346,6 @@
         <translation>结论为 {stated}，但检查结果应为 {follows}</translation>
     </message>
     <message>
-        <source>still at the old rate</source>
-        <translation>仍为原波特率</translation>
-    </message>
-    <message>
         <source>stream</source>
         <translation>串口输出</translation>
     </message>
@@ -4826,8 +4822,8 @@
         <translation>{port} 正被其他程序占用。</translation>
     </message>
     <message>
-        <source>{port} is in use by {program} (process {pid}).</source>
-        <translation>{port} 正被 {program}（进程 {pid}）占用。</translation>
+        <source>{port} is in use by {program}.</source>
+        <translation>{port} 正被 {program} 占用。</translation>
     </message>
     <message>
         <source>{port} is no serial port.</source>

@@ -123,10 +123,8 @@ class Performed:
 def perform(
     act: Act, journal: Journal, *, permit: Permit | None = None, armed: Armed | None = None
 ) -> Procedure[Performed]:
-    """Perform one act of `REQUESTS` except LOCK (ValueError). An interruption or a cancellation after the frame has
-    left leaves the outcome unknown, but for a shutdown, of which silence is the sign."""
-    if act is Act.LOCK:
-        raise ValueError("locking has a procedure of its own")
+    """Perform one act of `REQUESTS`; locking has a procedure of its own. An interruption or a cancellation after the
+    frame has left leaves the outcome unknown, but for a shutdown, of which silence is the sign."""
     request = REQUESTS[act]
     try:
         entry = yield from begin_act(act, request, journal, permit=permit, armed=armed)

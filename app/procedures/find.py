@@ -31,34 +31,28 @@ def find_rate(first: int | None = None, old: int | None = None) -> Procedure[Rat
     """Try `first`, then all rates from the fastest down. The port stays at the first that answers, else at the one it
     has. `old`: the module was told to change from this one to `first`."""
     view: EngineView = yield Inspect()
+    before = view.baud_rate
     rates = [*dict.fromkeys(rate for rate in (first, old, *BAUD_RATES) if rate is not None)]
     if old is not None:
         rates += rates[:2]  # the likely ones once more, as the line may lose frames
     if not view.sets_rate:
-        rates = [view.baud_rate]  # somebody else sets it, at the other end of the socket
+        rates = [before]  # somebody else sets it, at the other end of the socket
     tried: list[int] = []
     for rate in rates:
         yield Report(len(tried), len(rates), marked("Trying {rate} baud"), (("rate", rate),))
         tried.append(rate)
-        found = yield from _begins(WAIT_S, at=rate if view.sets_rate else None)
-        _log.debug("at %d baud: %s", rate, found)
-        if found is not None:
-            return RateSearch(found, tuple(tried))
-    if view.sets_rate:
-        yield UseRate(view.baud_rate)
-    return RateSearch(None, tuple(tried))
-
-
-def _begins(limit_s: float, *, at: int | None = None) -> Procedure[int | None]:
-    """The rate of the conversation that goes on, or begins within the limit. `at`: the rate to try; LOCK, which may
-    come between, may have tried another one."""
-    if at is not None:
-        yield UseRate(at)
-    view: EngineView = yield Inspect()
-    ends_at = view.now + limit_s
-    while not view.conversation.is_going and view.now < ends_at:
-        yield Pause(min(LOOK_EVERY_S, ends_at - view.now))
+        if view.sets_rate:
+            yield UseRate(rate)
         view = yield Inspect()
-        if at is not None and view.baud_rate != at and not view.conversation.is_going:
-            yield UseRate(at)
-    return view.baud_rate if view.conversation.is_going else None
+        ends_at = view.now + WAIT_S
+        while not view.conversation.is_going and view.now < ends_at:
+            yield Pause(min(LOOK_EVERY_S, ends_at - view.now))
+            view = yield Inspect()
+            if view.baud_rate != rate and not view.conversation.is_going:
+                yield UseRate(rate)  # LOCK, which may come between, has tried another one
+        if view.conversation.is_going:
+            _log.debug("found at %d baud", view.baud_rate)
+            return RateSearch(view.baud_rate, tuple(tried))
+    if view.sets_rate:
+        yield UseRate(before)
+    return RateSearch(None, tuple(tried))

@@ -18,8 +18,6 @@ from protocol.translatable import marked
 
 # After so many passes the union of all is returned as incomplete.
 MAX_PASSES = 5
-# After this many passes without an answer the module does not know the query.
-UNANSWERED_PASSES = 3
 LINE_HEARTBEATS = 20
 
 
@@ -46,8 +44,6 @@ def read_history() -> Procedure[History]:
     counts: list[Counter[TriggerRecord]] = []  # the module may hold equal records
     is_confirmed = was_clean = False
     while not is_confirmed and len(passes) < MAX_PASSES:
-        if len(passes) == UNANSWERED_PASSES and not any(passes):
-            break
         yield Report(len(passes), MAX_PASSES, marked("Reading the trigger records"))
         outcome = yield Ask(TRIGGER_RECORDS.query())
         passes.append(outcome.messages if isinstance(outcome, Answered) else ())

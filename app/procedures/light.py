@@ -25,7 +25,6 @@ class Band(NamedTuple):
     """Readings at one position of the bay, as bytes in order."""
 
     raws: tuple[int, ...]
-    lost: int = 0
 
     @property
     def is_enough(self) -> bool:
@@ -57,7 +56,7 @@ def measure_light() -> Procedure[Band]:
             lost += 1
         yield Pause(EVERY_S)
     yield from ask_value(BOOT_COUNT)  # all of it was one module's, or this ends it
-    return Band(tuple(raws), lost)
+    return Band(tuple(raws))
 
 
 class CalibrationFault(Enum):

@@ -68,8 +68,6 @@ def watch(
         view: EngineView = yield Inspect()
         # One after the other, so that together they never hold up a report for long.
         due = {request: view.now + number * APART_S for number, request in enumerate(_EVERY_S)}
-        if read_all:
-            due = {request: at + _EVERY_S[request] for request, at in due.items()}
         while True:
             view = yield Inspect()
             yield from stream.steer(view)

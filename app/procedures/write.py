@@ -73,7 +73,6 @@ class WriteFault(Enum):
     NOT_SENT = marked("not sent")
     # Of the baud rate
     AT_RESTART = marked("acknowledged, still at the old rate: restart the module")
-    UNCHANGED = marked("still at the old rate")
     MODULE_LOST = marked("no answer at any rate: switch the module off and on, then find its rate")
 
 
@@ -134,8 +133,7 @@ class Written:
             return Outcome.NOT_SENT
         if self.fault in (None, WriteFault.VERIFIED_THEN):
             return Outcome.CONFIRMED
-        no = (WriteFault.REFUSED, WriteFault.NOT_SET, WriteFault.UNCHANGED)
-        return Outcome.REFUSED if self.fault in no else Outcome.UNKNOWN
+        return Outcome.REFUSED if self.fault in (WriteFault.REFUSED, WriteFault.NOT_SET) else Outcome.UNKNOWN
 
 
 @dataclass(slots=True)
@@ -422,10 +420,10 @@ def change_baud(
                 written.fault = WriteFault.MODULE_LOST
             elif found == new_rate:
                 written.fault = None
-            elif found != old_rate:
-                written.fault = WriteFault.NOT_SET  # the set was corrupted on the line
-            else:  # it changes at the next start, or not at all
-                written.fault = WriteFault.AT_RESTART if written.is_acknowledged else WriteFault.UNCHANGED
+            elif found == old_rate and written.is_acknowledged:
+                written.fault = WriteFault.AT_RESTART
+            else:
+                written.fault = WriteFault.NOT_SET  # also where the set was corrupted on the line
     except Interrupted as error:
         report.interrupted = error
     except Cancelled:

@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any, Final, TypeVar
 
 from app.engine import ports as serial_ports
 from app.engine.conversation import ConversationView, Interrupted
-from app.engine.procedure import SHARED, Job, LinkView, Procedure
+from app.engine.procedure import SHARED, Job, Procedure
 from app.engine.reconnect import Reconnection
 from app.engine.target import Target, is_shared
 from app.engine.transport import PortError
@@ -87,7 +87,8 @@ class OpenPort:
         self.connection = Connection()
         self.conversation = ConversationView()
         # Its last state while the port was open.
-        self.link: LinkView | None = None
+        # Of the port while it was open.
+        self.counters, self.noise = Counters(), b""
         self.has_seen_triggered = False
         # A procedure runs, and a set or an act of it has left.
         self._is_running = self.has_left = False
@@ -224,7 +225,8 @@ class OpenPort:
     def _receive(self, batch: Batch) -> None:
         self.connection = batch.connection
         self.conversation = batch.conversation
-        self.link = batch.link or self.link
+        if batch.counters is not None:
+            self.counters, self.noise = batch.counters, batch.noise
         self._is_lock_owed = batch.owed_lock is not None
         is_reported = batch.conversation.reported[0] is True
         self.has_seen_triggered |= is_reported or any(sample.triggered for sample in batch.samples)
@@ -290,9 +292,9 @@ def _greet(opened: OpenPort, port: str, baud_rate: int | None) -> None:
         from app.diagnosis.silence import what_came
 
         # What came instead of an answer. An address is of no adapter, and listing takes time.
-        link, adapter = opened.link or LinkView(Counters()), "" if "://" in port else adapter_of(port)
-        silence = what_came(link.counters, link.noise)
-        raise no_link(PortEvidence(port, baud_rate, silence=silence, counters=link.counters, adapter=adapter))
+        counters, adapter = opened.counters, "" if "://" in port else adapter_of(port)
+        silence = what_came(counters, opened.noise)
+        raise no_link(PortEvidence(port, baud_rate, silence=silence, counters=counters, adapter=adapter))
     opened.bind()
 
 

@@ -271,7 +271,7 @@ def change(rig: ModuleRig, journal: FakeJournal) -> WriteReport:
         ({"baud_answer": "new"}, None, False),
         ({"baud_answer": "none"}, None, False),
         ({"baud_at_once": False}, WriteFault.AT_RESTART, True),
-        ({"lost_sets": {BAUD: -1}}, WriteFault.UNCHANGED, False),
+        ({"lost_sets": {BAUD: -1}}, WriteFault.NOT_SET, False),
     ],
 )
 def test_every_behaviour_is_said_as_what_it_is(
@@ -285,7 +285,7 @@ def test_every_behaviour_is_said_as_what_it_is(
     assert len(rig.module.log.sets(BAUD)) == 1
     assert rig.conversation.is_going
     assert [detail for _act, _frame, detail in journal.intents] == [RATES]
-    outcome = {None: Outcome.CONFIRMED, WriteFault.UNCHANGED: Outcome.REFUSED}.get(fault, Outcome.UNKNOWN)
+    outcome = {None: Outcome.CONFIRMED, WriteFault.NOT_SET: Outcome.REFUSED}.get(fault, Outcome.UNKNOWN)
     assert journal.outcomes == {0: outcome}
     assert sent_before == [0]
 

@@ -12,7 +12,7 @@ from app.diagnosis.link_state import LinkState, Phase, link_text
 from app.diagnosis.silence import Silence
 from app.engine.conversation import Interrupted
 from app.engine.reconnect import Absence
-from app.engine.transport import PortError, PortErrorKind, PortHolder, _trouble_at_opening
+from app.engine.transport import PortError, PortErrorKind, _trouble_at_opening
 from app.engine.worker import Batch, Connection, PortState
 from app.safety.last_known import keep_away
 from app.text.i18n import set_language
@@ -40,7 +40,7 @@ AT_THE_MODULE = (
 """What would bring a hand near the module."""
 
 
-def trouble(kind: PortErrorKind, holder: PortHolder | None = None) -> PortEvidence:
+def trouble(kind: PortErrorKind, holder: str = "") -> PortEvidence:
     return PortEvidence(port=PORT, trouble=PortError(kind, PORT, "driver's words", holder), platform="linux")
 
 
@@ -76,7 +76,7 @@ TABLE: tuple[tuple[str, PortEvidence, str], ...] = (
     ("checksum errors among frames", online(
         bytes_received=4000, counters=Counters(frames=400, **rejected(400, Reason.CHECKSUM))
     ), "bad line"),
-    ("held by a named program", trouble(PortErrorKind.BUSY, PortHolder("minicom", 4711)), "held"),
+    ("held by a named program", trouble(PortErrorKind.BUSY, "minicom"), "held"),
     ("held by nobody knows whom", trouble(PortErrorKind.BUSY), "held by another user"),
     ("held by nobody knows whom, on Windows", trouble(PortErrorKind.BUSY)._replace(platform="win32"), "held"),
     ("no permission", trouble(PortErrorKind.NOT_ALLOWED), "no permission"),
@@ -176,7 +176,7 @@ def test_of_an_address_nothing_is_said_of_adapters(evidence: PortEvidence) -> No
         (trouble(PortErrorKind.NOT_ALLOWED), "sudo usermod -aG dialout $USER"),
         (trouble(PortErrorKind.NOT_ALLOWED)._replace(platform="win32"), ""),
         (trouble(PortErrorKind.BUSY), "sudo systemctl stop ModemManager"),
-        (trouble(PortErrorKind.BUSY, PortHolder("minicom", 4711)), ""),
+        (trouble(PortErrorKind.BUSY, "minicom"), ""),
     ],
 )
 def test_the_commands_are_exact(evidence: PortEvidence, command: str) -> None:
@@ -200,10 +200,11 @@ class Watched:
 
     def tell(self, connection: Connection | None = None) -> None:
         session, now = self.rig.session, self.rig.clock.now_s
-        link = session.link_view() if connection is None else None
+        counters = session.counters if connection is None else None
         connection = connection or Connection(PortState.OPEN, PORT, 115200)
         events = tuple(session.take_events())
-        self.collector.on_batch(Batch(now, connection, session.conversation_view(now), link, events=events))
+        view = session.conversation_view(now)
+        self.collector.on_batch(Batch(now, connection, view, counters, events=events, noise=session.noise))
 
     def wait(self, seconds: float) -> None:
         end_s = self.rig.clock.now_s + seconds

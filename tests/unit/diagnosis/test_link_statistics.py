@@ -10,8 +10,7 @@ import pytest
 from app.diagnosis.link_state import LinkStatistics
 from app.diagnosis.support_bundle import COMPUTER, USER, bundle_files, scrub, write_bundle
 from app.engine.conversation import ConversationView, How, Known
-from app.engine.procedure import LinkView
-from app.engine.transport import PortError, PortErrorKind, PortHolder
+from app.engine.transport import PortError, PortErrorKind
 from app.engine.worker import Batch, Connection, PortState
 from protocol.catalogue import STATUS
 from protocol.events import Answered, Counters, Event, Rejected
@@ -23,12 +22,12 @@ LOST = Connection(PortState.CLOSED, "x", 115200, PortError(PortErrorKind.LOST, "
 QUERY = STATUS.query()
 
 
-def batch(at: float, link: LinkView | None = None, *events: Event, connection: Connection = OPEN) -> Batch:
+def batch(at: float, link: Counters | None = None, *events: Event, connection: Connection = OPEN) -> Batch:
     return Batch(at, connection, ConversationView(), link, events=events)
 
 
-def view(byte_count: int = 0, **counted: int) -> LinkView:
-    return LinkView(Counters(bytes_received=byte_count, **counted))
+def view(byte_count: int = 0, **counted: int) -> Counters:
+    return Counters(bytes_received=byte_count, **counted)
 
 
 def answered(trip_s: float | None) -> Answered:
@@ -66,7 +65,7 @@ CONTENTS = partial(
         PortState.CLOSED,
         "/dev/ttyUSB0",
         115200,
-        PortError(PortErrorKind.BUSY, "/dev/ttyUSB0", "held by Wolfgang", PortHolder("minicom", 7)),
+        PortError(PortErrorKind.BUSY, "/dev/ttyUSB0", "held by Wolfgang", "minicom"),
     ),
     conversation=ConversationView(number=1, values={"tilt_deg": Known(7, How.STREAMED, 10.0)}),
     statistics=LinkStatistics(),

@@ -16,7 +16,7 @@ import serial
 from app.engine import transport
 from app.engine.conversation import Interrupted
 from app.engine.procedure import Job
-from app.engine.transport import PortError, PortErrorKind, PortHolder, SerialLine, holder_of, open_line
+from app.engine.transport import PortError, PortErrorKind, SerialLine, holder_of, open_line
 from app.engine.worker import Batch, Worker
 from app.procedures.read import read_everything
 from app.procedures.stream import StreamSwitch, watch
@@ -27,7 +27,7 @@ from tests.support.processes import Running
 from tests.unit.engine.terminals import STATUS_FRAME, Batches, Terminal
 
 pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="pseudo-terminals are POSIX")
-HOLDER = PortHolder("other", 42)
+HOLDER = "other"
 
 
 class FakeSerial:
@@ -69,7 +69,7 @@ def test_a_port_that_does_not_open_says_why_and_who_has_it_if_it_is_busy(
     with pytest.raises(PortError) as failed:
         open_line("/dev/ttyS9", 115200)
     assert failed.value.kind is trouble
-    assert failed.value.holder == (HOLDER if trouble is PortErrorKind.BUSY else None)
+    assert failed.value.holder == (HOLDER if trouble is PortErrorKind.BUSY else "")
 
 
 @pytest.mark.parametrize(("port", "is_exclusive"), [("/dev/ttyS9", True), ("socket://127.0.0.1:9", None)])
@@ -98,11 +98,11 @@ def test_the_only_other_program_that_has_it_open_is_named(tmp_path: Path) -> Non
 
     runs(os.getpid(), "dps-s", device)
     runs(77, "other", namesake)
-    assert holder_of(str(device), folder) is None
+    assert holder_of(str(device), folder) == ""
     runs(42, "minicom", device)
-    assert holder_of(str(device), folder) == PortHolder("minicom", 42)
+    assert holder_of(str(device), folder) == "minicom"
     runs(43, "screen", device)
-    assert holder_of(str(device), folder) is None, "it is not certain which one"
+    assert holder_of(str(device), folder) == "", "it is not certain which one"
 
 
 @pytest.fixture

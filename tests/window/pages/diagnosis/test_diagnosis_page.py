@@ -14,7 +14,6 @@ from PySide6.QtWidgets import QApplication, QLabel, QWidget
 from pytestqt.qtbot import QtBot
 
 from app.engine.conversation import ConversationView
-from app.engine.procedure import LinkView
 from app.engine.target import Target
 from app.engine.transport import PortError, PortErrorKind
 from app.engine.worker import Batch, Connection, PortState
@@ -144,7 +143,7 @@ def test_figures_are_those_of_the_link(qtbot: QtBot, qapp: QApplication, tmp_pat
         counters.rejected_bytes[Reason.CHECKSUM] = 12
         trips = [Answered(HEARTBEAT.query(), (Heartbeat(),), 1, trip_s, now) for trip_s in (0.003, 0.003, 0.003, 0.05)]
         for at, counted in ((now - 2, Counters(bytes_received=1000)), (now - 1, counters)):
-            statistics.on_batch(Batch(at, opened, ConversationView(), LinkView(counted), events=tuple(trips)))
+            statistics.on_batch(Batch(at, opened, ConversationView(), counted, events=tuple(trips)))
         page.go_to("figures")
         shown = {key: figure.text() for key, figure in page.statistics.figures.items()}
         expected = {
