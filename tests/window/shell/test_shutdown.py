@@ -190,7 +190,7 @@ def test_an_error_disarms_at_once_and_is_said_until_it_is_closed(
 def test_an_error_in_the_worker_closes_the_port_and_is_shown(
     qtbot: QtBot, qapp: QApplication, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    def fail(_session: Session, _longest_s: float) -> None:
+    def fail(_session: Session) -> None:
         monkeypatch.undo()
         raise KeyError("bug")
 
