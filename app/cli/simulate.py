@@ -50,8 +50,7 @@ def run(args: argparse.Namespace) -> int:
     if args.tcp is None and sys.platform == "win32":
         raise console.Refused(tr("Windows has no pseudo-terminals: use {option}.", option="--tcp 127.0.0.1:0"))
     try:
-        rate = bench.module.baud_rate
-        with closing(TcpEndpoint(*args.tcp) if args.tcp else PtyEndpoint(args.link, baud_rate=rate)) as endpoint:
+        with closing(TcpEndpoint(*args.tcp) if args.tcp else PtyEndpoint(args.link)) as endpoint:
             is_stopped = Event()
             for name in ("SIGINT", "SIGTERM", "SIGHUP"):
                 if hasattr(signal, name):

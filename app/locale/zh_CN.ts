@@ -2148,10 +2148,6 @@
         <translation>偏好设置</translation>
     </message>
     <message>
-        <source>Press switch</source>
-        <translation>按开关</translation>
-    </message>
-    <message>
         <source>Print…</source>
         <translation>打印…</translation>
     </message>

@@ -34,7 +34,6 @@ class Serial(SerialBase):
     """A port of pyserial's shape, without modem lines; no write waits."""
 
     _bench: SimulatedBench | None = None
-    _plug_number = 0
     _received = bytearray()
     _is_cancelled = False
 
@@ -53,7 +52,6 @@ class Serial(SerialBase):
             bench.wire.clear(bench.clock())
             bench.wire.host_baud = self.baudrate
             self._bench = bench
-            self._plug_number = bench.plug_number
             self._received = bytearray()
             self._is_cancelled = False
             self.is_open = True
@@ -121,7 +119,7 @@ class Serial(SerialBase):
         bench = self._bench
         if bench is None or not self.is_open:
             raise PortNotOpenError
-        if not bench.is_plugged_in or bench.plug_number != self._plug_number:
+        if bench.holder is not self:
             raise SerialException(errno.EIO, f"{self.portstr}: Input/output error (device disconnected?)")
         return bench
 

@@ -11,6 +11,7 @@ import time
 from collections import deque
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
+from dataclasses import replace
 from typing import Any
 
 from app.simulator.module import BITS_PER_BYTE, Memory, Physics, SimulatedModule, invent_records
@@ -31,14 +32,14 @@ class Wire:
     The same seed and the same traffic give the same faults. A frame arrives whole, when its last bit does.
     """
 
-    def __init__(self, module: SimulatedModule, *, host_baud: int | None = None) -> None:
+    def __init__(self, module: SimulatedModule) -> None:
         self.module = module
-        self.host_baud = host_baud
+        self.host_baud: int | None = None
         # What is on its way, with the time at which it arrives, unless something before it is later.
         self._to_module: deque[tuple[float, bytes]] = deque()
         self._to_host: deque[tuple[float, bytes]] = deque()
         self._free_s = -math.inf
-        self._random = random.Random(module.setup.seed)  # noqa: S311 (faults, not secrets)
+        self._dice = random.Random(module.setup.seed)  # noqa: S311 (faults, not secrets)
 
     def write(self, data: bytes, now_s: float) -> None:
         byte_s = BITS_PER_BYTE / (self.host_baud or self.module.baud_rate)
@@ -52,9 +53,15 @@ class Wire:
         while self._to_module and self._to_module[0][0] <= now_s:
             at_s, data = self._to_module.popleft()
             self.module.receive(self._received(data, self.host_baud, self.module.baud_rate), at_s)
+        faults, dice = self.module.setup, self._dice
         for sent in self.module.collect(now_s):
-            if not self.module.setup.mute:
-                self.suffer(self._received(sent.data, sent.baud_rate, self.host_baud), sent.ends_s)
+            if faults.mute or dice.random() < faults.drop:
+                continue
+            data = self._received(sent.data, sent.baud_rate, self.host_baud)
+            if faults.corrupt:
+                masks = (1 << dice.randrange(8) if dice.random() < faults.corrupt else 0 for _ in data)
+                data = bytes(byte ^ mask for byte, mask in zip(data, masks, strict=True))
+            self.deliver(data, sent.ends_s)
         arrived = bytearray()
         while self._to_host and self._to_host[0][0] <= now_s:
             arrived += self._to_host.popleft()[1]
@@ -74,26 +81,15 @@ class Wire:
         self._to_host.clear()
         self._free_s = -math.inf
 
-    def suffer(self, data: bytes, at_s: float) -> None:
-        faults = self.module.setup
-        if self._random.random() < faults.drop:
-            return
-        if faults.corrupt:
-            data = bytes(self._turned(byte) if self._random.random() < faults.corrupt else byte for byte in data)
-        self.deliver(data, at_s)
-
     def deliver(self, data: bytes, at_s: float) -> None:
         self._to_host.append((at_s + self.module.setup.lag_ms / 1000, data))
-
-    def _turned(self, byte: int) -> int:
-        return byte ^ (1 << self._random.randrange(8))
 
     def _received(self, data: bytes, sent_baud: int | None, read_baud: int | None) -> bytes:
         """Return what a receiver at this rate makes of it: at another one as many wrong bytes as fit into the time."""
         if sent_baud is None or read_baud is None or sent_baud == read_baud:
             return data
         count = len(data) * read_baud // max(1, sent_baud)
-        return self._random.randbytes(max(1, min(4 * len(data), count)))
+        return self._dice.randbytes(max(1, min(4 * len(data), count)))
 
 
 class SimulatedBench:
@@ -111,14 +107,13 @@ class SimulatedBench:
             cell_v=setup.cell,
             is_lifelike=setup.lifelike,
         )
-        memory = Memory(boot_count=setup.boots, baud_code=BAUD.encode(setup.baud))
-        invent_records(memory, setup.history, seed=setup.seed)
-        memory.boot_count = (setup.boots - 1) & 0xFF  # to switch it on counts one
+        # To switch it on counts one.
+        memory = Memory(boot_count=(setup.boots - 1) & 0xFF, baud_code=BAUD.encode(setup.baud))
+        invent_records(memory, setup.history)
         self.module = SimulatedModule(self.world, setup, memory=memory)
         self.wire = Wire(self.module)
         self.is_plugged_in = True
-        self.plug_number = 1  # how often it was plugged in; a port that was opened before is dead
-        self.holder: object | None = None  # who has the port open
+        self.holder: object | None = None  # who has the port open; one that had it when it was unplugged is dead
         now_s = clock()
         self.module.power_on(now_s - setup.uptime)
         if setup.uptime:
@@ -130,7 +125,7 @@ class SimulatedBench:
         if setup.fall_after:
             self.module.plan(now_s + setup.fall_after, lambda at_s: self.world.drop(FALL_M, at_s))
         if setup.restart_after:
-            self.module.plan(now_s + setup.restart_after, self.module.restart)
+            self.module.plan(now_s + setup.restart_after, self.module.power_on)
 
     @contextmanager
     def at_present(self) -> Iterator[float]:
@@ -154,9 +149,11 @@ class SimulatedBench:
             self.world.drop(height_m, now_s)
 
     def set_charger(self, *, is_plugged_in: bool) -> None:
-        """Connect external power, which wakes a module that was shut down, or disconnect it."""
+        """Connect external power, which wakes it after a shutdown ("通过外接供电通电自醒开机"), or disconnect it."""
         with self.at_present() as now_s:
-            self.module.set_charger(now_s, is_plugged_in=is_plugged_in)
+            self.world.has_external_power = is_plugged_in
+            if is_plugged_in and not self.module.is_on:
+                self.module.power_on(now_s)
 
     def pulse_pwm(self) -> bool:
         with self.at_present() as now_s:
@@ -165,16 +162,9 @@ class SimulatedBench:
     # Power, plug and faults
 
     def restart(self) -> None:
+        """Switch it off and on, or only on."""
         with self.at_present() as now_s:
-            self.module.restart(now_s)
-
-    def power_off(self) -> None:
-        with self.at_present():
-            self.module.power_off()
-
-    def press_switch(self) -> None:
-        with self.at_present() as now_s:
-            self.module.press_switch(now_s)
+            self.module.power_on(now_s)
 
     def unplug(self) -> None:
         with self.at_present() as now_s:
@@ -188,11 +178,11 @@ class SimulatedBench:
             if not self.is_plugged_in:
                 self.wire.clear(now_s)
                 self.is_plugged_in = True
-                self.plug_number += 1
 
     def change(self, **values: Any) -> None:
+        """Set options by name, of which the rate of the stream and the faults on the line count from now on."""
         with self.at_present():
-            self.module.change(**values)
+            self.module.setup = replace(self.module.setup, **values)
 
 
 _benches: dict[str, SimulatedBench] = {}

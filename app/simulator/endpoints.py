@@ -24,8 +24,6 @@ if sys.platform != "win32":
 
 # A signal's handler runs only after the wait, so the wait is short.
 LONGEST_WAIT_S = 0.1
-# Of a fast stream several frames are written at once: to wake up for each takes a tenth of a core.
-SHORTEST_WAIT_S = 0.004
 CHUNK = 65536
 
 
@@ -43,25 +41,20 @@ def serve(bench: SimulatedBench, endpoint: "Endpoint", is_stopped: Event) -> Non
             due_s = bench.wire.next_due(now_s)
         if data:
             endpoint.send(data)
-        shortest_s = SHORTEST_WAIT_S if bench.module.is_streaming else 0.0
-        wait_s = LONGEST_WAIT_S if due_s is None else min(LONGEST_WAIT_S, max(shortest_s, due_s - now_s))
+        wait_s = LONGEST_WAIT_S if due_s is None else min(LONGEST_WAIT_S, due_s - now_s)
 
 
 class PtyEndpoint:
     """A pseudo-terminal, with an optional symbolic link to it."""
 
-    def __init__(self, link: Path | None, *, baud_rate: int) -> None:
-        """`baud_rate`: what the port has before a host sets its own. Raises OSError where there is no pseudo-terminal,
-        or something else stands in the place of the link."""
+    def __init__(self, link: Path | None) -> None:
+        """Raises OSError where there is no pseudo-terminal, or something else stands in the place of the link."""
         if link is not None and link.exists() and not link.is_symlink():
             raise FileExistsError(errno.EEXIST, os.strerror(errno.EEXIST))
         # The slave stays open: to read the master fails while nobody has it open.
         self._master, self._slave = os.openpty()
         self.address = os.ttyname(self._slave)
         tty.setraw(self._slave)
-        settings = termios.tcgetattr(self._slave)
-        settings[4] = settings[5] = getattr(termios, f"B{baud_rate}")
-        termios.tcsetattr(self._slave, termios.TCSANOW, settings)
         os.set_blocking(self._master, False)
         self._link = link
         if link is not None:

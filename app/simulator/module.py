@@ -11,14 +11,12 @@ all triggers from `11 00` until `11 01`, `10` or a restart; sends nine records, 
 used; acknowledges a set with its value, and a new baud rate at the old one; does not answer what is no valid frame.
 """
 
-import heapq
-import itertools
 import math
-import random
 from collections import deque
 from collections.abc import Callable
-from dataclasses import dataclass, field, replace
-from typing import Any, NamedTuple
+from dataclasses import dataclass, field
+from operator import itemgetter
+from typing import NamedTuple
 
 from app.flights.judge import NOTHING, Judge, SensorSample, TriggerLimits
 from app.simulator.setup import Setup
@@ -43,9 +41,7 @@ from protocol.stream import StreamParser
 
 GRAVITY_M_S2 = 9.81
 FALLING_G = 0.02  # air drag leaves a little
-IMPACT_G = 14.0
-OPENING_SHOCK_G = 3.2
-JOLT_S = 0.1  # how long the impact or the opening shock lasts
+JOLT_G, JOLT_S = 5.0, 0.1  # at the end of a fall, on the ground or as the parachute holds
 OPENING_S = 0.2  # from the trigger until the parachute holds; the module falls until then
 CHARGER_LIFT_V = 0.1  # "有外接电源测量有误差": with external power its voltage is read, not the cell's
 LIGHT_BAY_CLOSED_V = 0.3
@@ -65,19 +61,15 @@ class Physics:
     is_lifelike: bool = False
     _falls_from_s: float = math.inf
     _falls_until_s: float = -math.inf
-    _jolt_g: float = IMPACT_G
 
     def drop(self, height_m: float, now_s: float) -> None:
         self._falls_from_s = now_s
         self._falls_until_s = now_s + math.sqrt(2 * max(0.0, height_m) / GRAVITY_M_S2)
-        self._jolt_g = IMPACT_G
 
     def open_parachute(self, now_s: float) -> None:
         """The module has fired: the bay is open, and a fall ends as soon as the parachute holds."""
         self.bay_is_open = True
-        if self.is_falling(now_s) and now_s + OPENING_S < self._falls_until_s:
-            self._falls_until_s = now_s + OPENING_S
-            self._jolt_g = OPENING_SHOCK_G
+        self._falls_until_s = min(self._falls_until_s, now_s + OPENING_S)
 
     def is_falling(self, now_s: float) -> bool:
         return self._falls_from_s <= now_s < self._falls_until_s
@@ -92,17 +84,8 @@ class Physics:
         if self.is_falling(at_s):
             acceleration_g = FALLING_G
         elif self._falls_until_s <= at_s < self._falls_until_s + JOLT_S:
-            acceleration_g = self._jolt_g
+            acceleration_g = JOLT_G
         return tilt_deg, acceleration_g
-
-    @property
-    def light_v(self) -> float:
-        return LIGHT_BAY_OPEN_V if self.bay_is_open else LIGHT_BAY_CLOSED_V
-
-    @property
-    def voltage_v(self) -> float:
-        """The measured voltage: of the cell, or with external power the charging voltage."""
-        return self.cell_v + (CHARGER_LIFT_V if self.has_external_power else 0.0)
 
 
 @dataclass(slots=True, kw_only=True)
@@ -127,61 +110,36 @@ class ModuleState:
     is_active: bool = False
     attitude_is_enabled: bool = True
     freefall_is_enabled: bool = True
-    serial_output_is_on: bool = False
     # After `11 00` nothing fires until `11 01`, `10` or a restart; the table names no end (E15).
     is_forbidden: bool = False
 
 
-def record_data(
-    memory: Memory, *, uptime_s: float, sources: Source, is_connected: bool, is_charging: bool, light: int, voltage: int
-) -> bytes:
-    """Return D4 … D14 of a trigger record; `light` and `voltage` are bytes."""
-    return encode_record_data(
-        {
-            "boot_count": memory.boot_count,
-            "uptime_s": min(0xFFFF, int(uptime_s)),  # "最高记录65535秒"
-            "sources": sources.value,
-            "attitude_threshold_deg": memory.attitude_threshold,
-            "freefall_acceleration_g": memory.freefall_acceleration,
-            "freefall_time_s": memory.freefall_time,
-            "serial_connected": INVERTED.encode(is_connected),
-            "charging": INVERTED.encode(is_charging),
-            "light_v": light,
-            "cell_voltage_v": voltage,
-        }
-    )
-
-
-def record_frame(data: bytes) -> bytes:
-    return encode_long(RECORD_CODE, bytes((QUERY,)) + data)
-
-
-# Together they have every source, alone and with others.
+# Of records of earlier boots; together they have every source, alone and with others.
 _PAST_SOURCES = (
     Source.ATTITUDE, Source.FREEFALL, Source.SERIAL, Source.ATTITUDE | Source.FREEFALL, Source.PWM, Source.ATTITUDE,
     Source.SERIAL | Source.PWM, Source.FREEFALL, Source.ATTITUDE | Source.PWM | Source.FREEFALL,
 )  # fmt: skip
 
 
-def invent_records(memory: Memory, count: int, *, seed: int) -> None:
-    """Add `count` (0 … 9) plausible records of earlier boots; the same ones for the same seed."""
-    source = random.Random(seed)  # noqa: S311 (variety, not secrets)
-    boots = sorted(source.randrange(max(1, memory.boot_count)) for _ in range(count))
-    for boot, sources in zip(boots, _PAST_SOURCES[:count], strict=True):
-        data = record_data(
-            Memory(boot_count=boot, attitude_threshold=source.choice((55, 60, 65)), freefall_time=160),
-            uptime_s=source.randrange(20, 5400),
-            sources=sources,
-            is_connected=Source.SERIAL in sources or source.random() < 0.5,
-            is_charging=False,
-            light=source.randrange(2, 5),
-            voltage=source.randrange(182, 208),
-        )
-        memory.records.append(data)
+def invent_records(memory: Memory, count: int) -> None:
+    """Add `count` (0 … 9) plausible records of earlier boots; always the same ones."""
+    for number, sources in enumerate(_PAST_SOURCES[:count]):
+        raws = {
+            "boot_count": memory.boot_count * number // MAX_RECORDS,
+            "uptime_s": 61 + 577 * number,
+            "sources": sources.value,
+            "attitude_threshold_deg": 60,
+            "freefall_acceleration_g": 5,
+            "freefall_time_s": 160,
+            "serial_connected": INVERTED.encode(Source.SERIAL in sources),
+            "charging": INVERTED.encode(False),
+            "light_v": 3,
+            "cell_voltage_v": 206 - 2 * number,
+        }
+        memory.records.append(encode_record_data(raws))
 
 
 BOOT_GAP_S = 0.05  # "间隔50ms"
-ACCEPTED = 0x01
 ANSWERED_UNDER = {0x17: 0x16, 0x34: 0x35}  # E4 and E3: the codes that the table prints
 EMPTY_SLOT = bytes(11)
 HOST_SILENT_S = 30.0  # the host sends a heartbeat every 10 to 30 s; later, a record says that serial is not connected
@@ -215,8 +173,7 @@ class SimulatedModule:
         self.is_on = False
         self._judge = Judge()
         self._fired = NOTHING
-        self._plans: list[tuple[float, int, Callable[[float], object]]] = []
-        self._plan_numbers = itertools.count()
+        self._plans: list[tuple[float, Callable[[float], object]]] = []
         self._out: deque[SentBytes] = deque(maxlen=MAX_WAITING)
         self._line_free_s = -math.inf
         self._stream_due_s = math.inf
@@ -233,10 +190,6 @@ class SimulatedModule:
     def is_streaming(self) -> bool:
         return self._stream_due_s != math.inf
 
-    def change(self, **values: Any) -> None:
-        """Set options by name. Here only the rate of the stream counts from now on, and the faults on the line."""
-        self.setup = replace(self.setup, **values)
-
     # What it measures
 
     def measure(self, now_s: float) -> SensorSample:
@@ -244,10 +197,12 @@ class SimulatedModule:
         return SensorSample(now_s, abs(tilt_deg - self.memory.zero_tilt_deg), acceleration_g)
 
     def light(self) -> int:
-        return to_byte(self.world.light_v * TENTH_VOLT.per_unit)
+        light_v = LIGHT_BAY_OPEN_V if self.world.bay_is_open else LIGHT_BAY_CLOSED_V
+        return to_byte(light_v * TENTH_VOLT.per_unit)
 
     def voltage(self) -> int:
-        return to_byte(self.world.voltage_v * CELL_VOLT.per_unit)
+        lift_v = CHARGER_LIFT_V if self.world.has_external_power else 0.0
+        return to_byte((self.world.cell_v + lift_v) * CELL_VOLT.per_unit)
 
     def status(self, now_s: float) -> bytes:
         sample = self.measure(now_s)
@@ -258,7 +213,7 @@ class SimulatedModule:
     # Power
 
     def power_on(self, now_s: float) -> None:
-        """Boot: count it (0 follows 255), lock, enable both triggers, and send two heartbeats."""
+        """Boot, also again: count it (0 follows 255), lock, enable both triggers, and send two heartbeats."""
         self.power_off()
         self.is_on = True
         self.memory.boot_count = (self.memory.boot_count + 1) & 0xFF
@@ -279,22 +234,8 @@ class SimulatedModule:
         self.is_on = False
         self._heard = StreamParser()
         self._heard_s = -math.inf
-        self._line_free_s = -math.inf
         self.stop_stream()
         self.end_trigger()
-
-    def restart(self, now_s: float) -> None:
-        self.power_on(now_s)
-
-    def press_switch(self, now_s: float) -> None:
-        if not self.is_on:
-            self.power_on(now_s)
-
-    def set_charger(self, now_s: float, *, is_plugged_in: bool) -> None:
-        """External power also wakes it after a shutdown ("通过外接供电通电自醒开机")."""
-        if is_plugged_in and not self.world.has_external_power:
-            self.press_switch(now_s)
-        self.world.has_external_power = is_plugged_in
 
     # Triggers
 
@@ -313,16 +254,19 @@ class SimulatedModule:
         if not self.is_on or not self.state.is_active or self.state.is_forbidden:
             return False
         self._fired |= sources
-        data = record_data(
-            self.memory,
-            uptime_s=now_s - self._booted_s,
-            sources=sources,
-            is_connected=now_s - self._heard_s <= HOST_SILENT_S,
-            is_charging=self.world.has_external_power,
-            light=self.light(),
-            voltage=self.voltage(),
-        )
-        self.memory.records.append(data)
+        raws = {
+            "boot_count": self.memory.boot_count,
+            "uptime_s": min(0xFFFF, int(now_s - self._booted_s)),  # "最高记录65535秒"
+            "sources": sources.value,
+            "attitude_threshold_deg": self.memory.attitude_threshold,
+            "freefall_acceleration_g": self.memory.freefall_acceleration,
+            "freefall_time_s": self.memory.freefall_time,
+            "serial_connected": INVERTED.encode(now_s - self._heard_s <= HOST_SILENT_S),
+            "charging": INVERTED.encode(self.world.has_external_power),
+            "light_v": self.light(),
+            "cell_voltage_v": self.voltage(),
+        }
+        self.memory.records.append(encode_record_data(raws))
         self.world.open_parachute(now_s)
         return True
 
@@ -354,17 +298,19 @@ class SimulatedModule:
     # Time, and what leaves it
 
     def plan(self, at_s: float, act: Callable[[float], object]) -> None:
-        heapq.heappush(self._plans, (at_s, next(self._plan_numbers), act))
+        self._plans = sorted([*self._plans, (at_s, act)], key=itemgetter(0))
 
     def advance(self, now_s: float) -> None:
         self._stream_due_s = max(self._stream_due_s, now_s - MAX_LOOK_BACK_S)
         while (due_s := self._due_s()) <= now_s:
             self._watch(due_s)
             if self._plans and self._plans[0][0] == due_s:
-                heapq.heappop(self._plans)[2](due_s)
+                self._plans.pop(0)[1](due_s)
             else:
                 self._stream_due_s += 1 / self.setup.rate
-                self.stream(due_s)
+                # Not where the line is a whole frame behind: no queue grows.
+                if self._line_free_s - due_s <= Layout.STATUS.value * BITS_PER_BYTE / self.baud_rate:
+                    self.send(self.status(due_s), due_s)
         self._watch(now_s)
 
     def collect(self, now_s: float) -> list[SentBytes]:
@@ -391,16 +337,10 @@ class SimulatedModule:
         self._out.append(SentBytes(self._line_free_s, data, self.baud_rate))
 
     def start_stream(self, now_s: float) -> None:
-        if not self.is_streaming:
-            self._stream_due_s = now_s + 1 / self.setup.rate
+        self._stream_due_s = now_s + 1 / self.setup.rate
 
     def stop_stream(self) -> None:
         self._stream_due_s = math.inf
-
-    def stream(self, now_s: float) -> None:
-        """Send a status, unless the line is a whole frame behind: no queue grows."""
-        if self._line_free_s - now_s <= Layout.STATUS.value * BITS_PER_BYTE / self.baud_rate:
-            self.send(self.status(now_s), now_s)
 
     # Requests
 
@@ -420,7 +360,7 @@ class SimulatedModule:
         elif name == "trigger_records":
             empty = [EMPTY_SLOT] * (MAX_RECORDS - len(self.memory.records))
             for data in [*self.memory.records, *empty]:
-                self.send(record_frame(data), now_s)
+                self.send(encode_long(RECORD_CODE, bytes((QUERY,)) + data), now_s)
         else:
             said = self._set(name, request.data, now_s) if request.is_set else self._value(name, now_s)
             self.send(encode_reply(ANSWERED_UNDER.get(code, code), said), now_s)
@@ -440,8 +380,7 @@ class SimulatedModule:
             case "shutdown":
                 self.power_off()
             case "serial_output":
-                self.state.serial_output_is_on = data == FLAG.true
-                if self.state.serial_output_is_on:
+                if data == FLAG.true:
                     self.start_stream(now_s)
                 else:
                     self.stop_stream()
@@ -469,6 +408,6 @@ class SimulatedModule:
                 return self.is_triggered
             case "zero_sensor":
                 self.memory.zero_tilt_deg = self.world.motion(now_s)[0]
-                return ACCEPTED
+                return True
             case threshold_or_boot_count:
                 return int(getattr(self.memory, threshold_or_boot_count))

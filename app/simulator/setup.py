@@ -1,6 +1,6 @@
 """The options of a simulated module and its line: `dps-s simulate --tilt 5 --drop 0.1`, `sim://bench?tilt=5&drop=0.1`."""
 
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from contextlib import suppress
 from dataclasses import dataclass, field, fields
 from typing import Any, Final
@@ -10,26 +10,19 @@ from protocol.catalogue import BAUD_RATES
 from protocol.translatable import marked
 
 YES_OR_NO: Final = "yes|no"
-_SWITCH: Final = {
-    **dict.fromkeys(("", "yes", "true", "on", "1"), True),
-    **dict.fromkeys(("no", "false", "off", "0"), False),
-}
+_SWITCH: Final = {"": True, "yes": True, "no": False}
 _RATES: Final = {str(rate): rate for rate in BAUD_RATES}
 
 
-def option(default: Any, text: str, metavar: str, parse: Callable[[str], Any]) -> Any:
-    """Return a field that is an option; `parse` raises `ValueError` with the form that it expects."""
-    return field(default=default, metadata={"text": text, "metavar": metavar, "parse": parse})
-
-
 def one_of(default: Any, text: str, expected: str, values: Mapping[str, Any]) -> Any:
+    """Return an option with these values; its `parse` raises `ValueError` with the form that it expects."""
 
     def parse(typed: str) -> Any:
         if typed.lower() not in values:
             raise ValueError(expected)
         return values[typed.lower()]
 
-    return option(default, text, expected, parse)
+    return field(default=default, metadata={"text": text, "metavar": expected, "parse": parse})
 
 
 def switch(text: str) -> Any:
@@ -46,7 +39,7 @@ def number(default: float, text: str, metavar: str, least: float, most: float) -
                 return value
         raise ValueError(f"{least:g}…{most:.10g}")
 
-    return option(default, text, metavar, parse)
+    return field(default=default, metadata={"text": text, "metavar": metavar, "parse": parse})
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

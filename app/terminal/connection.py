@@ -86,7 +86,6 @@ class OpenPort:
         self.worker = Worker(self._batches.put, make_lock=None if journal is None else self._make_lock)
         self.connection = Connection()
         self.conversation = ConversationView()
-        # Its last state while the port was open.
         # Of the port while it was open.
         self.counters, self.noise = Counters(), b""
         self.has_seen_triggered = False

@@ -312,7 +312,7 @@ class Hands(Hand):
     @property
     def is_reachable(self) -> bool:
         bench, is_open = self.bench, self.assembly.ports.current.is_open
-        return is_open and bench.plug_number == self.lines[-1].plug_number and bench.is_plugged_in
+        return is_open and bench.holder is self.lines[-1]
 
     def _accident(self) -> None:
         what = self.dice.choice(
@@ -362,7 +362,7 @@ class Hands(Hand):
         self._heal()
         bench, ports = self.bench, self.assembly.ports
         if not bench.module.is_on:
-            bench.press_switch()
+            bench.restart()
             self.wait(1.0)  # until it is noticed
         bench.module.activate(is_active=False)  # locked once, it is triggered no more
         bench.module.activate(is_active=is_active)

@@ -31,7 +31,7 @@ def exchange(bench: SimulatedBench) -> None:
     """Another module takes its place; meanwhile the cable is in nobody's hands. A query is repeated for longer."""
     bench.change(mute=True)
     bench.module.memory.boot_count, bench.module.memory.attitude_threshold = 90, 85
-    bench.module.plan(bench.clock() + 0.5, lambda _at_s: bench.module.change(mute=False))
+    bench.module.plan(bench.clock() + 0.5, lambda _at_s: bench.change(mute=False))
 
 
 ENDS: dict[str, tuple[End, str]] = {
@@ -168,7 +168,7 @@ def test_after_an_end_lock_is_said_of_the_module_that_answers_now(port: str, dps
 
 @pytest.mark.promise("a")
 def test_of_records_that_came_before_the_end_nothing_is_kept(port: str, dps_s: Program) -> None:
-    invent_records(open_bench(port).module.memory, 3, seed=5)
+    invent_records(open_bench(port).module.memory, 3)
     at(open_bench(port), "trigger_records", exchange, number=2)
     printed = dps_s(["history", "--port", port, "--json", "--module", "M-07"], 3)
     assert json.loads(printed.out)["error"]["code"] == "interrupted"

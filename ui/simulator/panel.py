@@ -74,11 +74,10 @@ class SimulatorPanel(QWidget):
 
             self.faults[name] = self._box(f"fault_{name}", tr(text), set_fault)
         self.restart = self._button("restart", tr("Restart"), lambda bench: bench.restart())
-        self.press = self._button("press", tr("Press switch"), lambda bench: bench.press_switch())
         self.trigger = self._button("trigger", tr("PWM trigger"), lambda bench: bench.pulse_pwm())
         self._body = named(QWidget(), "simulator_body")
-        buttons = in_row(self.restart, self.press, spacing=Space.S)
-        parts = (self.summary, form, buttons, self.trigger, 1)
+        buttons = in_row(self.restart, self.trigger, spacing=Space.S)
+        parts = (self.summary, form, buttons, 1)
         in_column(*parts, of=self._body, spacing=Space.M, margins=Space.M)
         self._area = scroll_area(self._body, "simulator_scroll", tr("Simulated module"), is_vertical=True)
         self._area.setFrameShape(QFrame.Shape.NoFrame)
@@ -139,7 +138,6 @@ class SimulatorPanel(QWidget):
             for name, box in self.faults.items():
                 box.setChecked(bool(getattr(module.setup, name)))
             self.drop.setEnabled(not world.is_falling(now_s))
-            self.press.setEnabled(not module.is_on)
 
 
 class SimulatorDock(QDockWidget):

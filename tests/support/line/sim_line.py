@@ -36,7 +36,6 @@ class FakeClock:
 class VirtualLine:
     """What lines in virtual time have in common: one thread, so that nobody waits in a read, and nothing to close."""
 
-    plug_number = 0
     is_closed = False
 
     def interrupt(self) -> None:
@@ -59,7 +58,9 @@ class SimulatedLine(VirtualLine):
         port: str = "sim",
     ) -> None:
         self.clock, self.bench, self.port, self._on_leaving = clock, bench, port, on_leaving
-        self.plug_number, self.opened_at = bench.plug_number, clock()
+        self.opened_at = clock()
+        if bench.is_plugged_in:
+            bench.holder = self
         self.sent = bytearray()
         # When the module told last whether it is ACTIVE, and whether it is.
         self.told_active: tuple[float, bool] | None = None
@@ -107,7 +108,7 @@ class SimulatedLine(VirtualLine):
         self.bench.wire.read(self.clock.now_s)
 
     def _check(self) -> None:
-        if not self.bench.is_plugged_in or self.bench.plug_number != self.plug_number:
+        if self.bench.holder is not self:
             raise PortError(PortErrorKind.LOST, self.port, "unplugged")
 
 

@@ -100,7 +100,7 @@ def test_lock_leaves_at_once_whatever_is_in_flight(what: str) -> None:
         case "the link's own":
             rig.step_until(lambda: rig.session._link.is_own)
         case "no module":
-            rig.bench.power_off()
+            rig.bench.module.power_off()
             rig.step_for(1.2)
     rig.session.step(0.001)
     if what == "a set":

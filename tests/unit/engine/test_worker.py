@@ -94,7 +94,7 @@ class _TurnedWorker(Worker):
         self.batches.clear()
 
     def opened(self) -> _Line:
-        self.line.plug_number = self.line.bench.plug_number
+        self.line.bench.holder = self.line
         return self.line
 
     def turn_for(self, seconds: float) -> None:

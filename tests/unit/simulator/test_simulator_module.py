@@ -4,11 +4,10 @@ from typing import Any
 
 import pytest
 
-from app.simulator.bench import Wire
 from app.simulator.module import Memory, Physics, SimulatedModule
 from app.simulator.setup import Setup, parse_options
 from app.text.messages import UserError
-from protocol.catalogue import STATUS, TRIGGER_RECORDS
+from protocol.catalogue import TRIGGER_RECORDS
 from protocol.messages import Frame, Status, TriggerRecord, decode, decode_record
 from protocol.stream import StreamParser
 from tests.vendor.frames import FROM_HOST
@@ -71,13 +70,12 @@ def test_a_new_baud_rate_holds_behind_its_acknowledgement() -> None:
     module = running()
     module.receive(bytes.fromhex("42 61 24 02 02 28 42 61 23 01 00 24"), 0.0)
     assert [sent.baud_rate for sent in module.collect(1.0)] == [115200, 9600]
-    module.restart(2.0)
+    module.power_on(2.0)
     assert module.baud_rate == 9600
 
 
 def test_the_stream_keeps_its_rate_and_ends() -> None:
-    module = running()
-    module.change(rate=100)
+    module = running(rate=100)
     say(module, "42 61 13 02 01 16")
     frames = StreamParser().feed(tick(module, 2.005))
     assert len(frames) == 200
@@ -123,7 +121,7 @@ def test_a_record_holds_the_settings_and_readings_of_its_moment() -> None:
     module = running(Physics(cell_v=4.0))
     for frame in ("42 61 20 02 46 68", "42 61 21 02 04 27", "42 61 22 02 64 88", "42 61 10 02 01 13"):
         say(module, frame)
-    module.set_charger(1.0, is_plugged_in=True)
+    module.world.has_external_power = True
     module.world.tilt_deg = 75
     tick(module, 9.0)
     module.world.tilt_deg = 0
@@ -140,18 +138,6 @@ def test_a_record_holds_the_settings_and_readings_of_its_moment() -> None:
     module.world.tilt_deg = 75
     tick(module, 99.0)
     assert not records(module, 300.0)[-1].serial_connected, "nobody had asked for more than 30 s"
-
-
-ASK = STATUS.query().encode()
-ANSWER = bytes.fromhex("41 75 32 00 0a 00 00 3c")
-BYTE_S = 10 / 115200
-
-
-def wire(*, seed: int = 1, host_baud: int | None = None, **faults: Any) -> Wire:
-    module = SimulatedModule(Physics(), Setup(seed=seed, **faults))
-    module.power_on(-60.0)
-    tick(module, 0.0)
-    return Wire(module, host_baud=host_baud)
 
 
 @pytest.mark.parametrize(

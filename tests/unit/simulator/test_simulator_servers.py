@@ -53,10 +53,10 @@ def test_tcp_serves_one_client_after_the_other() -> None:
         assert [exchange(address) for _ in range(3)] == [ANSWER] * 3
 
 
-def pty(link: Path | None = None, baud_rate: int = 115200) -> Endpoint:
+def pty(link: Path | None = None) -> Endpoint:
     from app.simulator.endpoints import PtyEndpoint
 
-    return PtyEndpoint(link, baud_rate=baud_rate)
+    return PtyEndpoint(link)
 
 
 @posix_only
