@@ -45,8 +45,6 @@ def run(args: argparse.Namespace) -> int:
         faults.append(tr("The disk is too slow: the end of the recording is not written yet."))
     if recorder.trouble is not None:
         faults.append(recorder.trouble.translated())
-    if recorder.dropped:
-        faults.append(tr("The disk was too slow. Not recorded: {count}.", count=recorder.dropped))
     if not entries:
         faults.append(tr("Nothing was recorded."))
     for fault in faults:

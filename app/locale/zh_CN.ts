@@ -1892,6 +1892,10 @@
         <translation>未记录</translation>
     </message>
     <message>
+        <source>Not recorded any more: the disk is too slow.</source>
+        <translation>已停止记录：磁盘太慢。</translation>
+    </message>
+    <message>
         <source>Not recording to {folder}: {why}.</source>
         <translation>无法记录到 {folder}：{why}。</translation>
     </message>
@@ -2262,10 +2266,6 @@
     <message>
         <source>Recorded since {time}</source>
         <translation>自 {time} 起记录</translation>
-    </message>
-    <message>
-        <source>Recorded since {time}, with gaps</source>
-        <translation>自 {time} 起记录，有缺失</translation>
     </message>
     <message>
         <source>Recording of {time}</source>
@@ -2758,10 +2758,6 @@
     <message>
         <source>The disk is too slow: the end of the recording is not written yet.</source>
         <translation>磁盘太慢：记录的末尾尚未写入。</translation>
-    </message>
-    <message>
-        <source>The disk was too slow. Not recorded: {count}.</source>
-        <translation>磁盘太慢。未记录：{count} 条。</translation>
     </message>
     <message>
         <source>The flight controller must then use {rate} baud, too.</source>
@@ -4248,10 +4244,6 @@
     <message>
         <source>reports in 2 s: only {count}</source>
         <translation>2 秒内的上报：仅 {count} 条</translation>
-    </message>
-    <message>
-        <source>reports not recorded</source>
-        <translation>有报告未记录</translation>
     </message>
     <message>
         <source>required</source>

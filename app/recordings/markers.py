@@ -36,7 +36,6 @@ class MarkerKind(Enum):
     CHARGER_CONNECTED = "charger connected"
     CHARGER_REMOVED = "charger removed"
     DAMAGED = "damaged data left out"  # from here on
-    MISSING = "missing"  # reports that came before, because the disk was too slow
 
 
 class Marker(NamedTuple):

@@ -1,7 +1,7 @@
 """Records what goes over one port, in a background thread: from the first byte to `end` one file.
 
 A conversation that ends is a mark in it, not its end. `on_batch` only adds a batch to a bounded list, so a slow, full
-or missing disk never delays the link. What does not fit is counted and noted in the recording.
+or missing disk never delays the link. Where the list is full the recording ends, and says so.
 """
 
 import errno
@@ -56,25 +56,19 @@ class Recorder:
         baud_rate: int,
         clock: Clock = steady_time,
         wall_clock: Clock = time.time,
-        *,
-        after: "Recorder | None" = None,
     ) -> None:
-        """`after`: the recording before it, whose file comes first."""
-        self._library, self._port, self._baud_rate, self._after = library, port, baud_rate, after
+        self._library, self._port, self._baud_rate = library, port, baud_rate
         self._clock, self._wall_clock, self._begun_at = clock, wall_clock, clock()
         self.is_recording = True
         # Its files, in order: none before the first byte, more than one after a day.
         self.paths: list[Path] = []
-        # Status reports and events that were lost because the disk was too slow.
-        self.dropped = 0
-        # Why recording failed.
+        # Why it ended early.
         self.trouble: UserMessage | None = None
         self._writer: SessionWriter | None = None
         self._tracker = MarkerTracker()
         # What the file does not tell of yet, and what it does.
         self._markers: list[Marker] = []
         self._named: tuple[str, ConversationView] | None = None
-        self._noted = 0  # of `dropped`
         self._polled_s: dict[str, float] = {}
         self._limits = NO_LIMITS
         self._line_ns = 0
@@ -86,10 +80,11 @@ class Recorder:
         self._thread.start()
 
     def on_batch(self, batch: Batch) -> None:
-        if self.is_recording and len(self._acts) < MAX_WAITING:
-            self._acts.append(partial(self._record, batch))
+        if self.is_recording and len(self._acts) >= MAX_WAITING:
+            self.trouble = message(marked("Not recorded any more: the disk is too slow."))
+            self.end()
         elif self.is_recording:
-            self.dropped += len(batch.samples) + len(batch.events)
+            self._acts.append(partial(self._record, batch))
 
     def name_module(self, module: str, conversation: ConversationView) -> None:
         """A person said which module it is in this conversation."""
@@ -116,9 +111,6 @@ class Recorder:
     # In its thread
 
     def _work(self) -> None:
-        if self._after is not None:
-            self._after._thread.join()
-            self._after = None
         while self.is_recording or self._acts:
             self._is_urgent.wait(FLUSH_EVERY_S)
             self._is_urgent.clear()
@@ -142,13 +134,12 @@ class Recorder:
                 text = marked("Not recording to {folder}: {why}.")
                 self.trouble = message(text, folder=self._library.folder, why=error_text(error))
             self.is_recording = False
+            self._acts.clear()
             if self._writer is not None:
                 self._writer.close()
                 self._writer = None
 
     def _record(self, batch: Batch) -> None:
-        if self.trouble is not None:
-            return
         self._markers += self._tracker.on_batch(batch)
         writer = self._writer
         if writer is None:
@@ -223,10 +214,6 @@ class Recorder:
         writer, now = self._writer, self._clock()
         if writer is None:
             return
-        dropped = self.dropped
-        if dropped > self._noted:
-            writer.note(now, MarkerKind.MISSING.value, count=dropped - self._noted)
-            self._noted = dropped
         writer.flush(now)
         if now - self._synced_at >= SYNC_EVERY_S:
             writer.sync()

@@ -33,10 +33,9 @@ from mcap.writer import MCAP0_MAGIC
 from msgspec import Meta
 
 from app.captures.traffic import CaptureEntry, Way
-from app.recordings.markers import MarkerKind
 from app.system.files import lock, private_opener
 from app.text.csv_cells import object_in
-from app.text.messages import UserError, UserMessage, joined, message
+from app.text.messages import UserError, UserMessage, message
 from protocol.translatable import marked
 
 SUFFIX: Final = ".mcap"
@@ -302,22 +301,16 @@ class SessionFile:
         self.opening, self.state = read_head(path)
         # Of what was read so far.
         self.last_ns = self.opening.start_ns
-        # Status reports and events that were lost because the disk was too slow.
-        self.missing_count = 0
         # There was more than could be read; known when all messages were.
         self.is_damaged = False
 
     @property
     def damage(self) -> UserMessage | None:
         """The sentence on what is missing in it; None for a whole recording."""
-        missing = []
-        if self.is_damaged:
-            at = datetime.fromtimestamp(self.last_ns / NANOSECONDS).astimezone()
-            missing.append(message(marked("Damaged or altered; left out from {time} on."), time=f"{at:%H:%M:%S}"))
-        if self.missing_count:
-            text = marked("The disk was too slow. Not recorded: {count}.")
-            missing.append(message(text, count=f"{self.missing_count:,}"))
-        return joined(missing, " ") if missing else None
+        if not self.is_damaged:
+            return None
+        at = datetime.fromtimestamp(self.last_ns / NANOSECONDS).astimezone()
+        return message(marked("Damaged or altered; left out from {time} on."), time=f"{at:%H:%M:%S}")
 
     def messages(self) -> Iterator[FileMessage]:
         """Go through all messages up to the first damage. Raises OSError."""
@@ -326,10 +319,7 @@ class SessionFile:
             for topic, log_ns, data in self._read():
                 self.last_ns = max(self.last_ns, log_ns)
                 reports += topic == STATUS
-                event = object_in(data) if topic == EVENTS else {}
-                if event.get("event") == MarkerKind.MISSING.value:
-                    self.missing_count += int(number_in(event, "count") or 0)
-                yield FileMessage(topic, log_ns, data, event)
+                yield FileMessage(topic, log_ns, data, object_in(data) if topic == EVENTS else {})
         except EndOfFile:
             self.is_damaged = self.state.is_ended  # else it was cut off, or is being written
         except _DAMAGES:

@@ -1,6 +1,6 @@
 """Samples over time in bounded memory: series with their envelopes, and values that hold until the next change.
 
-- Times never decrease and values are finite, else ValueError is raised.
+- Times never decrease, and values are finite.
 - Samples are never averaged: an envelope has the lowest and highest sample of each bucket.
 - Buckets start at multiples of their width since time 0, so that a scrolling plot does not flicker. All widths are sums
   of a few powers of two of a second, which floating point represents exactly.
@@ -79,11 +79,8 @@ class Readable:
         """The span as an envelope of at most `buckets` buckets and two for the ends.
 
         Few samples are returned unchanged, one in each bucket, with the one before and the one after the span. The
-        buckets at the ends may hold samples just outside the span. Raises ValueError for a span or a number that is
-        not positive.
+        buckets at the ends may hold samples just outside the span.
         """
-        if not end_s > start_s or buckets < 1:
-            raise ValueError(f"no picture of {buckets} buckets from {start_s} to {end_s} s")
         width_s = bucket_width_s((end_s - start_s) / buckets)
         bounds = np.searchsorted(self._times, _edges(start_s, end_s, width_s), "left")
         # A line goes on to the samples beyond both ends.
@@ -110,20 +107,8 @@ class Series(Readable):
         self._stop = 0
 
     def append(self, time_s: ArrayLike, value: ArrayLike) -> None:
-        """Add a batch or one sample, newest last.
-
-        Raises ValueError and adds nothing if the lengths differ, times decrease or anything is not finite.
-        """
+        """Add a batch or one sample, newest last."""
         times, values = np.array(time_s, np.float64, ndmin=1), np.array(value, np.float32, ndmin=1)
-        if times.shape != values.shape or times.ndim != 1:
-            raise ValueError(f"{times.shape} times for {values.shape} values")
-        if not len(times):
-            return
-        if not (np.isfinite(times).all() and np.isfinite(values).all()):
-            raise ValueError("times and values have to be finite")
-        newest = self._times[-1] if len(self) else -math.inf
-        if times[0] < newest or (times[1:] < times[:-1]).any():
-            raise ValueError("times run backwards")
         times, values = times[-self._capacity :], values[-self._capacity :]
         count = min(len(self), self._capacity - len(times))
         if self._stop + len(times) > len(self._memory[0]):
@@ -182,11 +167,8 @@ class StepFunction:
         return self._changes[-1].value if self._changes else None
 
     def put(self, time_s: float, value: float | None) -> None:
-        """Set the value from now on; None: unknown. Raises ValueError for an earlier time."""
-        newest = self._changes[-1] if self._changes else None
-        if newest is not None and time_s < newest.time_s:
-            raise ValueError("times run backwards")
-        if newest is None or value != newest.value:
+        """Set the value from now on; None: unknown."""
+        if not self._changes or value != self.value:
             self._changes.append(StepPoint(time_s, value))
 
     def between(self, start_s: float, end_s: float) -> list[StepPoint]:

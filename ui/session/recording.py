@@ -24,7 +24,6 @@ class RecordingState(NamedTuple):
     is_on: bool = True
     # Aware; None: nothing is being written.
     since: datetime | None = None
-    dropped: int = 0
     # Why nothing is written.
     trouble: UserMessage | None = None
 
@@ -61,7 +60,7 @@ class SessionRecording:
         recorder = self._recorder
         if recorder is None or not self.is_on:
             return RecordingState(self.is_on)
-        return RecordingState(True, recorder.started_at, recorder.dropped, recorder.trouble)
+        return RecordingState(True, recorder.started_at, recorder.trouble)
 
     def name_module(self, name: str, conversation: ConversationView) -> None:
         """A person said which module it is in this conversation."""
@@ -100,7 +99,7 @@ class SessionRecording:
         if former is not None:
             former.end()
         self._opening = connection.opening
-        recorder = Recorder(self._find_library(), connection.port, connection.baud_rate, after=former)
+        recorder = Recorder(self._find_library(), connection.port, connection.baud_rate)
         self._recorder = recorder
         if self._named is not None and self._named[1].number == batch.conversation.number:
             recorder.name_module(*self._named)

@@ -25,7 +25,7 @@ from app.engine.target import is_simulated
 from app.limits.limits import LimitsInUse, value_outside
 from app.safety.last_known import Activation, TriggerFlags, trigger_flags
 from app.text.i18n import tr
-from app.text.messages import duration, in_brackets, join_names, join_sentences, labelled
+from app.text.messages import duration, in_brackets, join_names, labelled
 from protocol.translatable import marked
 from ui.services.context import PageEntry
 from ui.session.ports import Ports
@@ -223,10 +223,6 @@ class TopBar(QFrame):
         elif state.since is not None:
             since, picture = f"{state.since.astimezone():%H:%M}", Icon.RECORD
             words = tr("Recorded since {time}", time=since)
-            if state.dropped:
-                meaning = Meaning.ATTENTION
-                gaps = tr("The disk was too slow. Not recorded: {count}.", count=state.dropped)
-                words = join_sentences((tr("Recorded since {time}, with gaps", time=since), gaps))
         self.recording.setChecked(state.is_on)
         self.recording.setText(tr("Record"))
         self.recording.setIconText(tr("REC") if state.is_on else tr("REC off"))

@@ -126,11 +126,10 @@ class Bench:
 
     def begin(self, port: str = PORT, baud_rate: int = 115200) -> None:
         """Ends the recording, if there is one, and begins the next."""
-        before = self.recorders[-1] if self.recorders else None
-        if before is not None:
-            before.end()
+        if self.recorders:
+            self.recorder.end()
         clocks = self.clock, self.clock.wall
-        self.recorders.append(Recorder(self.library, port, baud_rate, *clocks, after=before))
+        self.recorders.append(Recorder(self.library, port, baud_rate, *clocks))
 
     def feed(self, *batches: Batch) -> None:
         """Records batches, moves the clock to the last one and waits until they are on disk."""

@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from app.samples.samples import Series, SeriesSample, StepFunction, StepPoint
+from app.samples.samples import Series, StepFunction, StepPoint
 
 RATE_HZ = 1440
 
@@ -21,17 +21,9 @@ def filled(seconds: float) -> Series:
     return series
 
 
-@pytest.mark.parametrize(
-    ("times", "values"),
-    [([1, 2], [1]), ([2, 1], [0, 0]), ([math.nan], [0]), ([1], [math.inf]), ([0.5], [0]), ([[1]], [[1]])],
-)
-def test_what_cannot_be_is_refused_and_nothing_is_added(times: list[float], values: list[float]) -> None:
+def test_an_empty_series_shows_nothing() -> None:
     series = Series()
     assert (series.last, series.first_s, len(series.decimated(0, 10).low)) == (None, math.inf, 0)
-    series.append(0.75, 1)
-    with pytest.raises(ValueError):
-        series.append(times, values)
-    assert series.last == SeriesSample(0.75, 1)
 
 
 @given(
@@ -96,5 +88,3 @@ def test_steps_hold_what_stood_when() -> None:
     assert steps.between(0, 15) == [StepPoint(10, 60)]
     assert steps.between(0, 5) == []
     assert steps.between(40, 50) == [StepPoint(30, None)]
-    with pytest.raises(ValueError):
-        steps.put(29, 1)
