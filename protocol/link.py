@@ -160,10 +160,6 @@ class Link:
         return self._flight is not None and self._flight.is_own
 
     @property
-    def silence_s(self) -> float:
-        return self.round_trips.silence_s
-
-    @property
     def lag_s(self) -> float | None:
         """How long answers take in this conversation; None until one is measured."""
         return self.round_trips.usual_s
@@ -175,7 +171,7 @@ class Link:
 
     def has_stood_still(self, now: float) -> bool:
         """Whether this program did since the last `tick`, so that another module may answer now."""
-        return now - self._turned_at > self.silence_s
+        return now - self._turned_at > self.round_trips.silence_s
 
     def ask(
         self,
@@ -332,7 +328,7 @@ class Link:
             at = spoken_at + trips.repeat_s
         else:
             return spoken_at + trips.silence_s / 2, self._fall_silent  # for the answers on a slow line
-        if not self.is_begun or self.silence_s < timing.LONGEST_SILENCE_S:
+        if not self.is_begun or self.round_trips.silence_s < timing.LONGEST_SILENCE_S:
             return at, self._transmit if can_send else self._probe
         # On a slow line few repetitions fit into a silence. Where no answer can have come yet only one; then many, of
         # which some may be lost.
@@ -409,7 +405,7 @@ class Link:
         )
         # Only the reply to what was sent once, before the silence, proves that it is still the same module.
         is_proof = is_answer and flight is not None and flight.is_once
-        if self.is_begun and now - self._valid_at >= self.silence_s and not is_proof:
+        if self.is_begun and now - self._valid_at >= self.round_trips.silence_s and not is_proof:
             self._end_silent(now)
             is_answer = False
         self._valid_at = now
@@ -580,11 +576,11 @@ class Link:
     def _silent_at(self, flight: _Flight) -> float:
         if not flight.attempts:
             return inf
-        silent_at = self._valid_at + self.silence_s
+        silent_at = self._valid_at + self.round_trips.silence_s
         if flight.is_once:
             # The vendor gives the module a second for its own answer, counted from the request.
             return max(silent_at, flight.first_at + timing.ANSWER_S)
-        return max(silent_at, flight.first_at + self.silence_s / 2)
+        return max(silent_at, flight.first_at + self.round_trips.silence_s / 2)
 
     def _end_silent(self, now: float) -> None:
         has_slept = now - self._turned_at > timing.SLEPT_S

@@ -316,21 +316,24 @@ class _Writing:
         entry = context.journal.begin(Act.WRITE, request.encode(), detail)
         self.entries.append((written, entry))
         yield from wait_for(entry, DURABLE_LIMIT_S)  # unlike an act, a set is sent also where the disk takes longer
-        yield from self._check()
-        if report.refusals:
-            return
-        # If it ends before the outcome is known it may have been carried out.
-        written.is_sent, written.fault = True, WriteFault.INTERRUPTED
-        try:
-            reply = yield Ask(request)
-        except Interrupted as error:
-            if error.is_unsent:
-                written.is_sent, written.fault = False, WriteFault.NOT_SENT
-            raise
-        if not reply.attempts:
-            # A heartbeat came in between, which may be a restart's: before the next one it is asked who is there.
+        for _try in range(2):
+            yield from self._check()
+            if report.refusals:
+                return
+            # If it ends before the outcome is known it may have been carried out.
+            written.is_sent, written.fault = True, WriteFault.INTERRUPTED
+            try:
+                reply = yield Ask(request)
+            except Interrupted as error:
+                if error.is_unsent:
+                    written.is_sent, written.fault = False, WriteFault.NOT_SENT
+                raise
+            if reply.attempts:
+                break
+            # A heartbeat came in between, as of a module that was plugged in a moment ago: who is there is asked again.
             written.is_sent, written.fault = False, WriteFault.NOT_SENT
             self.present_at = -inf
+        else:
             return
         answer = answer_in(reply, Acknowledgement)
         written.is_acknowledged = answer is not None and answer.is_accepted

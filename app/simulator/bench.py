@@ -22,7 +22,6 @@ from protocol.messages import HOST_FRAME_LENGTH, Source
 DEFAULT_NAME = "module"
 FALL_M = 30.0  # the height of the fall that an option asks for
 MAX_BYTES = 65536  # what the driver keeps for a host that does not read
-Clock = Callable[[], float]
 
 
 class Wire:
@@ -96,7 +95,7 @@ class SimulatedBench:
     """A simulated module with its port and its world. All methods are thread-safe. `changed` is notified where
     something may have become due."""
 
-    def __init__(self, setup: Setup | None = None, *, clock: Clock = time.monotonic) -> None:
+    def __init__(self, setup: Setup | None = None, *, clock: Callable[[], float] = time.monotonic) -> None:
         setup = setup or Setup()
         self.changed = threading.Condition(threading.RLock())
         self.clock = clock
@@ -107,9 +106,9 @@ class SimulatedBench:
             cell_v=setup.cell,
             is_lifelike=setup.lifelike,
         )
-        # To switch it on counts one.
-        memory = Memory(boot_count=(setup.boots - 1) & 0xFF, baud_code=BAUD.encode(setup.baud))
-        invent_records(memory, setup.history)
+        memory = Memory(boot_count=setup.boots, baud_code=BAUD.encode(setup.baud))
+        invent_records(memory, setup.history, seed=setup.seed)
+        memory.boot_count = (setup.boots - 1) & 0xFF  # to switch it on counts one
         self.module = SimulatedModule(self.world, setup, memory=memory)
         self.wire = Wire(self.module)
         self.is_plugged_in = True

@@ -12,6 +12,7 @@ used; acknowledges a set with its value, and a new baud rate at the old one; doe
 """
 
 import math
+import random
 from collections import deque
 from collections.abc import Callable
 from dataclasses import dataclass, field
@@ -121,20 +122,22 @@ _PAST_SOURCES = (
 )  # fmt: skip
 
 
-def invent_records(memory: Memory, count: int) -> None:
-    """Add `count` (0 … 9) plausible records of earlier boots; always the same ones."""
-    for number, sources in enumerate(_PAST_SOURCES[:count]):
+def invent_records(memory: Memory, count: int, *, seed: int) -> None:
+    """Add `count` (0 … 9) plausible records of earlier boots; the same ones for the same seed."""
+    source = random.Random(seed)  # noqa: S311 (variety, not secrets)
+    boots = sorted(source.randrange(max(1, memory.boot_count)) for _ in range(count))
+    for boot, sources in zip(boots, _PAST_SOURCES[:count], strict=True):
         raws = {
-            "boot_count": memory.boot_count * number // MAX_RECORDS,
-            "uptime_s": 61 + 577 * number,
+            "boot_count": boot,
             "sources": sources.value,
-            "attitude_threshold_deg": 60,
+            "attitude_threshold_deg": source.choice((55, 60, 65)),
             "freefall_acceleration_g": 5,
             "freefall_time_s": 160,
-            "serial_connected": INVERTED.encode(Source.SERIAL in sources),
+            "uptime_s": source.randrange(20, 5400),
+            "serial_connected": INVERTED.encode(Source.SERIAL in sources or source.random() < 0.5),
             "charging": INVERTED.encode(False),
-            "light_v": 3,
-            "cell_voltage_v": 206 - 2 * number,
+            "light_v": source.randrange(2, 5),
+            "cell_voltage_v": source.randrange(182, 208),
         }
         memory.records.append(encode_record_data(raws))
 

@@ -67,10 +67,8 @@ class Setup:
     restart_after: float = number(0.0, "restarts after so many seconds", "S", 0, 86_400)
 
 
-def as_text(value: object) -> str:
-    if isinstance(value, bool):
-        return "yes" if value else "no"
-    return f"{value:g}" if isinstance(value, float) else str(value)
+def as_text(value: float) -> str:
+    return ("yes" if value else "no") if isinstance(value, bool) else f"{value:.10g}"
 
 
 def parse_options(texts: Mapping[str, str]) -> dict[str, Any]:

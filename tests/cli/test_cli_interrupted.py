@@ -168,7 +168,7 @@ def test_after_an_end_lock_is_said_of_the_module_that_answers_now(port: str, dps
 
 @pytest.mark.promise("a")
 def test_of_records_that_came_before_the_end_nothing_is_kept(port: str, dps_s: Program) -> None:
-    invent_records(open_bench(port).module.memory, 3)
+    invent_records(open_bench(port).module.memory, 3, seed=5)
     at(open_bench(port), "trigger_records", exchange, number=2)
     printed = dps_s(["history", "--port", port, "--json", "--module", "M-07"], 3)
     assert json.loads(printed.out)["error"]["code"] == "interrupted"

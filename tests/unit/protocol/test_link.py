@@ -53,7 +53,7 @@ def test_1_half_a_second_of_silence_is_always_noticed(bench: Bench, begins_s: fl
 def test_1_a_silence_is_twenty_round_trips_but_half_a_second_to_a_second(reply_s: float, silence_s: float) -> None:
     bench = Bench(reply_s=reply_s).begun()
     bench.wait(5.0)
-    assert bench.link.silence_s == pytest.approx(silence_s)
+    assert bench.link.round_trips.silence_s == pytest.approx(silence_s)
     bench.is_there = False
     bench.wait(3.0)
     (ended,) = bench.taken(Ended)
@@ -170,7 +170,7 @@ def test_5_a_turn_of_our_own_that_is_longer_than_a_silence_ends_it(
     bench.hear(STREAMED, after_s=0.1)
     if asks:
         bench.ask(LIGHT)
-    bench.now += bench.link.silence_s + longer_s
+    bench.now += bench.link.round_trips.silence_s + longer_s
     bench.events += bench.link.receive(STREAMED * 20, bench.now)
     bench.events += bench.link.tick(bench.now)
     assert bench.reasons == reasons
