@@ -67,7 +67,7 @@ class Setup:
     restart_after: float = number(0.0, "restarts after so many seconds", "S", 0, 86_400)
 
 
-def as_text(value: float) -> str:
+def as_text(value: Any) -> str:
     return ("yes" if value else "no") if isinstance(value, bool) else f"{value:.10g}"
 
 

@@ -105,8 +105,8 @@ def meaning_of(field: Field | None) -> str:
             return f"{1 / per_unit:.{decimals}f} {unit}"
         case Flag(lenient=True):
             return "01 yes, else no"
-        case Flag(true=true, false=false):
-            return f"{true:02X} yes, {false:02X} no"
+        case Flag(true=true):
+            return f"{true:02X} yes, {1 - true:02X} no"
         case Choice(values=values):
             return ", ".join(f"{code:02X} {value}" for code, value in values.items())
         case Done():
