@@ -89,7 +89,7 @@ def test_what_it_needs_next_and_why() -> None:
 @pytest.mark.promise("l")
 def test_no_go_names_what_stands_against_it() -> None:
     for options, line, why in (
-        ({"cell": "3.4"}, ManualLine("Bridle free", is_done=True), "Cell voltage"),
+        ({"cell": 3.4}, ManualLine("Bridle free", is_done=True), "Cell voltage"),
         ({}, ManualLine("Bridle free", is_done=False), "Bridle free"),
         ({}, ManualLine("Bridle free", is_required=True), "Bridle free"),
     ):
