@@ -22,6 +22,14 @@ def test_a_module_that_takes_its_time_is_found(rate: int, lag_ms: float) -> None
     assert rig.run(find_rate(57600, 38400), outlives=True).baud_rate == rate
 
 
+def test_after_a_change_the_old_and_the_new_rate_are_tried_once_more() -> None:
+    """On a line that loses frames a module may not answer in time at the first try."""
+    rig = Rig({"baud": 57600, "mute": True})
+    rig.bench.module.plan(rig.clock() + 10.0, lambda _at_s: rig.bench.change(mute=False))
+    found = rig.run(find_rate(57600, 38400), outlives=True)
+    assert (found.baud_rate, found.tried[:2], found.tried[6:]) == (57600, (57600, 38400), (57600,))
+
+
 def came(frames: int = 0, echoes: int = 0, rejected: int = 0) -> Counters:
     by_role = Counter({Role.ECHO: echoes})
     return Counters(frames=frames, by_role=by_role, rejected_bytes=Counter({Reason.NO_HEADER: rejected}))
