@@ -20,14 +20,6 @@
         <translation>视图(&amp;V)</translation>
     </message>
     <message>
-        <source>1. Connect: choose the adapter's port.
-2. Settings: compare with the vendor's advice.
-3. Pre-flight: before each flight, until it says GO.</source>
-        <translation>1. 连接：选择适配器的串口。
-2. 参数设置：与厂家建议对照。
-3. 飞行前检查：每次飞行前，直到显示“可以飞行”。</translation>
-    </message>
-    <message>
         <source>115200 (usual)</source>
         <translation>115200（常用）</translation>
     </message>
@@ -292,10 +284,6 @@
         <translation>假定：倾角等于阈值触发，加速度等于阈值不触发。</translation>
     </message>
     <message>
-        <source>Attention: {count}</source>
-        <translation>需处理：{count}</translation>
-    </message>
-    <message>
         <source>Attitude threshold</source>
         <translation>姿态开伞阈值</translation>
     </message>
@@ -362,10 +350,6 @@
     <message>
         <source>Cancel</source>
         <translation>取消</translation>
-    </message>
-    <message>
-        <source>Cancelled: the rest is unknown.</source>
-        <translation>已取消：其余未知。</translation>
     </message>
     <message>
         <source>Cell</source>
@@ -460,10 +444,6 @@
         <translation>检查所选模块</translation>
     </message>
     <message>
-        <source>Check the address and the network.</source>
-        <translation>请检查地址和网络。</translation>
-    </message>
-    <message>
         <source>Check the address, and the baud rate in the program that offers the port.</source>
         <translation>请检查地址，以及提供该串口的程序中的波特率。</translation>
     </message>
@@ -488,16 +468,8 @@
         <translation>检查人</translation>
     </message>
     <message>
-        <source>Checking takes about ten seconds.</source>
-        <translation>检查约需十秒。</translation>
-    </message>
-    <message>
         <source>Checks</source>
         <translation>检查项目</translation>
-    </message>
-    <message>
-        <source>Checks: {count}</source>
-        <translation>检查：{count}</translation>
     </message>
     <message>
         <source>Choose a port</source>
@@ -560,22 +532,6 @@
         <translation>请重新确认。</translation>
     </message>
     <message>
-        <source>Confirm again: LOCK was pressed.</source>
-        <translation>请重新确认：已按下锁定。</translation>
-    </message>
-    <message>
-        <source>Confirm again: already used.</source>
-        <translation>请重新确认：确认已使用。</translation>
-    </message>
-    <message>
-        <source>Confirm again: it may be another module.</source>
-        <translation>请重新确认：可能是另一个模块。</translation>
-    </message>
-    <message>
-        <source>Confirm again: {seconds:.1f} s old.</source>
-        <translation>请重新确认：确认已过 {seconds:.1f} s。</translation>
-    </message>
-    <message>
         <source>Connect</source>
         <translation>连接</translation>
     </message>
@@ -620,10 +576,6 @@
         <translation>复制</translation>
     </message>
     <message>
-        <source>Correct the address, or try socket://HOST:PORT.</source>
-        <translation>请更正地址，或试用 socket://HOST:PORT。</translation>
-    </message>
-    <message>
         <source>Could not read the tilt: check it.</source>
         <translation>无法读取倾角：请检查。</translation>
     </message>
@@ -660,10 +612,6 @@
         <translation>深色</translation>
     </message>
     <message>
-        <source>Data arrives {seconds:.1f} s late.</source>
-        <translation>数据晚到 {seconds:.1f} s。</translation>
-    </message>
-    <message>
         <source>Default</source>
         <translation>默认</translation>
     </message>
@@ -694,10 +642,6 @@
     <message>
         <source>Deploy over serial</source>
         <translation>串口触发开伞</translation>
-    </message>
-    <message>
-        <source>Deploying is possible in the window only.</source>
-        <translation>开伞只能在窗口中进行。</translation>
     </message>
     <message>
         <source>Diagnosis</source>
@@ -760,16 +704,8 @@
         <translation>日期</translation>
     </message>
     <message>
-        <source>Drop flight logs here: would it have fired?</source>
-        <translation>把飞行日志拖到这里：是否会触发？</translation>
-    </message>
-    <message>
         <source>Dropped: sends no frames, or does not read.</source>
         <translation>已断开：发送的不是数据帧，或不读取数据。</translation>
-    </message>
-    <message>
-        <source>Dropped: sends too much or no frames, or does not read.</source>
-        <translation>已断开：发送过多、发送的不是数据帧，或不读取数据。</translation>
     </message>
     <message>
         <source>Dropped: too many readers.</source>
@@ -786,14 +722,6 @@
     <message>
         <source>Duration</source>
         <translation>时长</translation>
-    </message>
-    <message>
-        <source>Each module gets these settings and both triggers, is checked and named:</source>
-        <translation>每个接入的模块将写入以下参数、启用两种触发、接受检查并命名：</translation>
-    </message>
-    <message>
-        <source>Each rate may take some seconds.</source>
-        <translation>每个波特率可能需要几秒。</translation>
     </message>
     <message>
         <source>Earlier values no longer count.</source>
@@ -1132,10 +1060,6 @@
         <translation>已触发。缓慢倾斜回水平。</translation>
     </message>
     <message>
-        <source>It had {count} on {date}.</source>
-        <translation>{date} 时有 {count} 条。</translation>
-    </message>
-    <message>
         <source>It has never fired, or its memory was cleared.</source>
         <translation>从未触发，或记录已被清除。</translation>
     </message>
@@ -1320,10 +1244,6 @@
         <translation>请在此线路上只留一个模块，然后重试。</translation>
     </message>
     <message>
-        <source>Leave the plug alone</source>
-        <translation>不要碰插头</translation>
-    </message>
-    <message>
         <source>Left out, unreadable or altered: {count}.</source>
         <translation>已略去（无法读取或被改动）：{count}。</translation>
     </message>
@@ -1416,10 +1336,6 @@
         <translation>日志</translation>
     </message>
     <message>
-        <source>Log file: {path}</source>
-        <translation>日志文件：{path}</translation>
-    </message>
-    <message>
         <source>Logs</source>
         <translation>日志</translation>
     </message>
@@ -1444,16 +1360,8 @@
         <translation>限值比建议宽松：{checks}。</translation>
     </message>
     <message>
-        <source>Lost at rest</source>
-        <translation>静止时丢失</translation>
-    </message>
-    <message>
         <source>Lost replies</source>
         <translation>丢失的应答</translation>
-    </message>
-    <message>
-        <source>Lost while shaken</source>
-        <translation>晃动时丢失</translation>
     </message>
     <message>
         <source>MIT licence. Made with:</source>
@@ -1528,16 +1436,8 @@
         <translation>消息</translation>
     </message>
     <message>
-        <source>Missed</source>
-        <translation>漏掉</translation>
-    </message>
-    <message>
         <source>Missing system libraries: {names}.</source>
         <translation>缺少系统库：{names}。</translation>
-    </message>
-    <message>
-        <source>ModemManager sends AT commands on {port}.</source>
-        <translation>ModemManager 正在 {port} 上发送 AT 命令。</translation>
     </message>
     <message>
         <source>Module</source>
@@ -1758,14 +1658,6 @@
     <message>
         <source>No proposal yet</source>
         <translation>暂无建议</translation>
-    </message>
-    <message>
-        <source>No proposal: no log is on the side “must fire”.</source>
-        <translation>无建议：“必须触发”一侧没有日志。</translation>
-    </message>
-    <message>
-        <source>No proposal: no log is on the side “must not fire”.</source>
-        <translation>无建议：“不得触发”一侧没有日志。</translation>
     </message>
     <message>
         <source>No proposal: no log is on the side “{side}”.</source>
@@ -2104,10 +1996,6 @@
         <translation>请插入适配器，然后重试。</translation>
     </message>
     <message>
-        <source>Plug the adapter in. If no port appears, install its driver.</source>
-        <translation>请插入适配器。如未出现串口，请安装驱动。</translation>
-    </message>
-    <message>
         <source>Plug the adapter in. On Linux brltty may take it: remove that. If no port comes, install its driver.</source>
         <translation>请插入适配器。在 Linux 上可能被 brltty 占用：请卸载它。如未出现串口，请安装驱动。</translation>
     </message>
@@ -2288,20 +2176,12 @@
         <translation>记录已从 {when} 的备份恢复；此后的记录缺失。</translation>
     </message>
     <message>
-        <source>Refresh</source>
-        <translation>刷新</translation>
-    </message>
-    <message>
         <source>Remove</source>
         <translation>移除</translation>
     </message>
     <message>
         <source>Repack</source>
         <translation>重新叠伞装仓</translation>
-    </message>
-    <message>
-        <source>Reports</source>
-        <translation>状态上报</translation>
     </message>
     <message>
         <source>Requests</source>
@@ -2384,14 +2264,6 @@
         <translation>正在保存…</translation>
     </message>
     <message>
-        <source>Scroll left</source>
-        <translation>向左滚动</translation>
-    </message>
-    <message>
-        <source>Scroll right</source>
-        <translation>向右滚动</translation>
-    </message>
-    <message>
         <source>Search</source>
         <translation>搜索</translation>
     </message>
@@ -2440,10 +2312,6 @@
         <translation>串口输出</translation>
     </message>
     <message>
-        <source>Serial output was left on; it is switched off when not needed.</source>
-        <translation>串口输出此前未关闭；不需要时将关闭。</translation>
-    </message>
-    <message>
         <source>Server</source>
         <translation>服务器</translation>
     </message>
@@ -2458,10 +2326,6 @@
     <message>
         <source>Service…</source>
         <translation>维护…</translation>
-    </message>
-    <message>
-        <source>Set down, check again</source>
-        <translation>放平并重新检查</translation>
     </message>
     <message>
         <source>Set it to the reading with the bay fully open.</source>
@@ -2572,10 +2436,6 @@
         <translation>上次检查之后已触发或收到开伞指令。</translation>
     </message>
     <message>
-        <source>Size</source>
-        <translation>大小</translation>
-    </message>
-    <message>
         <source>Skipped: {count}.</source>
         <translation>跳过：{count}。</translation>
     </message>
@@ -2594,10 +2454,6 @@
     <message>
         <source>Sound: TRIGGERED, ACTIVE, link lost while ACTIVE</source>
         <translation>提示音：已触发、已激活、激活时通信中断</translation>
-    </message>
-    <message>
-        <source>Source</source>
-        <translation>来源</translation>
     </message>
     <message>
         <source>Speed of the serial line.</source>
@@ -2748,10 +2604,6 @@
         <translation>档案数据库必须以 UTF8 编码创建。</translation>
     </message>
     <message>
-        <source>The disk is full: {file} cannot be written.</source>
-        <translation>磁盘已满：无法写入 {file}。</translation>
-    </message>
-    <message>
         <source>The disk is too slow.</source>
         <translation>磁盘写入过慢。</translation>
     </message>
@@ -2872,10 +2724,6 @@
         <translation>模块曾短暂无应答。</translation>
     </message>
     <message>
-        <source>The module was switched off.</source>
-        <translation>模块已关机。</translation>
-    </message>
-    <message>
         <source>The module was told to fire, or reports TRIGGERED.</source>
         <translation>已向模块发出开伞命令，或模块上报已触发。</translation>
     </message>
@@ -2902,10 +2750,6 @@
     <message>
         <source>The profile's {rate} baud is left out: a batch does not change it.</source>
         <translation>配置文件中的 {rate} 波特已略去：批量设置不更改波特率。</translation>
-    </message>
-    <message>
-        <source>The program may not write into {file}.</source>
-        <translation>程序无权写入 {file}。</translation>
     </message>
     <message>
         <source>The readings differ: records may be missing. Read again.</source>
@@ -2938,14 +2782,6 @@
     <message>
         <source>The settings are the same.</source>
         <translation>参数相同。</translation>
-    </message>
-    <message>
-        <source>The simulated module is not at rest.</source>
-        <translation>模拟模块未处于静止状态。</translation>
-    </message>
-    <message>
-        <source>The status is {seconds:.1f} s old.</source>
-        <translation>状态是 {seconds:.1f} 秒前的。</translation>
     </message>
     <message>
         <source>The system lists no serial ports. Switch Bluetooth off and try again.</source>
@@ -3194,10 +3030,6 @@
         <translation>请输入：{command}，然后注销并重新登录。</translation>
     </message>
     <message>
-        <source>Type: {command} — then plug the adapter in again.</source>
-        <translation>请输入：{command}，然后重新插入适配器。</translation>
-    </message>
-    <message>
         <source>UNPLUG, NEXT</source>
         <translation>请拔下，换下一个</translation>
     </message>
@@ -3434,10 +3266,6 @@
         <translation>写入配置文件的值</translation>
     </message>
     <message>
-        <source>Write to {port} timed out.</source>
-        <translation>写入 {port} 超时。</translation>
-    </message>
-    <message>
         <source>Write what differs from the profile, or approve.</source>
         <translation>写入与配置文件不同之处，或批准。</translation>
     </message>
@@ -3486,16 +3314,8 @@
         <translation>已应答（无法回读）</translation>
     </message>
     <message>
-        <source>acknowledged then, before the interruption</source>
-        <translation>中断前曾应答</translation>
-    </message>
-    <message>
         <source>acknowledged {time} ago</source>
         <translation>{time}前应答</translation>
-    </message>
-    <message>
-        <source>acknowledged, but not kept</source>
-        <translation>已应答，但未保存</translation>
     </message>
     <message>
         <source>acknowledged, still at the old rate: restart the module</source>
@@ -3648,10 +3468,6 @@
     <message>
         <source>choose</source>
         <translation>选择</translation>
-    </message>
-    <message>
-        <source>closed and open differ</source>
-        <translation>开与关读数不同</translation>
     </message>
     <message>
         <source>computer slept</source>
@@ -3974,10 +3790,6 @@
         <translation>{seconds:.1f} s 内无应答；命令可能已执行</translation>
     </message>
     <message>
-        <source>no reply, not set</source>
-        <translation>无应答，未写入</translation>
-    </message>
-    <message>
         <source>no reply: new, no records</source>
         <translation>无应答：新模块，无记录</translation>
     </message>
@@ -4000,10 +3812,6 @@
     <message>
         <source>no status reports</source>
         <translation>没有状态上报</translation>
-    </message>
-    <message>
-        <source>no stream</source>
-        <translation>无数据流</translation>
     </message>
     <message>
         <source>no time, direction and bytes</source>
@@ -4182,10 +3990,6 @@
         <translation>已暂停，落后 {time}</translation>
     </message>
     <message>
-        <source>polled</source>
-        <translation>轮询</translation>
-    </message>
-    <message>
         <source>port lost</source>
         <translation>串口断开</translation>
     </message>
@@ -4338,10 +4142,6 @@
         <translation>串口输出</translation>
     </message>
     <message>
-        <source>streamed</source>
-        <translation>主动输出</translation>
-    </message>
-    <message>
         <source>the aircraft</source>
         <translation>飞行器</translation>
     </message>
@@ -4360,14 +4160,6 @@
     <message>
         <source>the module answers</source>
         <translation>模块已应答</translation>
-    </message>
-    <message>
-        <source>the module holds another value</source>
-        <translation>模块保存了其他值</translation>
-    </message>
-    <message>
-        <source>the program that reads it ended</source>
-        <translation>读取它的进程已结束</translation>
     </message>
     <message>
         <source>the records do not follow those of its last visit</source>
@@ -4574,10 +4366,6 @@
         <translation>{count} 项通过</translation>
     </message>
     <message>
-        <source>{count} recordings begin with “{name}”.</source>
-        <translation>{count} 条数据记录以“{name}”开头。</translation>
-    </message>
-    <message>
         <source>{count} selected</source>
         <translation>已选 {count} 项</translation>
     </message>
@@ -4588,10 +4376,6 @@
     <message>
         <source>{file} cannot be read: {why}.</source>
         <translation>无法读取 {file}：{why}。</translation>
-    </message>
-    <message>
-        <source>{file} cannot be used.</source>
-        <translation>{file} 无法使用。</translation>
     </message>
     <message>
         <source>{file} cannot be used: {why}.</source>
@@ -4626,20 +4410,8 @@
         <translation>{file} 已损坏</translation>
     </message>
     <message>
-        <source>{file} is held by another program.</source>
-        <translation>{file} 被其他程序占用。</translation>
-    </message>
-    <message>
         <source>{file} is not a profile</source>
         <translation>{file} 不是配置文件</translation>
-    </message>
-    <message>
-        <source>{file} is still being opened.</source>
-        <translation>{file} 仍在打开。</translation>
-    </message>
-    <message>
-        <source>{file} needs a newer version of this program.</source>
-        <translation>{file} 需要本程序的更新版本。</translation>
     </message>
     <message>
         <source>{file}: the name of a report ends in .pdf.</source>
@@ -4750,10 +4522,6 @@
         <translation>{names} 及另外 {count} 项</translation>
     </message>
     <message>
-        <source>{names}: did it crash? Then it must fire.</source>
-        <translation>{names}：坠机了吗？那么必须触发。</translation>
-    </message>
-    <message>
         <source>{name} is also the name of other keys: {fingerprints}.</source>
         <translation>其他密钥也用 {name} 这个名称：{fingerprints}。</translation>
     </message>
@@ -4798,10 +4566,6 @@
         <translation>{port} 在 {seconds:.0f} s 内未能打开。</translation>
     </message>
     <message>
-        <source>{port} is gone: brltty, for Braille displays, takes such adapters.</source>
-        <translation>{port} 已消失：盲文显示器驱动（brltty）会占用这类适配器。</translation>
-    </message>
-    <message>
         <source>{port} is in use by another program, perhaps ModemManager.</source>
         <translation>{port} 正被另一个程序占用，可能是 ModemManager。</translation>
     </message>
@@ -4818,20 +4582,12 @@
         <translation>{port} 不是串口。</translation>
     </message>
     <message>
-        <source>{port} leads to a computer, not a module.</source>
-        <translation>{port} 连接的是电脑，不是模块。</translation>
-    </message>
-    <message>
         <source>{port} was unplugged, or its driver failed.</source>
         <translation>{port} 已被拔出，或其驱动程序出错。</translation>
     </message>
     <message>
         <source>{port}, {rate} baud</source>
         <translation>{port}，{rate} 波特</translation>
-    </message>
-    <message>
-        <source>{port}: no RFC 2217 server answers.</source>
-        <translation>{port}：没有 RFC 2217 服务器应答。</translation>
     </message>
     <message>
         <source>{rate} baud</source>
@@ -4878,20 +4634,8 @@
         <translation>{time}前</translation>
     </message>
     <message>
-        <source>{time} late</source>
-        <translation>晚到 {time}</translation>
-    </message>
-    <message>
-        <source>{title}: {low} to {high}, last {last}; checks: {count}</source>
-        <translation>{title}：{low} 至 {high}，最近 {last}；检查：{count} 次</translation>
-    </message>
-    <message>
         <source>{uptime} · boot {boot}</source>
         <translation>{uptime} · 第 {boot} 次开机</translation>
-    </message>
-    <message>
-        <source>{used} of {size} used; then the oldest are deleted.</source>
-        <translation>已用 {used}/{size}；满后删除最旧的。</translation>
     </message>
     <message>
         <source>{value:.0f} h</source>

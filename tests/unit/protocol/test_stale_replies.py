@@ -10,7 +10,7 @@ from protocol.events import Answered, Ended, EndReason, Received, Role, Unanswer
 from protocol.messages import Reading, encode_reply
 from protocol.stale_replies import FENCES
 from protocol.timing import LOST_IN_A_ROW, QUESTION_S, Gap
-from tests.unit.protocol.link_bench import BOOTS, RECORD, TRAP, Bench, named
+from tests.unit.protocol.link_bench import BOOTS, RECORD, STREAMED, TRAP, Bench, named
 
 TIME, THRESHOLD, VOLTAGE = named("freefall_time"), named("attitude_threshold"), named("cell_voltage")
 FENCE = BOOTS.encode()
@@ -96,6 +96,14 @@ def test_a_question_that_is_still_owed_an_answer_is_asked_behind_a_fence(bench: 
     bench.hear(encode_reply(0x14, 5))
     assert last_answer(bench) == Reading(named("light"), 5)
     assert bench.taken(Answered)[-1].round_trip_s is not None
+
+
+@pytest.mark.promise("f")
+def test_the_copy_of_a_late_report_is_as_old_as_that(bench: Bench) -> None:
+    bench.ask(named("status").query())
+    bench.events += bench.link.abandon(bench.now)
+    bench.hear(STREAMED, STREAMED)
+    assert bench.roles() == [Role.LATE, Role.LATE]
 
 
 # Rules of their own
