@@ -1,11 +1,12 @@
-"""A part of the walk and of the bad lines each time, another one each day; all of it where the tests are thorough."""
+"""A part of the walk and of the bad lines each time, another one each day; more of it where the tests are thorough."""
 
 import datetime
 
 import pytest
 
+from app.preflight.verdict import Verdict
 from protocol.events import EndReason
-from tests.campaigns.walk import EXCHANGES, FAULTS, JOBS, LINES, Plan, Run, cells, walk, watched
+from tests.campaigns.walk import EXCHANGES, FAULTS, JOBS, LINES, Plan, Run, cells, odd_cells, walk, watched
 from tests.support.line.module_line import Wear
 from tests.support.processes import ROOT
 from tests.support.thorough import IS_THOROUGH
@@ -29,6 +30,22 @@ def test_whatever_happens_a_job_ends_without_a_lie(job: str) -> None:
     results = list(walk(plans))
     assert [result for result in results if result.findings] == []
     assert all(result.has_happened for result in results)
+
+
+@pytest.mark.parametrize("job", JOBS)
+@pytest.mark.promise("f", "i")
+def test_no_oddity_of_a_module_makes_a_job_lie(job: str) -> None:
+    count = 20 * ROUNDS if "check" in job else 4 * ROUNDS
+    plans = odd_cells(range(TODAY * count, (TODAY + 1) * count), [job])
+    assert [result for result in walk(plans) if result.findings] == []
+
+
+def test_a_module_as_delivered_is_ready_and_go() -> None:
+    """Without that the others would prove nothing."""
+    assert [Run(Plan(job, "", -1)).go().verdict for job in ("check", "check and activate")] == [
+        Verdict.READY,
+        Verdict.GO,
+    ]
 
 
 def test_the_page_has_every_fault() -> None:

@@ -1,10 +1,12 @@
 """Every job at an independent module, and everything that may happen at any of its frames; in virtual time.
 
-Whatever happens, a job ends in time with its result, `Interrupted` or `Cancelled`; nothing is shown, called verified or
-confirmed that the module does not hold, or that is of two modules; nothing that changes a module is sent twice, or to
-another module than the one that was asked; and what must end the conversation ends it.
+The module is as delivered, or speaks, fails and lies in its own way (`oddities`). Whatever happens, a job ends in time
+with its result, `Interrupted` or `Cancelled`; nothing is shown, called verified, READY, GO or confirmed that the module
+does not hold, or that is of two modules; nothing that changes a module is sent unasked, twice, or to another module
+than the one that was asked; and what must end the conversation ends it.
 """
 
+import math
 import random
 from collections import Counter
 from collections.abc import Callable, Iterable, Iterator, Mapping
@@ -16,8 +18,11 @@ from typing import Any, Final, NamedTuple
 from app.engine.conversation import Interrupted
 from app.engine.procedure import Cancelled, Job, Pause, Procedure
 from app.engine.transport import PortError, PortErrorKind
+from app.limits.past import Past
+from app.preflight.checks import Case, Person
 from app.preflight.evidence import Evidence
-from app.preflight.run import run_preflight
+from app.preflight.run import activate_ready, run_preflight
+from app.preflight.verdict import Assessment, Verdict, assess
 from app.procedures.act import Performed, perform
 from app.procedures.find import RateSearch, find_rate
 from app.procedures.history import History, read_history
@@ -28,19 +33,25 @@ from app.procedures.read import read_everything, read_settings
 from app.procedures.stream import StreamSwitch, watch
 from app.procedures.write import SettingChange, WriteContext, WriteReport, change_baud, set_each, write_all
 from app.safety.journal import REQUESTS, Act, Outcome
-from protocol.catalogue import BAUD_RATE, BY_NAME
+from app.settings.profiles import NO_PROFILE
+from protocol.catalogue import BAUD_RATE, BY_NAME, COMMANDS, LOCK
 from protocol.events import Began, Ended, EndReason, Unanswered
 from protocol.fields import Value
+from tests.campaigns.oddities import FLAGS, LOWEST_CELL, MEANWHILE, STEEPEST_DEG, make_odd, unknowable
 from tests.module.module import (
     ACCELERATION,
     ACTIVATION,
     ATTITUDE,
     ATTITUDE_OFF,
+    BAUD,
     CELL,
     CHARGING,
+    DEPLOY,
     FREEFALL_OFF,
     LIGHT_THRESHOLD,
     OUTPUT,
+    RECORDS,
+    SHUT_DOWN,
     STATUS,
     TIME,
     ZERO,
@@ -57,6 +68,7 @@ LIMIT_S: Final = 180.0
 FLAGS_FREE_S: Final = 3.2  # 16 and 17 may be set so long after a port was opened (E4)
 SETTLED_S: Final = 2.5
 NEW_RATE: Final = 57600
+SEEN_AFTER_S: Final = 1.5  # what happened so shortly before the end may not have been seen any more
 STEP_S: Final = 0.05
 LEAP: Final = "clock leaps an hour"
 
@@ -122,7 +134,7 @@ CHANGES: Final = [
     SettingChange(BY_NAME["freefall_acceleration"], 0.3),
     SettingChange(BY_NAME["light_threshold"], 2.2),
 ]
-FLAGS: Final = [SettingChange(BY_NAME["freefall_trigger"], True), SettingChange(BY_NAME["attitude_trigger"], True)]
+TRIGGERS: Final = [SettingChange(BY_NAME["freefall_trigger"], True), SettingChange(BY_NAME["attitude_trigger"], True)]
 Begin = Callable[[ModuleRig, FakeJournal], Job[Any]]
 
 
@@ -156,6 +168,23 @@ def _lock(rig: ModuleRig, journal: FakeJournal) -> Job[Any]:
     return rig.job(lock(journal), is_urgent=True, outlives=True)
 
 
+def _assessed(evidence: Evidence, rig: ModuleRig) -> Assessment:
+    evidence.listen(rig.events)
+    person = Person(are_records_reviewed=True, are_settings_approved=True)
+    return assess(Case(evidence=evidence, profile=NO_PROFILE, past=Past(), person=person))
+
+
+def _checked_and_activated(rig: ModuleRig, journal: FakeJournal) -> Job[Any]:
+    def check() -> Procedure[Evidence]:
+        evidence = yield from run_preflight(Evidence(), is_enabling=True, journal=journal)
+        ready = _assessed(evidence, rig)
+        if ready.verdict is Verdict.READY:
+            _, evidence = yield from activate_ready(ready, journal, rig.permit(Act.ACTIVATE))
+        return evidence
+
+    return rig.job(check())
+
+
 JOBS: Final[Mapping[str, Begin]] = {
     "nothing": _simply(_idle),
     "read": _simply(read_everything),
@@ -165,7 +194,7 @@ JOBS: Final[Mapping[str, Begin]] = {
     "find": _simply(lambda: find_rate(115200), outlives=True),
     "write one": _written(1),
     "write four": _written(4),
-    "triggers": lambda rig, journal: rig.job(set_each(FLAGS, WriteContext(journal=journal))),
+    "triggers": lambda rig, journal: rig.job(set_each(TRIGGERS, WriteContext(journal=journal))),
     "baud": _baud,
     "activate": _acted(Act.ACTIVATE),
     "zero": _acted(Act.ZERO),
@@ -173,7 +202,24 @@ JOBS: Final[Mapping[str, Begin]] = {
     "forbid": _acted(Act.FORBID_DEPLOY),
     "shut down": _acted(Act.SHUTDOWN),
     "check": lambda rig, journal: rig.job(run_preflight(Evidence(), is_enabling=True, journal=journal)),
+    "check and activate": _checked_and_activated,
     "lock": _lock,
+}
+FREE_FLAGS: Final = ("triggers", "check", "check and activate")
+ACTIVATES: Final = ("activate", "check and activate")
+# What each may send but questions; the stream is switched in the background.
+MAY_SEND: Final[Mapping[str, tuple[int, ...]]] = {
+    "write one": (TIME,),
+    "write four": (TIME, ATTITUDE, ACCELERATION, LIGHT_THRESHOLD),
+    "triggers": FLAGS,
+    "check": FLAGS,
+    "check and activate": (*FLAGS, ACTIVATION),
+    "activate": (ACTIVATION,),
+    "baud": (BAUD,),
+    "zero": (ZERO,),
+    "deploy": (DEPLOY,),
+    "forbid": (DEPLOY,),
+    "shut down": (SHUT_DOWN,),
 }
 
 
@@ -270,26 +316,37 @@ FAULTS: Final[Mapping[str, Happening]] = {
     "5 % of all bytes lost": _worn(lost_bytes=0.05),
     "2 % of all bytes corrupted": _worn(turned_bytes=0.02),
 }
-HAPPENINGS: Final = {**FAULTS, **EXCHANGES}
+
+
+def _meanwhile(act: Callable[[Module, float], object]) -> Happening:
+    # A setting is not asked for again by itself.
+    return Happening(lambda run: act(run.module, run.now_s), hides=frozenset({"attitude_threshold_deg"}))
+
+
+OTHERS: Final = {name: _meanwhile(act) for name, act in MEANWHILE.items()}
+HAPPENINGS: Final = {**FAULTS, **EXCHANGES, **OTHERS}
 
 
 # One run
 
 
 class Plan(NamedTuple):
-    """It happens at the `frame`-th frame after the job began: before it leaves, or when the module has heard it."""
+    """It happens at the `frame`-th frame after the job began: before it leaves, or when the module has heard it.
+    `odd_seed`: makes the module odd."""
 
     job: str
     happening: str
     frame: int
     is_heard: bool = False
     streams: bool = False
+    odd_seed: int | None = None
 
 
 @dataclass
 class Result:
     plan: Plan
     has_happened: bool = False
+    verdict: Verdict | None = None
     is_unnoticed: bool = False
     """The conversation went on."""
     findings: list[str] = field(default_factory=list)
@@ -306,15 +363,22 @@ class Run:
         self._frames_before = 0
         clock = FakeClock()
         self.modules = tuple(made_module(held, name, clock.now_s) for held, name in zip(HELD, "AB", strict=True))
+        if plan.odd_seed is not None:
+            make_odd(self.modules[0], plan.odd_seed)
+        self.hides = self.happening.hides | {KEYS[code] for code in unknowable(self.modules[0].options) & KEYS.keys()}
+        self._happened_at = self._ended_at = math.inf
         switch = StreamSwitch(is_wanted=plan.streams)
         self.rig = ModuleRig(modules=self.modules[:1], clock=clock, background=lambda: watch(switch, listen_s=0.2))
         self.rig.max_step_s = STEP_S
         self.rig.begin()
-        self.rig.step_for(FLAGS_FREE_S if plan.job in ("triggers", "check") else 0.8)
-        self.rig.line.on_frame = self._before
-        self.rig.line.on_heard = self._heard
+        self.rig.step_for(FLAGS_FREE_S if plan.job in FREE_FLAGS else 0.8)
         self._sent_before = len(self.rig.line.sent)
         self.job: Job[Any] = JOBS[plan.job](self.rig, FakeJournal())
+        self.rig.line.on_frame = self._before
+        self.rig.line.on_heard = self._heard
+        self._fired_before = len(self.module.records)
+        # One that is ACTIVE already may fire by itself.
+        self._may_fire = self.module.settings[ACTIVATION] == 1 or plan.happening in OTHERS
 
     @property
     def module(self) -> Module:
@@ -335,6 +399,7 @@ class Run:
             ends_s = self.now_s + LIMIT_S + 3600.0 * (self.plan.happening == LEAP)
             while not self.job.has_ended and self.now_s < ends_s:
                 self._step()
+            self._ended_at = self.now_s
             if not self.job.has_ended:
                 self._find("the job goes on")
             settled_s = self.now_s + SETTLED_S
@@ -350,6 +415,15 @@ class Run:
             self._find("the port's error was not seen")
         self._judge()
         return self.result
+
+    def _is_lasting(self, code: int) -> bool:
+        """What the module was set to it still is, as far as it is for this program."""
+        return code not in self.modules[0].options.reverts and self.plan.happening not in OTHERS
+
+    @property
+    def _is_news(self) -> bool:
+        """Somebody did something to the module so late that the job may not know."""
+        return self.plan.happening in OTHERS and self._happened_at > self._ended_at - SEEN_AFTER_S
 
     def _step(self) -> None:
         """Nothing shown in one conversation is of two modules."""
@@ -380,6 +454,7 @@ class Run:
         is_now = self.frames == self.plan.frame + self.plan.is_heard and not self.job.has_ended
         if is_now and not self.result.has_happened:
             self.result.has_happened = True
+            self._happened_at = self.now_s
             self._frames_before = self.frames
             self.happening.begin(self)
 
@@ -389,7 +464,7 @@ class Run:
         """`may_be_before`: what was read may have been changed since by a restart, whose count then is another one."""
         holds = truth(self.module)
         for key, value in values.items():
-            if value is None or key in self.happening.hides or value == holds[key]:
+            if value is None or key in self.hides or value == holds[key]:
                 continue
             if may_be_before and (key, value) == ("boot_count", HELD[0].boots):
                 continue
@@ -417,6 +492,11 @@ class Run:
             is_lock = frame[2] == ACTIVATION and frame[4] == 0
             if count > 1 and frame[2] != OUTPUT and not is_lock:  # LOCK is repeated until it is reported
                 self._find(f"{frame.hex(' ')} was sent {count} times")
+            may_lock = self.plan.job == "lock" or self.plan.job in ACTIVATES  # where that is interrupted
+            if frame[2] not in (*MAY_SEND.get(self.plan.job, ()), OUTPUT) and not (may_lock and frame == LOCK.encode()):
+                self._find(f"{frame.hex(' ')} was sent unasked")
+        if len(self.modules[0].records) > self._fired_before and not self._may_fire and self.plan.job not in ACTIVATES:
+            self._find("it fired")
         for entry in [*self.modules[1].log.sets(), *self.modules[1].log.acts()]:
             is_lock = entry.code == ACTIVATION and entry.value == 0
             if entry.code != OUTPUT and not (is_lock and self.plan.job == "lock"):
@@ -434,6 +514,7 @@ class Run:
             case Evidence():
                 if must_end and result.void is None:
                     self._find("the check is not void")
+                self._judge_check(_assessed(result, self.rig))
             case Read():
                 if self.module is first:
                     self._judge_values(result.values, may_be_before=True)
@@ -441,9 +522,9 @@ class Run:
                 kept = [with_sum(b"\x41\x75" + record) for record in first.records]
                 if any(record.raw not in kept for record in result.records):
                     self._find("a record that it does not keep")
-                if result.is_confirmed and len(result.records) != len(kept):
+                if result.is_confirmed and len(result.records) != len(kept) and self._is_lasting(RECORDS):
                     self._find("complete, and not all that it keeps")
-            case Locked(is_locked=True) if self.module.settings[ACTIVATION]:
+            case Locked(is_locked=True) if self.module.settings[ACTIVATION] and self._is_lasting(ACTIVATION):
                 self._find("called locked")
             case RateSearch():
                 self._judge_rate(result.baud_rate)
@@ -452,7 +533,7 @@ class Run:
                     self._find(f"light {result.raws}")
 
     def _judge_rate(self, found: Value | None) -> None:
-        if found not in (None, self.module.rate) and "baud_rate" not in self.happening.hides:
+        if found not in (None, self.module.rate) and "baud_rate" not in self.hides:
             self._find(f"found at {found}, and the module is at {self.module.rate}")
 
     def _judge_report(self, report: WriteReport) -> None:
@@ -463,21 +544,39 @@ class Run:
             if written.command is BAUD_RATE:
                 self._judge_rate(written.read_back)
                 is_held = first.rate == written.target
-            if written.verified and not is_held:
+            if written.verified and not is_held and not self._is_news:
                 self._find(f"{written.command.name} verified, but not held")
             if not written.is_sent and request.encode() in self.sent:
                 self._find(f"{written.command.name} called not sent")
             if written.is_acknowledged and not first.log.sets(written.command.code):
                 self._find(f"{written.command.name} called acknowledged")
 
+    def _judge_check(self, assessment: Assessment) -> None:
+        first, verdict = self.modules[0], assessment.verdict
+        self.result.verdict = verdict
+        if verdict is Verdict.NO_GO or self._is_news:
+            return
+        held, readings = first.settings, first.readings
+        wrong = {
+            f"with active {held[ACTIVATION]}": held[ACTIVATION] != (verdict is Verdict.GO),
+            "with a trigger that is off": any(held[flag] for flag in FLAGS if flag not in unknowable(first.options)),
+            f"with {held[ATTITUDE]}°": assessment.case.evidence.values["attitude_threshold_deg"] != held[ATTITUDE],
+            "of a module that has triggered": first.triggered,
+            f"at {readings.tilt_deg}°": readings.tilt_deg > STEEPEST_DEG,
+            f"with a cell of {readings.cell}": readings.cell < LOWEST_CELL,
+        }
+        for what in (what for what, is_so in wrong.items() if is_so):
+            self._find(f"{verdict.value} {what}")
+
     def _judge_act(self, done: Performed) -> None:
         first, frame = self.modules[0], REQUESTS[done.act].encode()
-        is_done = any(entry.frame == frame and not entry.note for entry in first.log.got())
+        is_done = any(entry.frame == frame and entry.note in ("", "unanswered") for entry in first.log.got())
         if done.act is Act.DEPLOY:
-            is_done = len(first.records) > 3
-        if done.outcome is Outcome.CONFIRMED and not is_done:
+            is_done = len(first.records) > self._fired_before
+        is_certain = self._is_lasting(frame[2])
+        if done.outcome is Outcome.CONFIRMED and not is_done and is_certain:
             self._find(f"{done.act.value} confirmed, but not done")
-        if done.outcome is Outcome.REFUSED and is_done:
+        if done.outcome is Outcome.REFUSED and is_done and is_certain:
             self._find(f"{done.act.value} called refused, and done")
         if done.outcome is Outcome.NOT_SENT and frame in self.sent:
             self._find(f"{done.act.value} called not sent")
@@ -496,6 +595,7 @@ def _owners() -> Mapping[tuple[str, Value], int]:
 
 
 OWNERS: Final = _owners()
+KEYS: Final = {command.code: command.key for command in COMMANDS if command.key in truth(made_module(HELD[0], "", 0.0))}
 
 
 # The walk
@@ -516,6 +616,15 @@ def cells(*, jobs: Iterable[str] = JOBS, happenings: Iterable[str] = HAPPENINGS,
         streams = dice.random() < 0.5
         frame = dice.randrange(frames_of(job, streams=streams))
         yield Plan(job, happening, frame, dice.random() < 0.5, streams)
+
+
+def odd_cells(seeds: Iterable[int], jobs: Iterable[str] = JOBS) -> Iterator[Plan]:
+    """Each job at an odd module of each seed, to which somebody does something now and then."""
+    for job, seed in product(jobs, seeds):
+        dice = random.Random(f"{seed} {job}")
+        happening, streams = dice.choice(("", "", "", *OTHERS)), dice.random() < 0.5
+        frame = dice.randrange(frames_of(job, streams=streams))
+        yield Plan(job, happening, frame, dice.random() < 0.5, streams, dice.randrange(10**9))
 
 
 def walk(plans: Iterable[Plan]) -> Iterator[Result]:

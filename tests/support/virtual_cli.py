@@ -5,7 +5,7 @@ import json
 import os
 import sys
 import time
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator
 from concurrent.futures import Future
 from concurrent.futures import wait as wait_for
 from contextlib import ExitStack, contextmanager
@@ -26,7 +26,7 @@ from app.terminal import connection
 from app.terminal.connection import OpenPort
 from tests.module.module import Module
 from tests.module.options import Options
-from tests.support.line.module_line import ModuleLine, Wear
+from tests.support.line.module_line import ModuleLine
 from tests.support.line.sim_line import FakeClock, SimulatedLine, ThreadlessWorker
 from tests.support.patience import PATIENCE_S
 
@@ -39,8 +39,8 @@ BETWEEN_S: Final = 0.5  # from one command to the next
 class Ran:
     """What a command said, and how it ended."""
 
-    def __init__(self, returncode: int, stdout: str, stderr: str, took_s: float) -> None:
-        self.returncode, self.stdout, self.stderr, self.took_s = returncode, stdout, stderr, took_s
+    def __init__(self, returncode: int, stdout: str, stderr: str) -> None:
+        self.returncode, self.stdout, self.stderr = returncode, stdout, stderr
 
     @cached_property
     def said(self) -> dict[str, Any]:
@@ -56,15 +56,13 @@ class VirtualCli:
     line: ModuleLine
     _err: "io.TextIOWrapper[io.BytesIO]"
 
-    def __init__(
-        self, *options: Options, modules: Sequence[Module] = (), wear: Wear | None = None, seed: int = 1
-    ) -> None:
-        self.clock, self.wear = FakeClock(), wear
+    def __init__(self, *options: Options) -> None:
+        self.clock = FakeClock()
         self._simulated: dict[str, SimulatedBench] = {}
         self.served: dict[str, SimulatedBench] = {}  # by port
-        self.modules = list(modules) or [
-            Module(each, name=f"{number}", seed=seed + number, now=self.clock.now_s)
-            for number, each in enumerate(options or (Options(),))
+        self.modules = [
+            Module(each, name=f"{number}", seed=number, now=self.clock.now_s)
+            for number, each in enumerate(options or (Options(),), 1)
         ]
 
     @property
@@ -72,7 +70,7 @@ class VirtualCli:
         return self.modules[0]
 
     @contextmanager
-    def in_time(self, meanwhile: Callable[[], object] | None = None, after_s: float = 0.0) -> Iterator[None]:
+    def in_time(self, meanwhile: Callable[[], object] | None = None) -> Iterator[None]:
         """Whatever opens `PORT` in here is at the modules, and this clock is its clock."""
         planned = [] if meanwhile is None else [meanwhile]
 
@@ -81,9 +79,9 @@ class VirtualCli:
                 return SimulatedLine(self.clock, self.served.get(name) or open_bench(name), baud_rate, port=name)
             if name != PORT:
                 return really_open(name, baud_rate)
-            self.line = ModuleLine(self.clock, *self.modules, wear=self.wear, baud_rate=baud_rate)
+            self.line = ModuleLine(self.clock, *self.modules, baud_rate=baud_rate)
             while planned:
-                self.line.plan(after_s, planned.pop())
+                self.line.plan(0.0, planned.pop())
             return self.line
 
         def wait(opened: OpenPort) -> None:
@@ -150,21 +148,18 @@ class VirtualCli:
         *words: str,
         port: str = PORT,
         meanwhile: Callable[[], object] | None = None,
-        after_s: float = 0.0,
         **own: str,
     ) -> Ran:
         """`port`: "" for what has none, or has it among its words; at `sim://` is the simulated module. `meanwhile`
-        happens so long after the port was opened. `own`: variables of the environment."""
+        happens once the port is open. `own`: variables of the environment."""
         out, self._err = (io.TextIOWrapper(io.BytesIO(), encoding="utf-8", write_through=True) for _ in range(2))
-        began_s = self.clock.now_s
         with (
-            self.in_time(meanwhile, after_s),
+            self.in_time(meanwhile),
             patch.dict(os.environ, {"LC_ALL": "C.UTF-8", **own}),
             patch.object(sys, "stdout", out),
             patch.object(sys, "stderr", self._err),
         ):
             code = program.main([words[0], *(("--port", port) if port else ()), *words[1:]])
-        took_s = self.clock.now_s - began_s
         self.clock.now_s += BETWEEN_S
         said = out.buffer.getvalue().decode()
-        return Ran(code, said, self.told, took_s)
+        return Ran(code, said, self.told)
