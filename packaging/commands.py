@@ -75,7 +75,7 @@ COMMANDS: dict[str, tuple[str, str, Callable[[list[str]], int]]] = {
     "test": ("run the tests; arguments go to pytest", TESTS, _test),
     "check": ("run ruff and mypy", TESTS, _check),
     "setup": ("only install what the others need", TESTS, _setup),
-    "translations": ("update, check or merge the translations", TESTS, _python("docs/generate/translations.py")),
+    "translations": ("update or check the translations", TESTS, _python("docs/generate/translations.py")),
     "package": ("build all packages into dist/ and use them", PACKAGES, _python("packaging/package.py")),
 }
 

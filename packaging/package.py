@@ -54,10 +54,7 @@ def build_wheel(folder: Path) -> Path:
 
 def main(arguments: list[str]) -> int:
     parser = argparse.ArgumentParser(prog="bootstrap.py package", description="Build and test all packages in dist/.")
-    part = parser.add_mutually_exclusive_group()
-    part.add_argument("--only-build", action="store_true", help="do not run their tests")
-    part.add_argument("--only-from", type=Path, metavar="WHEEL", help="build from this wheel, and do not run the tests")
-    part.add_argument("--only-test", action="store_true", help="test what was built before")
+    parser.add_argument("--only-from", type=Path, metavar="WHEEL", help="build from this, and do not run the tests")
     parser.add_argument("--release", action="store_true", help="build only what may be passed on")
     chosen = parser.parse_args(arguments)
     reasons = refusals() if chosen.release else []
@@ -65,12 +62,11 @@ def main(arguments: list[str]) -> int:
         print("This cannot be released:", *reasons, sep="\n", file=sys.stderr)
         return 3
     try:
-        if not chosen.only_test:
-            build(chosen.only_from)
+        build(chosen.only_from)
     except SetupError as error:
         print(error, file=sys.stderr)
         return 4
-    if chosen.only_build or chosen.only_from:
+    if chosen.only_from:
         return 0
     variables = {"QT_QPA_PLATFORM": "offscreen", **os.environ, "DPS_S_DIST": str(DIST)}
     command = [sys.executable, "-m", "pytest", "-n", "2", "--dist", "worksteal", "tests/system/packages"]

@@ -2,7 +2,6 @@
 
     python3 docs/generate/translations.py update       rewrite the file: new texts unfinished, old ones removed
     python3 docs/generate/translations.py check        exit 1 with a list if it is out of date or unfinished
-    python3 docs/generate/translations.py merge DIR    update, and fill in from DIR/*.json ({"English": "中文"})
 
 A capital letter, a full stop or an ellipsis needs no message of its own: see `app.text.i18n.variants`.
 
@@ -12,7 +11,6 @@ a marked text.
 
 import argparse
 import ast
-import json
 import string
 import sys
 from collections.abc import Iterator, Mapping
@@ -211,35 +209,11 @@ def problems(found: Extract, messages: Mapping[str, Translation]) -> Iterator[st
         yield f"{TS.name}: gone from the source: {english!r}"
 
 
-def merge(folder: Path, messages: dict[str, Translation]) -> Iterator[str]:
-    """Fill in unfinished texts from the JSON files of a folder; yields rejected entries with the reason."""
-    filled: dict[str, str] = {}
-    for path in sorted(folder.glob("*.json")):
-        pairs = json.loads(path.read_text(encoding="utf-8"))
-        for english, chinese in pairs.items():
-            old = messages.get(english)
-            if old is None:
-                yield f"{path.name}: not in the source: {english!r}"
-            elif not chinese:
-                yield f"{path.name}: empty: {english!r}"
-            elif formats(english) != formats(chinese):
-                yield f"{path.name}: other placeholders: {english!r}, {chinese!r}"
-            elif old.is_finished:
-                if old.chinese != chinese:
-                    there = filled.get(english, TS.name)
-                    yield f"{path.name}: {english!r} stays {old.chinese!r} ({there}), not {chinese!r}"
-            else:
-                messages[english] = Translation(chinese, is_finished=True)
-                filled[english] = path.name
-
-
 def main(arguments: list[str]) -> int:
     parser = argparse.ArgumentParser(description="Keep app/locale/zh_CN.ts in step with the texts of the source.")
     commands = parser.add_subparsers(dest="command", required=True)
     commands.add_parser("update", help="write the file again")
     commands.add_parser("check", help="exit 1 when it is not in step or not finished")
-    merging = commands.add_parser("merge", help="update, and fill in from JSON files")
-    merging.add_argument("folder", type=Path)
     chosen = parser.parse_args(arguments)
 
     found, messages = extract_all(), read_ts()
@@ -248,8 +222,6 @@ def main(arguments: list[str]) -> int:
         print("\n".join([*listed, f"{len(listed)} problems in {len(found.texts)} texts"]))
         return 1 if listed else 0
     messages = updated(found.texts, messages)
-    if chosen.command == "merge":
-        print(*merge(chosen.folder, messages), sep="\n")
     write_ts(messages)
     unfinished = sum(not one.is_finished for one in messages.values())
     print(f"{len(messages)} texts, {unfinished} of them unfinished")

@@ -1,6 +1,5 @@
 """The Chinese translation is complete, and the tool that keeps it takes nothing away."""
 
-import json
 from pathlib import Path
 
 import pytest
@@ -61,16 +60,3 @@ def test_an_update_keeps_adds_and_removes(tmp_path: Path) -> None:
     translations.write_ts(new, path)
     assert translations.read_ts(path) == new
     assert read_messages(path) == {"kept <&>": "留 <&>"}
-
-
-def test_a_merge_fills_in_only_what_fits(tmp_path: Path) -> None:
-    first = {"Tilt": "倾角", "Gone": "去", "{n} ms": "{m} 毫秒", "Done": "别", "Nothing": ""}
-    (tmp_path / "a.json").write_text(json.dumps(first), encoding="utf-8")
-    (tmp_path / "b.json").write_text(json.dumps({"Tilt": "倾斜"}), encoding="utf-8")
-    messages = translations.updated(dict.fromkeys(("Tilt", "{n} ms", "Done", "Nothing"), "x"), {})
-    messages["Done"] = translations.Translation("完成", is_finished=True)
-    refused = list(translations.merge(tmp_path, messages))
-    assert (messages["Tilt"], messages["Done"]) == (("倾角", True), ("完成", True))
-    assert not messages["{n} ms"].is_finished
-    assert not messages["Nothing"].is_finished
-    assert len(refused) == 5

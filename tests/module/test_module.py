@@ -1,27 +1,9 @@
 """The independent module answers as the vendor's table says."""
 
-import ast
-from pathlib import Path
-
 from tests.module.log import NOT_A_FRAME
 from tests.module.module import BY_ATTITUDE, Module
 from tests.module.options import Options
 from tests.vendor.frames import VECTORS
-
-HERE = Path(__file__).parent
-
-
-def test_it_and_the_vendors_table_import_nothing_of_the_product() -> None:
-    for file in [*HERE.glob("*.py"), *(HERE.parent / "vendor").glob("*.py")]:
-        if file.name.startswith("test_"):
-            continue
-        for node in ast.walk(ast.parse(file.read_text(encoding="utf-8"))):
-            names = [one.name for one in node.names] if isinstance(node, ast.Import) else []
-            if isinstance(node, ast.ImportFrom):
-                names = [node.module or ""]
-            for name in names:
-                assert name.split(".")[0] not in ("protocol", "app", "ui"), file
-                assert not name.startswith("tests.") or name.startswith(("tests.module", "tests.vendor")), file
 
 
 def frames_said(options: Options, *, cell: int, charging: int, boots: int) -> set[bytes]:

@@ -69,7 +69,7 @@ class Checkout:
             raise OSError(name)
 
     def _which(self, name: str, path: str | None = None) -> str | None:
-        return None if name in self.lacking | {"uv"} else f"/usr/bin/{name}"
+        return None if name in self.lacking else f"/usr/bin/{name}"
 
     def _run(self, command: list[str], **_: object) -> "subprocess.CompletedProcess[str]":
         self.commands.append([str(word) for word in command])
@@ -112,19 +112,6 @@ def test_what_is_needed_comes_when_it_is_needed_and_once(checkout: Checkout) -> 
     assert checkout.make_ready("program") == [], "what tests need is enough for the program"
     assert checkout.make_ready("packages") == PACKAGES_ONLY
     assert checkout.make_ready("tests") == []
-
-
-def test_uv_installs_where_it_is_there_and_pip_where_uv_cannot(
-    checkout: Checkout, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    uv = "/home/u/.local/bin/uv"
-    monkeypatch.setattr(shutil, "which", lambda name, path=None: uv if name == "uv" else f"/usr/bin/{name}")
-    checkout.make_ready()
-    assert {command[0] for command in checkout.commands[-3:]} == {uv}
-    checkout.lock.write_text("# program\nnumpy==2.0\n", encoding="utf-8")
-    checkout.failing = uv
-    checkout.make_ready()
-    assert checkout.commands[-1][:3] == [str(checkout.python), "-m", "pip"]
 
 
 @pytest.mark.parametrize("harm", ["interrupted", "no Python", "another place", "made by somebody else"])
