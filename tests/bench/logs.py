@@ -15,6 +15,7 @@ from tests.support.flights import log_bytes as made
 from tests.support.flights.made_flights import crash, ordinary_flight
 
 AIM_S: Final = 30.0
+LOGS: Final = 1000
 DIFFERENT: Final = 10
 """Logs that are made; the others are links to them."""
 
@@ -41,20 +42,20 @@ KINDS: Final[dict[str, Callable[..., bytes]]] = {
 }
 
 
-def logs(*, logs: int = 1000, seconds: float = 60.0) -> Iterator[Figure]:
+def logs() -> Iterator[Figure]:
     for kind, write in KINDS.items():
         with tempfile.TemporaryDirectory() as folder:
-            for number in range(logs):
+            for number in range(LOGS):
                 path = Path(folder) / f"{number:04}"
                 if number < DIFFERENT:
                     make = crash if number % 3 == 0 else ordinary_flight
-                    flight = make(str(number), np.random.default_rng(number), seconds=seconds)
+                    flight = make(str(number), np.random.default_rng(number), seconds=60.0)
                     path.write_bytes(write(flight.time_s, flight.tilt_deg, flight.specific_force_g))
                 else:
                     os.link(Path(folder) / f"{number % DIFFERENT:04}", path)
             began = time.perf_counter()
             found = [summarise_log(path) for path in find_logs([Path(folder)])]
             took_s = time.perf_counter() - began
-        assert len(found) == logs
+        assert len(found) == LOGS
         assert all(log.flight is not None for log in found), kind
-        yield at_most(f"{logs} logs, {kind}", took_s, AIM_S, "{:.1f} s")
+        yield at_most(f"{LOGS} logs, {kind}", took_s, AIM_S, "{:.1f} s")
