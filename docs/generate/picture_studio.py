@@ -7,7 +7,7 @@ from typing import Final, TypeVar
 
 import numpy as np
 from PySide6.QtCore import QEventLoop, QPoint, QRect, QTimer
-from PySide6.QtGui import QImage, qRgb
+from PySide6.QtGui import QImage
 from PySide6.QtWidgets import QAbstractButton, QApplication, QWidget
 
 from app.engine.target import Target
@@ -18,6 +18,7 @@ from ui.style.theme import Space
 WAIT_S: Final = 30.0
 _TURN_MS: Final = 20
 _COLOURS: Final = 255
+_OPAQUE: Final = 0xFF000000
 Found = TypeVar("Found", bound=QWidget)
 
 
@@ -105,14 +106,8 @@ def save(image: QImage, path: Path) -> None:
     path.parent.mkdir(parents=True, exist_ok=True)
     image = image.convertToFormat(QImage.Format.Format_RGB32)
     pixels = np.frombuffer(image.constBits(), np.uint32).reshape(image.height(), -1)[:, : image.width()] & 0xFFFFFF
-    colours, places, counts = np.unique(pixels, return_inverse=True, return_counts=True)
-    kept = np.sort(np.argsort(-counts, kind="stable")[:_COLOURS])
-    parts = np.stack([colours >> 16, colours >> 8 & 0xFF, colours & 0xFF], axis=1).astype(np.int64)
-    nearest = np.array([np.argmin(((parts[kept] - one) ** 2).sum(axis=1)) for one in parts], np.uint8)
-    drawn = nearest[places].reshape(pixels.shape)
-    small = QImage(image.size(), QImage.Format.Format_Indexed8)
-    small.setColorTable([qRgb(*(int(part) for part in parts[one])) for one in kept])
-    rows = np.frombuffer(small.bits(), np.uint8).reshape(image.height(), small.bytesPerLine())
-    rows[:, : image.width()] = drawn
+    colours, counts = np.unique(pixels, return_counts=True)
+    kept = colours[np.argsort(-counts, kind="stable")[:_COLOURS]]
+    small = image.convertToFormat(QImage.Format.Format_Indexed8, [int(one) | _OPAQUE for one in kept])
     if not small.save(str(path), quality=0):  # strongest compression
         raise OSError(f"{path} could not be written")

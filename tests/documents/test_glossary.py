@@ -1,7 +1,7 @@
 """The Chinese texts use the terms of the glossary and Chinese typography."""
 
 import re
-from collections.abc import Container, Iterator
+from collections.abc import Iterator
 from functools import cache
 from itertools import takewhile
 from typing import Final
@@ -16,20 +16,6 @@ OTHER_SENSE: Final = {
     "Light mode",  # colour themes of the window
 }
 """Texts in which a word of the glossary is not used as a term."""
-ALWAYS_SEVERAL: Final = {
-    "Damaged frames: {rejected} of {bytes} bytes are invalid.",
-    "Interrupted {count} times since {time}, last: {why}",
-    "The adapter at {port} disconnected {visits} times.",
-    "no reply within {seconds:.1f} s, asked {attempts} times",
-    "{count} of {total} logs",
-    "{count} recordings begin with “{name}”.",
-    "{name}: at most {count} characters.",
-}
-"""Texts whose count is never one, or of the form "n of m"."""
-_COUNTED: Final = re.compile(
-    r"\{(?:count|n|rows|done|visits|asked|attempts|readings|changes|total|slots|bytes)\} "
-    r"(?P<noun>(?:[a-z]+ )?[a-z]{2,})s\b"
-)
 _FIELD: Final = re.compile(r"\{[^{}]*\}")
 
 
@@ -100,18 +86,6 @@ def test_a_chinese_term_stands_for_one_thing() -> None:
         if term in chinese and not any(stem.lower() in english.lower() for stem in stems.split(", "))
     ]
     assert not wrong, "\n".join(wrong)
-
-
-def has_wrong_plural(english: str, texts: Container[str]) -> bool:
-    """Whether it could read “1 rows”: counts have to follow a colon or have a separate text for one."""
-    return english not in ALWAYS_SEVERAL and any(
-        english.replace(found[0], f"1 {found['noun']}") not in texts for found in _COUNTED.finditer(english)
-    )
-
-
-def test_no_text_says_1_rows() -> None:
-    assert [english for english in pairs() if has_wrong_plural(english, pairs())] == []
-    assert has_wrong_plural("{count} rows saved", ())
 
 
 def faults_of_style(english: str, chinese: str) -> Iterator[str]:

@@ -6,15 +6,12 @@ import re
 import shutil
 import subprocess
 import sys
-import tomllib
 from importlib import import_module
 from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
 
 import pytest
-from packaging.requirements import Requirement
-from packaging.utils import canonicalize_name
 
 from app.__main__ import PORT
 from app.cli.commands import ENTRIES
@@ -114,20 +111,14 @@ def test_what_is_needed_comes_when_it_is_needed_and_once(checkout: Checkout) -> 
     assert checkout.make_ready("tests") == []
 
 
-@pytest.mark.parametrize("harm", ["interrupted", "no Python", "another place", "made by somebody else"])
-def test_a_venv_that_does_not_fit_is_made_again(checkout: Checkout, harm: str, monkeypatch: pytest.MonkeyPatch) -> None:
-    if harm == "interrupted":
-        checkout.failing = "--editable"
-        assert "what apt says" in checkout.refusal()
-        checkout.failing = ""
-    else:
-        checkout.make_ready()
-    if harm == "no Python":
-        checkout.python.unlink()
-    elif harm == "another place":
-        monkeypatch.setattr(environment, "ROOT", checkout.venv.parent / "moved")
-    elif harm == "made by somebody else":
-        (checkout.venv / "made-from.txt").unlink()
+def test_a_venv_that_was_interrupted_or_has_moved_is_made_again(
+    checkout: Checkout, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    checkout.failing = "--editable"
+    assert "what apt says" in checkout.refusal()
+    checkout.failing = ""
+    assert checkout.make_ready() == WHOLE
+    monkeypatch.setattr(environment, "ROOT", checkout.venv.parent / "moved")
     assert checkout.make_ready() == WHOLE
 
 
@@ -240,26 +231,6 @@ def test_only_the_standard_library_is_imported() -> None:
     assert done.returncode == 0, done.stderr
 
 
-@pytest.mark.parametrize("system", ["linux", "win32", "darwin"])
-@pytest.mark.parametrize("version", ["3.11", "3.12", "3.13", "3.14"])
-def test_the_lock_is_exact_and_fits_the_project(system: str, version: str) -> None:
-    here = {"sys_platform": system, "python_version": version, "python_full_version": f"{version}.0"}
-    project = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))
-    further = project["project"]["optional-dependencies"]
-    wanted = {"program": [*project["project"]["dependencies"], *project["build-system"]["requires"]]}
-    wanted["tests"] = wanted["program"] + further["dev"]
-    wanted["packages"] = wanted["tests"] + further["package"]
-    for extent, requirements in wanted.items():
-        locked = [Requirement(line) for line in environment.locked(extent)]
-        fitting = [one for one in locked if one.marker is None or one.marker.evaluate(here)]
-        versions = {canonicalize_name(one.name): next(iter(one.specifier)).version for one in fitting}
-        assert len(versions) == len(fitting), "each is there once"
-        for requirement in map(Requirement, requirements):
-            assert requirement.specifier.contains(versions[canonicalize_name(requirement.name)]), requirement
-    program = {canonicalize_name(Requirement(line).name) for line in environment.locked("program")}
-    assert not {"pytest", "mypy", "ruff", "pyinstaller"} & program
-
-
 # What goes into packages
 
 
@@ -275,16 +246,11 @@ def test_the_installer_registers_what_the_window_opens_and_takes_nothing_of_the_
     assert taken == ["$INSTDIR\\_internal", "$INSTDIR\\licences"]
 
 
-def test_the_udev_rule_reads_as_one_and_has_the_usual_adapters_and_the_flight_controllers() -> None:
-    """A word of it that is misspelt is no error to udev: nothing happens, and the port may not be opened."""
+def test_the_udev_rule_covers_the_usual_adapters_and_the_flight_controllers() -> None:
+    """udev asks for `uaccess` in 73-seat-late.rules, so that ours has to come before."""
     rule = LINUX / "60-dps-s.rules"
-    assert rule.name < "73-seat-late.rules", "which asks for `uaccess`"
-    text = rule.read_text(encoding="ascii")
-    assert set(re.findall(r'GOTO="(\w+)"', text)) == set(re.findall(r'LABEL="(\w+)"', text))
     covered = set[str]()
-    for line in (line for line in text.splitlines() if line and not line.startswith("#")):
-        for part in re.split(r",\s*(?=[A-Z])", line):
-            assert re.fullmatch(r'[A-Z]+(\{[A-Za-z_]+\})?(==|!=|\+=|=)"[^"]*"', part), line
+    for line in rule.read_text(encoding="ascii").splitlines():
         if line.startswith("ATTRS"):
             assert line.endswith('TAG+="uaccess", ENV{ID_MM_DEVICE_IGNORE}="1", ENV{ID_MM_PORT_IGNORE}="1"')
             vendors, products = (re.findall(rf'{{{name}}}=="([^"]+)"', line) for name in ("idVendor", "idProduct"))
