@@ -1,9 +1,10 @@
 # Shortcuts for packaging/bootstrap.py, which works without make. Arguments: make test ARGS="-k frame"
 PYTHON ?= python3
 ARGS ?=
+THOROUGH = HYPOTHESIS_PROFILE=thorough $(PYTHON) packaging/bootstrap.py test -o faulthandler_timeout=7200
 CAMPAIGN = QT_QPA_PLATFORM=offscreen .venv/bin/python -m
 
-.PHONY: demo test check setup translations package bench soak hands walk lines readers nightly
+.PHONY: demo test check setup translations package bench soak hands walk readers nightly
 demo test check setup translations package:
 	$(PYTHON) packaging/bootstrap.py $@ $(ARGS)
 
@@ -12,16 +13,16 @@ bench: setup
 	$(CAMPAIGN) tests.bench $(ARGS)
 readers: setup
 	$(CAMPAIGN) tests.files.readers $(ARGS)
-hands lines soak walk: setup
-	$(CAMPAIGN) tests.campaigns $@ $(ARGS)
+soak: setup
+	$(CAMPAIGN) tests.campaigns.soak 1800
+hands walk: setup
+	$(THOROUGH) tests/campaigns/test_$@.py $(ARGS)
 
-# All tests with all that they otherwise take a part of, then all campaigns, whatever fails before.
+# All tests with all that they otherwise take a part of, then what is no test, whatever fails before.
 nightly: setup
 	failed=0; \
-	HYPOTHESIS_PROFILE=thorough $(PYTHON) packaging/bootstrap.py test || failed=1; \
-	$(CAMPAIGN) tests.campaigns soak --seconds 1800 || failed=1; \
-	$(CAMPAIGN) tests.campaigns hands --rounds 2000 || failed=1; \
-	$(CAMPAIGN) tests.campaigns walk --rounds 100 || failed=1; \
+	$(THOROUGH) || failed=1; \
+	$(CAMPAIGN) tests.campaigns.soak 1800 || failed=1; \
 	$(CAMPAIGN) tests.files.readers || failed=1; \
 	$(CAMPAIGN) tests.bench || failed=1; \
 	exit $$failed

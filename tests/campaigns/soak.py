@@ -1,5 +1,7 @@
 """The whole window, a stream, and all that can go wrong on a line, in real time.
 
+    python -m tests.campaigns.soak SECONDS
+
 The module runs in another process. Faults, silences, restarts, unplugging and plugging in come at random; the window
 comes back each time by itself. In the end the line is honest, and then not one frame may be lost. Nothing may be in the
 log as an error, no thread stays, and memory does not grow.
@@ -146,3 +148,9 @@ def soak(seconds: float, seed: int) -> list[str]:
     left = [thread.name for thread in set(threading.enumerate()) - before]
     texts = [f"{record.name}: {record.getMessage()}" for record in mistakes.buffer]
     return [*soaked.complaints, *texts, *(f"a thread stayed: {name}" for name in left)]
+
+
+if __name__ == "__main__":
+    broken = soak(float(sys.argv[1]), seed=time.time_ns())
+    print(*broken or ["all as it should be"], sep="\n")
+    sys.exit(bool(broken))

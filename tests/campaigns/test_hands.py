@@ -12,7 +12,7 @@ from tests.campaigns.hands import WHOLE, Hands, Report, at_the_window, run
 from tests.campaigns.ledger import ENABLED
 from tests.support.thorough import IS_THOROUGH
 
-SEQUENCES = 200 if IS_THOROUGH else 30
+SEQUENCES = 2000 if IS_THOROUGH else 30
 
 
 @pytest.fixture

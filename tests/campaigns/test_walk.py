@@ -13,8 +13,6 @@ from tests.support.thorough import IS_THOROUGH
 
 TODAY = datetime.datetime.now(datetime.UTC).date().toordinal()
 ROUNDS = 20 if IS_THOROUGH else 1
-SHORTEST = [name for name in EXCHANGES if "after 0.5 s" in name]
-"""Exchanges that must be noticed; the shorter ones are a blind spot."""
 SECONDS = 3600.0 if IS_THOROUGH else 10.0
 
 
@@ -23,9 +21,9 @@ SECONDS = 3600.0 if IS_THOROUGH else 10.0
 def test_whatever_happens_a_job_ends_without_a_lie(job: str) -> None:
     plans = [
         plan
-        for happenings, rounds in ((FAULTS, ROUNDS), (SHORTEST, 6 * ROUNDS))
+        for happenings, rounds in ((FAULTS, ROUNDS), (EXCHANGES, 4 * ROUNDS))
         for number in range(rounds)
-        for plan in cells(jobs=[job], happenings=happenings, seed=TODAY * rounds + number)
+        for plan in cells(job, happenings, seed=TODAY * rounds + number)
     ]
     results = list(walk(plans))
     assert [result for result in results if result.findings] == []
@@ -36,7 +34,7 @@ def test_whatever_happens_a_job_ends_without_a_lie(job: str) -> None:
 @pytest.mark.promise("f", "i")
 def test_no_oddity_of_a_module_makes_a_job_lie(job: str) -> None:
     count = 20 * ROUNDS if "check" in job else 4 * ROUNDS
-    plans = odd_cells(range(TODAY * count, (TODAY + 1) * count), [job])
+    plans = odd_cells(job, range(TODAY * count, (TODAY + 1) * count))
     assert [result for result in walk(plans) if result.findings] == []
 
 
