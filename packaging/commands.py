@@ -71,7 +71,6 @@ def _setup(_arguments: list[str]) -> int:
 # What each command does, what it needs in .venv, and a function from its arguments to the exit code.
 COMMANDS: dict[str, tuple[str, str, Callable[[list[str]], int]]] = {
     "demo": ("open the window on the simulated module; arguments go to dps-s gui", PROGRAM, _demo),
-    "run": ("run dps-s with the arguments", PROGRAM, lambda arguments: call([BIN / "dps-s", *arguments])),
     "test": ("run the tests; arguments go to pytest", TESTS, _test),
     "check": ("run ruff and mypy", TESTS, _check),
     "setup": ("only install what the others need", TESTS, _setup),
@@ -91,9 +90,6 @@ def main(arguments: list[str]) -> int:
         usage = [f"  {command:<14}{COMMANDS[command][0]}" for command in COMMANDS]
         print("bootstrap.py [--yes] COMMAND [ARGUMENTS]; --yes installs system packages unasked.", *usage, sep="\n")
         return 0 if name in ("-h", "--help") else 2
-    if "--yes" in (passed_on[:1] if name == "run" else passed_on):  # a later one is the program's
-        passed_on.remove("--yes")
-        is_yes = True
     explanation, extent, do = COMMANDS[name]
     if passed_on[:1] in (["-h"], ["--help"]) and (name == "demo" or not is_current(extent)):
         print(f"bootstrap.py {name}: {explanation}")  # without installing anything

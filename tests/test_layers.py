@@ -14,7 +14,7 @@ import pytest
 ROOT = Path(__file__).parent.parent
 ARCHITECTURE = (ROOT / "docs" / "architecture.md").read_text(encoding="utf-8")
 TABLE = ARCHITECTURE.partition("| room | purpose |\n| --- | --- |\n")[2].partition("\n\n")[0]
-ROOMS: dict[str, str] = dict(re.findall(r"^\| `(.+?)` \| (.+) \|$", TABLE, re.MULTILINE))
+ROOMS = re.findall(r"^\| `(.+?)` \|", TABLE, re.MULTILINE)
 FILES = sorted(path for top in ("protocol", "app", "ui") for path in (ROOT / top).rglob("*.py"))
 IMPURE = {"threading", "_thread", "time", "asyncio", "concurrent", "multiprocessing", "signal"}
 QT = {"PySide6", "shiboken6", "pyqtgraph"}
@@ -79,7 +79,7 @@ def why_forbidden(path: str, one: Import) -> str:
     if imported not in ("protocol", "app", "ui"):
         return ""
     here, there = room_of(path.removesuffix(".py")), room_of(one.module.replace(".", "/"))
-    if not here or not there or list(ROOMS).index(there) > list(ROOMS).index(here):
+    if not here or not there or ROOMS.index(there) > ROOMS.index(here):
         return f"{here or path} is below {there or one.module}, or one of them is no room"
     is_page = here.startswith("ui/pages/") and there.startswith("ui/pages/")
     return f"pages never import each other: {there}" if is_page and here != there else ""
@@ -101,11 +101,8 @@ def test_the_independent_module_and_the_vendors_table_know_nothing_of_the_produc
     assert [name for name in known if name.startswith(("protocol", "app", "ui", "tests.support"))] == []
 
 
-def test_every_room_is_there_and_its_purpose_is_its_docstring() -> None:
-    for room, purpose in ROOMS.items():
-        file = ROOT / room if room.endswith(".py") else ROOT / room / "__init__.py"
-        docstring = ast.get_docstring(ast.parse(file.read_text(encoding="utf-8"))) or ""
-        assert docstring.splitlines()[:1] == [purpose], room
+def test_every_room_is_there() -> None:
+    assert [room for room in ROOMS if not (ROOT / room).exists()] == []
     assert len(ROOMS) > 40
 
 

@@ -182,12 +182,10 @@ def asked(monkeypatch: pytest.MonkeyPatch) -> list[Any]:
     ("arguments", "needs", "words"),
     [
         (["test", "-k", "foo"], ("tests", False), ["-m", "pytest", "-n", "4", "--dist", "worksteal", "-k", "foo"]),
-        (["--yes", "run", "read"], ("program", True), ["read"]),
-        (["run", "--yes", "lock", "--yes"], ("program", True), ["lock", "--yes"]),
-        (["translations", "check", "--yes"], ("tests", True), ["docs/generate/translations.py", "check"]),
+        (["--yes", "translations", "check"], ("tests", True), ["docs/generate/translations.py", "check"]),
     ],
 )
-def test_arguments_are_passed_on_and_yes_stands_before_the_command_or_after_it(
+def test_arguments_are_passed_on_and_yes_stands_before_the_command(
     asked: list[Any],
     monkeypatch: pytest.MonkeyPatch,
     arguments: list[str],
