@@ -3,6 +3,7 @@ PYTHON ?= python3
 ARGS ?=
 THOROUGH = HYPOTHESIS_PROFILE=thorough $(PYTHON) packaging/bootstrap.py test -o faulthandler_timeout=7200
 CAMPAIGN = QT_QPA_PLATFORM=offscreen .venv/bin/python -m
+READERS = .venv/bin/python -m pip install --quiet pyulog pymavlink && $(CAMPAIGN) tests.files.readers
 
 .PHONY: demo test check setup translations package bench soak hands walk readers nightly
 demo test check setup translations package:
@@ -12,7 +13,7 @@ demo test check setup translations package:
 bench: setup
 	$(CAMPAIGN) tests.bench $(ARGS)
 readers: setup
-	$(CAMPAIGN) tests.files.readers $(ARGS)
+	$(READERS)
 soak: setup
 	$(CAMPAIGN) tests.campaigns.soak 1800
 hands walk: setup
@@ -23,6 +24,6 @@ nightly: setup
 	failed=0; \
 	$(THOROUGH) || failed=1; \
 	$(CAMPAIGN) tests.campaigns.soak 1800 || failed=1; \
-	$(CAMPAIGN) tests.files.readers || failed=1; \
+	$(READERS) || failed=1; \
 	$(CAMPAIGN) tests.bench || failed=1; \
 	exit $$failed

@@ -1,12 +1,9 @@
-"""`python -m tests.files.readers [--logs N]`: the readers of flight logs against pyulog and pymavlink.
+"""`make readers`: the readers of flight logs against pyulog and pymavlink, whose 105 MB the tests do not install.
 
 Whole logs must give the same values. Of a damaged ULog ours must keep every sample that pyulog keeps.
 """
 
-import argparse
 import importlib
-import importlib.util
-import sys
 import tempfile
 from pathlib import Path
 
@@ -15,7 +12,7 @@ import numpy as np
 from app.flights.autopilots import DataflashFile, UlogFile, read_telemetry
 from tests.support.flights import log_bytes as made
 
-NEEDED = ("pyulog", "pymavlink")
+LOGS = 300
 TOPICS = {
     "vehicle_attitude": [f"q[{number}]" for number in range(4)],
     "sensor_combined": [f"accelerometer_m_s2[{axis}]" for axis in range(3)],
@@ -117,23 +114,14 @@ def compare_telemetry(random: np.random.Generator, folder: Path) -> None:
         assert np.allclose(np.cos(np.radians(ours[:, 1])), np.cos(np.radians(expected[:, 1])), atol=1e-4)
 
 
-def main(arguments: list[str]) -> int:
-    parser = argparse.ArgumentParser(prog="python -m tests.files.readers")
-    parser.add_argument("--logs", type=int, default=300)
-    count = parser.parse_args(arguments).logs
-    missing = [name for name in NEEDED if importlib.util.find_spec(name) is None]
-    if missing:
-        # Their 105 MB are not part of what the tests install.
-        print(f"Not installed: {', '.join(missing)}. Type: {sys.executable} -m pip install {' '.join(NEEDED)}")
-        return 1
+def main() -> None:
     with tempfile.TemporaryDirectory() as folder:
-        for number in range(count):
+        for number in range(LOGS):
             random = np.random.default_rng(number)
             for compare in (compare_ulog, compare_dataflash, compare_telemetry):
                 compare(random, Path(folder))
-    print(f"{count} logs of each kind: the same values as pyulog and pymavlink.")
-    return 0
+    print(f"{LOGS} logs of each kind: the same values as pyulog and pymavlink.")
 
 
 if __name__ == "__main__":
-    sys.exit(main(sys.argv[1:]))
+    main()
