@@ -30,6 +30,7 @@ MEANWHILE: Final[Mapping[str, Callable[[Module, float], object]]] = {
     "somebody activates": lambda module, _now: module.settings.update({ACTIVATION: 1}),
     "somebody locks": lambda module, _now: module.settings.update({ACTIVATION: 0}),
     "a setting changes": lambda module, _now: module.settings.update({ATTITUDE: 30}),
+    "it restarts without a heartbeat": lambda module, now: module.restart(now, heartbeats=0),
     "it fires": lambda module, now: module.trigger(now, BY_SERIAL),
 }
 

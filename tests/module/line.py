@@ -31,10 +31,9 @@ class Line:
     The rate that the host sets is read from the terminal: at another one than the module's own, each hears garbage.
     """
 
-    def __init__(self, *modules: Module, keeps_rate: bool = True, link: str | None = None) -> None:
+    def __init__(self, *modules: Module, link: str | None = None) -> None:
         self.modules = modules
         """A test may put others in their place while it runs, as somebody who moves the plug."""
-        self._keeps_rate = keeps_rate
         self._random = random.Random(1)
         self._host, self.slave = os.openpty()
         tty.setraw(self.slave)
@@ -105,6 +104,6 @@ class Line:
                     os.write(self._host, self._garbled(module, said))
 
     def _garbled(self, module: Module, data: bytes) -> bytes:
-        if not self._keeps_rate or self.host_rate() == module.rate:
+        if self.host_rate() == module.rate:
             return data
         return self._random.randbytes(len(data))
