@@ -423,7 +423,8 @@ class Run:
     @property
     def _is_news(self) -> bool:
         """Somebody did something to the module so late that the job may not know."""
-        return self.plan.happening in OTHERS and self._happened_at > self._ended_at - SEEN_AFTER_S
+        is_late = self._ended_at - SEEN_AFTER_S < self._happened_at < math.inf
+        return self.plan.happening in OTHERS and is_late
 
     def _step(self) -> None:
         """Nothing shown in one conversation is of two modules."""
