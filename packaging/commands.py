@@ -90,6 +90,9 @@ def main(arguments: list[str]) -> int:
         usage = [f"  {command:<14}{COMMANDS[command][0]}" for command in COMMANDS]
         print("bootstrap.py [--yes] COMMAND [ARGUMENTS]; --yes installs system packages unasked.", *usage, sep="\n")
         return 0 if name in ("-h", "--help") else 2
+    if "--yes" in passed_on:
+        passed_on.remove("--yes")
+        is_yes = True
     explanation, extent, do = COMMANDS[name]
     if passed_on[:1] in (["-h"], ["--help"]) and (name == "demo" or not is_current(extent)):
         print(f"bootstrap.py {name}: {explanation}")  # without installing anything

@@ -85,6 +85,14 @@ def _install(extent: str) -> None:
 
 
 def _pip(*arguments: str) -> None:
+    """By uv where it is there and can do it, as it cannot where only pip's settings name the index; else by pip."""
+    uv = shutil.which("uv")
+    if uv is not None:
+        try:
+            run([uv, "pip", arguments[0], "--python", str(VENV_PYTHON), *arguments[1:]], "uv failed")
+            return
+        except SetupError:
+            say("uv could not do it; pip is asked.")
     run([str(VENV_PYTHON), "-m", "pip", "--disable-pip-version-check", *arguments], f"pip {arguments[0]} failed")
 
 

@@ -6,12 +6,15 @@ import re
 import shutil
 import subprocess
 import sys
+import tomllib
 from importlib import import_module
 from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
 
 import pytest
+from packaging.requirements import Requirement
+from packaging.utils import canonicalize_name
 
 from app.__main__ import PORT
 from app.cli.commands import ENTRIES
@@ -66,7 +69,7 @@ class Checkout:
             raise OSError(name)
 
     def _which(self, name: str, path: str | None = None) -> str | None:
-        return None if name in self.lacking else f"/usr/bin/{name}"
+        return None if name in self.lacking | {"uv"} else f"/usr/bin/{name}"
 
     def _run(self, command: list[str], **_: object) -> "subprocess.CompletedProcess[str]":
         self.commands.append([str(word) for word in command])
@@ -111,14 +114,33 @@ def test_what_is_needed_comes_when_it_is_needed_and_once(checkout: Checkout) -> 
     assert checkout.make_ready("tests") == []
 
 
-def test_a_venv_that_was_interrupted_or_has_moved_is_made_again(
+def test_uv_installs_where_it_is_there_and_pip_where_uv_cannot(
     checkout: Checkout, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    checkout.failing = "--editable"
-    assert "what apt says" in checkout.refusal()
-    checkout.failing = ""
-    assert checkout.make_ready() == WHOLE
-    monkeypatch.setattr(environment, "ROOT", checkout.venv.parent / "moved")
+    uv = "/home/u/.local/bin/uv"
+    monkeypatch.setattr(shutil, "which", lambda name, path=None: uv if name == "uv" else f"/usr/bin/{name}")
+    checkout.make_ready()
+    assert {command[0] for command in checkout.commands[-3:]} == {uv}
+    checkout.lock.write_text("# program\nnumpy==2.0\n", encoding="utf-8")
+    checkout.failing = uv
+    checkout.make_ready()
+    assert checkout.commands[-1][:3] == [str(checkout.python), "-m", "pip"]
+
+
+@pytest.mark.parametrize("harm", ["interrupted", "no Python", "another place", "made by somebody else"])
+def test_a_venv_that_does_not_fit_is_made_again(checkout: Checkout, harm: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    if harm == "interrupted":
+        checkout.failing = "--editable"
+        assert "what apt says" in checkout.refusal()
+        checkout.failing = ""
+    else:
+        checkout.make_ready()
+    if harm == "no Python":
+        checkout.python.unlink()
+    elif harm == "another place":
+        monkeypatch.setattr(environment, "ROOT", checkout.venv.parent / "moved")
+    elif harm == "made by somebody else":
+        (checkout.venv / "made-from.txt").unlink()
     assert checkout.make_ready() == WHOLE
 
 
@@ -178,9 +200,24 @@ def asked(monkeypatch: pytest.MonkeyPatch) -> list[Any]:
     return asked
 
 
-def test_arguments_are_passed_on_and_yes_stands_before_the_command(asked: list[Any]) -> None:
-    assert commands.main(["--yes", "translations", "check"]) == 7
-    assert asked == [("tests", True), ["docs/generate/translations.py", "check"]]
+@pytest.mark.parametrize(
+    ("arguments", "needs", "words"),
+    [
+        (["test", "-k", "foo"], ("tests", False), ["-m", "pytest", "-n", "4", "--dist", "worksteal", "-k", "foo"]),
+        (["--yes", "translations", "check"], ("tests", True), ["docs/generate/translations.py", "check"]),
+        (["translations", "check", "--yes"], ("tests", True), ["docs/generate/translations.py", "check"]),
+    ],
+)
+def test_arguments_are_passed_on_and_yes_stands_before_the_command_or_after_it(
+    asked: list[Any],
+    monkeypatch: pytest.MonkeyPatch,
+    arguments: list[str],
+    needs: tuple[str, bool],
+    words: list[str],
+) -> None:
+    monkeypatch.setattr(os, "cpu_count", lambda: 2)
+    assert commands.main(arguments) == 7
+    assert asked == [needs, words]
 
 
 @pytest.mark.parametrize("obstacle", ["", "No screen."])
@@ -215,6 +252,26 @@ def test_only_the_standard_library_is_imported() -> None:
     assert done.returncode == 0, done.stderr
 
 
+@pytest.mark.parametrize("system", ["linux", "win32", "darwin"])
+@pytest.mark.parametrize("version", ["3.11", "3.12", "3.13", "3.14"])
+def test_the_lock_is_exact_and_fits_the_project(system: str, version: str) -> None:
+    here = {"sys_platform": system, "python_version": version, "python_full_version": f"{version}.0"}
+    project = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))
+    further = project["project"]["optional-dependencies"]
+    wanted = {"program": [*project["project"]["dependencies"], *project["build-system"]["requires"]]}
+    wanted["tests"] = wanted["program"] + further["dev"]
+    wanted["packages"] = wanted["tests"] + further["package"]
+    for extent, requirements in wanted.items():
+        locked = [Requirement(line) for line in environment.locked(extent)]
+        fitting = [one for one in locked if one.marker is None or one.marker.evaluate(here)]
+        versions = {canonicalize_name(one.name): next(iter(one.specifier)).version for one in fitting}
+        assert len(versions) == len(fitting), "each is there once"
+        for requirement in map(Requirement, requirements):
+            assert requirement.specifier.contains(versions[canonicalize_name(requirement.name)]), requirement
+    program = {canonicalize_name(Requirement(line).name) for line in environment.locked("program")}
+    assert not {"pytest", "mypy", "ruff", "pyinstaller"} & program
+
+
 # What goes into packages
 
 
@@ -230,11 +287,16 @@ def test_the_installer_registers_what_the_window_opens_and_takes_nothing_of_the_
     assert taken == ["$INSTDIR\\_internal", "$INSTDIR\\licences"]
 
 
-def test_the_udev_rule_covers_the_usual_adapters_and_the_flight_controllers() -> None:
-    """udev asks for `uaccess` in 73-seat-late.rules, so that ours has to come before."""
+def test_the_udev_rule_reads_as_one_and_has_the_usual_adapters_and_the_flight_controllers() -> None:
+    """A word of it that is misspelt is no error to udev: nothing happens, and the port may not be opened."""
     rule = LINUX / "60-dps-s.rules"
+    assert rule.name < "73-seat-late.rules", "which asks for `uaccess`"
+    text = rule.read_text(encoding="ascii")
+    assert set(re.findall(r'GOTO="(\w+)"', text)) == set(re.findall(r'LABEL="(\w+)"', text))
     covered = set[str]()
-    for line in rule.read_text(encoding="ascii").splitlines():
+    for line in (line for line in text.splitlines() if line and not line.startswith("#")):
+        for part in re.split(r",\s*(?=[A-Z])", line):
+            assert re.fullmatch(r'[A-Z]+(\{[A-Za-z_]+\})?(==|!=|\+=|=)"[^"]*"', part), line
         if line.startswith("ATTRS"):
             assert line.endswith('TAG+="uaccess", ENV{ID_MM_DEVICE_IGNORE}="1", ENV{ID_MM_PORT_IGNORE}="1"')
             vendors, products = (re.findall(rf'{{{name}}}=="([^"]+)"', line) for name in ("idVendor", "idProduct"))

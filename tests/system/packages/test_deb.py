@@ -1,4 +1,4 @@
-"""The .deb: installed by dpkg into a folder as root, used and removed."""
+"""The .deb: installed by dpkg into a folder as root, over an older version, used and removed."""
 
 import re
 import subprocess
@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 from app.system import libraries as qt_libraries
-from tests.system.packages.programs import Program, check_window, leave_a_record
+from tests.system.packages.programs import Program, check_window, has_record, leave_a_record
 
 NAME = "dps-s-configurator"
 
@@ -45,11 +45,26 @@ def called(*command: str) -> str:
     return done.stdout
 
 
-def test_it_is_installed_runs_and_leaves_nothing(deb: Path, version: str, tmp_path: Path) -> None:
+def of_version(deb: Path, older: str, folder: Path) -> Path:
+    """The same package as another version."""
+    called("dpkg-deb", "--raw-extract", str(deb), str(folder / "raw"))
+    control = folder / "raw" / "DEBIAN" / "control"
+    text = re.sub(r"(?m)^Version: .*$", f"Version: {older}", control.read_text(encoding="utf-8"))
+    control.write_text(text, encoding="utf-8")
+    (folder / "raw/usr/lib" / NAME / "_internal/of_the_older.txt").touch()
+    target = folder / "older.deb"
+    called("dpkg-deb", "--root-owner-group", "-Znone", "--build", str(folder / "raw"), str(target))
+    return target
+
+
+def test_it_is_installed_over_an_older_version_runs_and_leaves_nothing(deb: Path, version: str, tmp_path: Path) -> None:
     system = System(tmp_path / "system")
     program = Program((str(system.root / "usr/bin/dps-s"),), tmp_path / "home")
     before = system.files()
+    system.dpkg("--install", str(of_version(deb, "0.0.9-1", tmp_path)))
+    leave_a_record(program, "M-07")
     system.dpkg("--install", str(deb))
+    assert has_record(program, "M-07")
     assert {
         "usr/bin/dps-s",
         f"usr/share/applications/{NAME}.desktop",
@@ -61,9 +76,9 @@ def test_it_is_installed_runs_and_leaves_nothing(deb: Path, version: str, tmp_pa
         "usr/share/bash-completion/completions/dps-s",
         "usr/share/zsh/vendor-completions/_dps-s",
     } <= system.files()
+    assert not [name for name in system.files() if "of_the_older" in name]
     assert program.run("--version").stdout == f"DPS-S Configurator {version}\n"
     check_window(program, tmp_path / "evidence")
-    leave_a_record(program, "M-07")
     system.dpkg("--purge", NAME)
     assert system.files() == before
     assert any((tmp_path / "home").rglob("*.sqlite*")), "the user's data stays"
@@ -124,3 +139,15 @@ def test_files_belong_to_root_and_can_be_read_by_all(deb: Path) -> None:
         assert owner == "root/root", line
         is_program = name == f"./usr/lib/{NAME}/dps-s"
         assert rights in (["-rwxr-xr-x"] if is_program else ["drwxr-xr-x", "-rw-r--r--", "lrwxrwxrwx"]), line
+
+
+def test_the_scripts_do_nothing_to_a_folder(deb: Path, tmp_path: Path) -> None:
+    """With DPKG_ROOT no device is changed: udevadm is not called."""
+    called("dpkg-deb", "--control", str(deb), str(tmp_path / "control"))
+    tell = tmp_path / "udevadm"
+    tell.write_text(f"#!/bin/sh\ntouch {tmp_path}/called\n", encoding="utf-8")
+    tell.chmod(0o755)
+    variables = {"PATH": f"{tmp_path}:/usr/bin:/bin", "DPKG_ROOT": str(tmp_path)}
+    for script, word in (("postinst", "configure"), ("postrm", "remove"), ("postrm", "purge")):
+        subprocess.run(["sh", str(tmp_path / "control" / script), word], env=variables, check=True)
+    assert not (tmp_path / "called").exists()

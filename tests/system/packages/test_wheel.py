@@ -1,4 +1,4 @@
-"""Wheel and sdist, installed by pip into an empty environment and used."""
+"""Wheel and sdist, installed by pip into an empty environment, used, and put over an older version."""
 
 import hashlib
 import os
@@ -44,16 +44,34 @@ def environment(tmp_path: Path) -> Iterator[Path]:
     shutil.rmtree(place, ignore_errors=True)
 
 
-def test_it_is_installed_used_and_removed(environment: Path, dist: Path, version: str, tmp_path: Path) -> None:
-    """Then the sdist takes its place, and finds the record that it left."""
+def of_version(wheel: Path, version: str, older: str, folder: Path) -> Path:
+    """The same wheel as another version."""
+    target = folder / wheel.name.replace(version, older)
+    with zipfile.ZipFile(wheel) as source, zipfile.ZipFile(target, "w") as made:
+        for name in source.namelist():
+            content = source.read(name)
+            if name.endswith((".dist-info/METADATA", ".dist-info/RECORD")):
+                content = content.replace(version.encode(), older.encode(), -1)
+            made.writestr(name.replace(f"-{version}.", f"-{older}."), content)
+    return target
+
+
+def test_it_is_installed_over_an_older_version_used_and_removed(
+    environment: Path, dist: Path, version: str, tmp_path: Path
+) -> None:
+    """The older wheel leaves a record, which the newer one finds; then the sdist takes its place."""
     python = environment / ("python.exe" if os.name == "nt" else "python")
     dps_s = environment / ("dps-s.exe" if os.name == "nt" else "dps-s")
     wheel, sdist = next(dist.glob("*.whl")), next(dist.glob("dps_s_configurator-*.tar.gz"))
     program = Program((str(dps_s),), tmp_path / "home")
+    older = of_version(wheel, version, "0.0.9", tmp_path)
     # The versions of the lock, which were tested, instead of the newest.
+    pip(python, "install", "--quiet", "--no-compile", "--constraint", str(LOCK), str(older))
+    check_version(program, "0.0.9")
+    leave_a_record(program, "M-07")
     pip(python, "install", "--quiet", "--no-compile", "--constraint", str(LOCK), str(wheel))
     check_version(program, version)
-    leave_a_record(program, "M-07")
+    assert has_record(program, "M-07")
     check_reading(program)
     check_window(program, tmp_path / "evidence")
     assert pip(python, "check").strip() == "No broken requirements found."
