@@ -1,8 +1,8 @@
 """`dps-s recordings list | export | delete`: manages recorded sessions.
 
-A recording is given by the name of its file, or "latest". Exit code 0 done; 1 it is being
-recorded; 2 there is no such recording, the file exists, or --yes is missing; 4 the file cannot be written, or what is
-damaged was left out.
+A recording is given by the name of its file, or "latest". Exit code 0 done; 1 it is being recorded; 2 there is no such
+recording, it cannot be read, the file exists, or --yes is missing; 4 the file cannot be written, or what is damaged was
+left out.
 """
 
 import argparse
@@ -161,7 +161,7 @@ def refuse_unwritable(args: argparse.Namespace) -> None:
 
 def export(entry: RecordingEntry, args: argparse.Namespace) -> ExportJson:
     """Export a recording to the file that was named, and say what came of it. Where it cannot be written the file is
-    unchanged."""
+    unchanged. Raises `Refused` for a recording that cannot be read."""
     path: Path = args.file
     answer = ExportJson([entry.name], [], complete=False)
     try:
@@ -176,7 +176,9 @@ def export(entry: RecordingEntry, args: argparse.Namespace) -> ExportJson:
             answer.files.append(str(path))
             if not args.json:
                 console.write_lines([saved_text(path, rows)])
-    except (UserError, OSError, ValueError) as error:
+    except UserError as error:
+        raise console.Refused(error.message, ErrorCode.UNREADABLE) from error
+    except (OSError, ValueError) as error:
         console.notify(not_written(path, error))
         return answer
     if damage is not None:
