@@ -4626,8 +4626,8 @@
         <translation>{text}（不可信）</translation>
     </message>
     <message>
-        <source>{threshold:.1f} V: {margin:.1f} V from closed and from open.</source>
-        <translation>{threshold:.1f} V：距关闭和打开状态各 {margin:.1f} V。</translation>
+        <source>{threshold:.1f} V: at least {margin:.1f} V from closed and from open.</source>
+        <translation>{threshold:.1f} V：距关闭和打开状态均至少 {margin:.1f} V。</translation>
     </message>
     <message>
         <source>{time} ago</source>

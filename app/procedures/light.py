@@ -81,7 +81,7 @@ class Proposal(NamedTuple):
     @property
     def sentence(self) -> str:
         """In the language in use now."""
-        text = marked("{threshold:.1f} V: {margin:.1f} V from closed and from open.")
+        text = marked("{threshold:.1f} V: at least {margin:.1f} V from closed and from open.")
         return tr(text, threshold=self.threshold_v, margin=self.margin_v)
 
 
