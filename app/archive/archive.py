@@ -16,7 +16,6 @@ from typing import NamedTuple
 
 from msgspec import Struct, field
 
-from app import version
 from app.archive.places import FilePlace, PostgresPlace, digests, is_server, lengths_in, rows_in
 from app.records.verification import StationNames, is_of_row
 from app.store.fact_store import (
@@ -172,8 +171,8 @@ def sync(store: Store, address: str) -> Synced:
     ):
         here = facts.connection
         last = here.execute("SELECT coalesce(max(rowid), 0) FROM own.facts").fetchone()[0]
-        today = f"{version()} {datetime.now(UTC):%Y-%m-%d}"
-        # After a day, or with another version of the program, what was left out is looked at again.
+        today = f"{datetime.now(UTC):%Y-%m-%d}"
+        # After a day what was left out is looked at again.
         here.execute('DELETE FROM refused WHERE "on" <> ?', (today,))
         here.execute("CREATE TEMP TABLE left_out AS SELECT id FROM refused WHERE place = ?", (place.name,))
         left_out = {id_ for (id_,) in here.execute("SELECT id FROM left_out")}

@@ -374,7 +374,7 @@ def _measure_bay(threshold: float, steps: PersonSteps) -> Procedure[GuidedResult
     for number, doing in enumerate((CLOSE, OPEN)):
         yield Report(number, 2, doing)
         yield from steps.wait()
-        band = yield from measure_light()
+        band = yield from measure_light(step_of=(number, 2))
         if not band.is_enough:
             raise UserError(NOT_READ, what=message(marked("Light")))
         bands.append(band)

@@ -43,12 +43,12 @@ class Band(NamedTuple):
         return median(self.raws) / TENTH_VOLT.per_unit
 
 
-def measure_light() -> Procedure[Band]:
-    """Read the light several times at the present position of the bay."""
+def measure_light(*, step_of: tuple[int, int] | None = None) -> Procedure[Band]:
+    """Read the light several times at the present position of the bay. `step_of`: the step and the steps of a test."""
     raws: list[int] = []
     lost = 0
     while len(raws) < SAMPLES and lost < MAX_LOST:
-        yield Report(len(raws), SAMPLES, marked("Measuring the light"))
+        yield Report(*(step_of or (len(raws), SAMPLES)), marked("Measuring the light"))
         reading = yield from ask_value(BY_NAME["light"])
         if reading is not None:
             raws.append(reading.raw)

@@ -111,15 +111,8 @@ def write_report(path: Path, signed: SignedRecord, printer: Printer) -> tuple[Pa
 
 def suggested_name(record: Record) -> str:
     """A valid file name without suffix for any module name: "M-07 2026-11-21 1403 GO"."""
-    return file_name(record.module or "", f"{record.at:%Y-%m-%d %H%M}", record.verdict.value)
-
-
-def file_name(*parts: str) -> str:
-    """A valid file name without suffix from any texts."""
     words = []
-    for part in parts:
+    for part in (record.module or "", f"{record.at:%Y-%m-%d %H%M}", record.verdict.value):
         word = unicodedata.normalize("NFKC", part[:MAX_NAME_LENGTH])
         words.append(re.sub(r"[^\w\-]+", "_", word).strip("_"))
-    name = " ".join(word for word in words if word)[:MAX_NAME_LENGTH]
-    is_reserved = re.match(r"(?i)(con|prn|aux|nul|com\d|lpt\d)", name)
-    return f"DPS-S {name}" if is_reserved else name
+    return " ".join(word for word in words if word)[:MAX_NAME_LENGTH]

@@ -131,13 +131,7 @@ def open_file(path: Path) -> tuple[sqlite3.Connection, UserMessage | None]:
     try:
         if not was_there and copies_of(path):
             raise sqlite3.DatabaseError("empty or gone")
-        connection = connect(path)
-        try:
-            check_whole(connection)
-        except BaseException:
-            connection.close()
-            raise
-        return connection, None
+        return connect(path, is_checked=True), None
     except sqlite3.OperationalError:
         raise  # a lock, a full disk or a missing permission: the file itself is not bad
     except sqlite3.DatabaseError as error:
@@ -166,13 +160,15 @@ def set_aside(path: Path) -> Path:
     return aside
 
 
-def connect(path: Path) -> sqlite3.Connection:
-    """The file; made where it is missing. Raises as `open_file`."""
+def connect(path: Path, *, is_checked: bool = False) -> sqlite3.Connection:
+    """The file; made where it is missing. `is_checked`: as a whole. Raises as `open_file`."""
     # As an address, so that a file may be attached as one that is only read.
     address = path.absolute().as_uri()
     connection = sqlite3.connect(address, uri=True, timeout=BUSY_S, isolation_level=None, check_same_thread=False)
     try:
         check_or_make(connection, path)
+        if is_checked:
+            check_whole(connection)
         connection.execute("PRAGMA journal_mode = WAL")
         connection.execute("PRAGMA synchronous = FULL")
         connection.execute("PRAGMA recursive_triggers = ON")  # else INSERT OR REPLACE removes a row in silence
@@ -530,6 +526,7 @@ class Store:
             facts.station = self.station = key
             if last is None or (last.content.public_key, last.content.name) != (key, name):
                 facts.add(StationNamed(public_key=key, name=name))
+                facts.set_state("station", key)  # only a station's own file has a state: see `FilePlace`
         except BaseException:
             connection.close()
             raise

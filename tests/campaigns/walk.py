@@ -168,8 +168,7 @@ def _lock(rig: ModuleRig, journal: FakeJournal) -> Job[Any]:
     return rig.job(lock(journal), is_urgent=True, outlives=True)
 
 
-def _assessed(evidence: Evidence, rig: ModuleRig) -> Assessment:
-    evidence.listen(rig.events)
+def _assessed(evidence: Evidence) -> Assessment:
     person = Person(are_records_reviewed=True, are_settings_approved=True)
     return assess(Case(evidence=evidence, profile=NO_PROFILE, past=Past(), person=person))
 
@@ -177,7 +176,7 @@ def _assessed(evidence: Evidence, rig: ModuleRig) -> Assessment:
 def _checked_and_activated(rig: ModuleRig, journal: FakeJournal) -> Job[Any]:
     def check() -> Procedure[Evidence]:
         evidence = yield from run_preflight(Evidence(), is_enabling=True, journal=journal)
-        ready = _assessed(evidence, rig)
+        ready = _assessed(evidence)
         if ready.verdict is Verdict.READY:
             _, evidence = yield from activate_ready(ready, journal, rig.permit(Act.ACTIVATE))
         return evidence
@@ -515,7 +514,7 @@ class Run:
             case Evidence():
                 if must_end and result.void is None:
                     self._find("the check is not void")
-                self._judge_check(_assessed(result, self.rig))
+                self._judge_check(_assessed(result))
             case Read():
                 if self.module is first:
                     self._judge_values(result.values, may_be_before=True)

@@ -225,7 +225,7 @@ def damage(path: Path) -> None:
 @pytest.mark.promise("f")
 def test_the_newest_whole_copy_takes_the_place_of_a_file_that_cannot_be_used(what: str, folder: Path) -> None:
     for day, module in ((-1, "older"), (0, "M-07")):
-        with opened(folder, NOON + timedelta(days=day), module):
+        with opened(folder, NOON + timedelta(days=day - 1), module):
             pass
         copied(folder, NOON + timedelta(days=day))
     path = folder / FILE_NAME

@@ -38,7 +38,7 @@ from ui.widgets.step_button import gestures
 Made = TypeVar("Made", bound="Rig")
 READ_LAST = ("freefall_time_s", "boot_count")
 """Where these are known, everything was read."""
-TURN_S = 0.1
+TURN_S = 0.08
 """Less than the ritual goes without a tick."""
 
 

@@ -128,9 +128,9 @@ class LogsWork(QObject):
             stamps = {path: stamp_of(path) for path in found}  # before it is read: it may grow meanwhile
             wanted = [path for path in found if path not in known or known[path] != stamps[path]]
             for number, path in enumerate(wanted, 1):
-                if running.is_cancelled():
-                    break
                 _, flight, why_not, head = summarise_log(path, columns)
+                if running.is_cancelled():
+                    break  # what was being read meanwhile is left out, too
                 done.append(LogFile(str(path), _UNSORTED, columns, flight, why_not, head, stamps[path]))
                 running.share = number / len(wanted)
             return [str(path) for path in found]
