@@ -80,4 +80,5 @@ def unknowable(options: Options) -> set[int]:
     """Codes of which nobody can know what the module holds: it lies about them, changes them by itself, or acknowledges
     and does not do what can never be asked. A status that comes again is taken for the stream."""
     unasked = [code for code in FLAGS if code in options.ignored_sets]
-    return {*options.second, *options.reverts, *unasked, *([OUTPUT] if STATUS in options.query_copies else [])}
+    lies = {*options.instead, *options.second, *options.reverts}
+    return {*lies, *unasked, *([OUTPUT] if STATUS in options.query_copies else [])}
