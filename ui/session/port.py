@@ -42,8 +42,6 @@ if TYPE_CHECKING:
     from app.procedures.write import WriteReport
 
 _log = logging.getLogger(__name__)
-# Given what takes its batches, and what makes the job of an owed LOCK.
-MakeWorker = Callable[[Callable[[Batch], None], Callable[[], Job[Any]]], Worker]
 MIN_PUBLISH_EVERY_S: Final = 1 / 30
 UNSEEN_PUBLISH_EVERY_S: Final = 0.25
 # The link asks the boot count once a second, so that it may be told of a restart as late as this.
@@ -75,11 +73,9 @@ class Port(QObject):
         watcher: PortWatcher,
         storage: Storage,
         *,
-        make_worker: MakeWorker | None = None,
         clock: Callable[[], float] = steady_time,
         parent: QObject,
     ) -> None:
-        """`make_worker`: None makes one whose batches are recorded."""
         super().__init__(parent)
         self._clock, self._storage, self._watcher = clock, storage, watcher
         self.stream = StreamSwitch(is_wanted=False)
@@ -120,11 +116,7 @@ class Port(QObject):
         self._trouble: PortError | None = None
         self.bridge = Bridge(self)
         self.bridge.batch.connect(self._on_batch)
-        self._worker = (
-            Worker(self.recording.recorded(self.bridge.deliver), make_lock=self.lock.make_owed)
-            if make_worker is None
-            else make_worker(self.bridge.deliver, self.lock.make_owed)
-        )
+        self._worker = Worker(self.recording.recorded(self.bridge.deliver), make_lock=self.lock.make_owed)
         self.sharing = PortSharing(self)
         self._shown: object = None
         self.is_aging = False  # It is shown with an age that ticks

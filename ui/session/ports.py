@@ -17,7 +17,7 @@ from app.store.fact_store import StoreError
 from app.system.clock import steady_time
 from ui.core.port_watcher import PortWatcher
 from ui.services.storage import Storage
-from ui.session.port import MakeWorker, Port
+from ui.session.port import Port
 from ui.session.shown_module import ShownModule
 
 _log = logging.getLogger(__name__)
@@ -38,19 +38,11 @@ class Ports(QObject):
     notified = Signal(str)  # A line for the status bar
     added = Signal(object)  # A `Port`
 
-    def __init__(
-        self,
-        watcher: PortWatcher,
-        storage: Storage,
-        *,
-        make_worker: MakeWorker | None = None,
-        clock: Callable[[], float] = steady_time,
-    ) -> None:
-        """`make_worker`: of the first port; None makes one whose batches are recorded."""
+    def __init__(self, watcher: PortWatcher, storage: Storage, *, clock: Callable[[], float] = steady_time) -> None:
         super().__init__()
         self.clock, self.storage, self.watcher = clock, storage, watcher
         self._ports: list[Port] = []
-        self.current = self.add(make_worker)
+        self.current = self.add()
         self.lock = LockControl(self)
         self._ticking = QTimer(self, interval=TICK_MS)
         self._ticking.timeout.connect(self._tick)
@@ -77,9 +69,9 @@ class Ports(QObject):
 
     # What can be done
 
-    def add(self, make_worker: MakeWorker | None = None) -> Port:
+    def add(self) -> Port:
         """Another port, not yet connected; the current one stays current."""
-        port = Port(self.watcher, self.storage, make_worker=make_worker, clock=self.clock, parent=self)
+        port = Port(self.watcher, self.storage, clock=self.clock, parent=self)
         port.set_shown(is_shown=not self._ports)
         for changed in (port.changed, port.lock.changed, port.interruptions.changed):
             changed.connect(partial(self._on_changed, port))

@@ -19,7 +19,7 @@ from app.records.verification import StationNames
 from app.settings.form import RowState, SettingDraft
 from protocol.catalogue import BY_NAME
 from protocol.fields import Value
-from tests.support.window.fakes_ui import page_entries, store_of
+from tests.support.window.fakes_ui import EMPTY_PAGE, ListedPorts, page_entries, store_of
 from tests.support.window.rig import READ_LAST, Rig, on_fake_time
 from tests.support.window.steps import find, given, let_lay_out, notice_text, press, settle
 from ui.acts.confirm import Confirm
@@ -116,6 +116,7 @@ def desk(
     name: str = "desk",
     is_connected: bool = True,
     reads_triggers: bool = False,
+    listed: ListedPorts | None = None,
     **options: object,
 ) -> Iterator[Desk]:
     """Open a window with these pages, connect, and show the first of them."""
@@ -128,15 +129,13 @@ def desk(
 
     with (
         patch.object(TriggerReading, "read_unasked", read_where_wanted),
-        on_fake_time(Desk, qtbot, qapp, folder, name, page_entries(*pages), **options) as one,
+        on_fake_time(Desk, qtbot, qapp, folder, name, page_entries(*pages) or EMPTY_PAGE, listed, **options) as one,
     ):
         made.append(one)
         one.reads_triggers = reads_triggers
-        one.root.activateWindow()
-        qtbot.waitUntil(one.root.isActiveWindow)
         if is_connected:
             one.connect()
-            one.go_to(pages[0])
+            one.go_to(pages[0] if pages else "empty")
         try:
             yield one
         finally:

@@ -143,7 +143,6 @@ def hand_at(kind: type[Made], qapp: QApplication, folder: Path, *pages: str) -> 
     ):
         hand.journal, hand.on_leaving = journal, hand.note
         hand.window.resize(1024, 600)
-        hand.window.activateWindow()
         if "preflight" in pages:  # a menu of this button would wait for a person
             hand.preflight.form.choose.setMenu(None)  # type: ignore[arg-type]
         hand.connect(*READ_LAST)

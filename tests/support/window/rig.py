@@ -1,10 +1,11 @@
 """A window and a simulated module in one thread, on a clock that only the test moves: hours pass in seconds."""
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass, field
 from functools import cached_property, partial
 from pathlib import Path
+from types import MappingProxyType
 from typing import Any, TypeVar
 from unittest.mock import patch
 
@@ -14,11 +15,13 @@ from pytestqt.qtbot import QtBot
 
 from app.engine.procedure import Job
 from app.engine.target import Target
+from app.engine.transport import PortError, PortErrorKind
 from app.engine.worker import Batch
 from app.port_urls.protocol_sim import open_bench
 from app.simulator.bench import SimulatedBench
 from protocol.catalogue import SERIAL_OUTPUT, Hazard, Request
 from tests.module.module import Module
+from tests.module.options import Options
 from tests.support.line.module_line import ModuleLine
 from tests.support.line.sim_line import FakeClock, SimulatedLine, ThreadlessWorker
 from tests.support.patience import PATIENCE_S
@@ -31,7 +34,9 @@ from ui.pages.preflight.guided import GuidedPanel
 from ui.pages.preflight.page import PreflightPage
 from ui.pages.settings.page import SettingsPage
 from ui.services.context import PageEntry
+from ui.session.port import Port
 from ui.session.ports import Ports
+from ui.session.recording import SessionRecording
 from ui.shell.main_window import MainWindow
 from ui.widgets.step_button import gestures
 
@@ -52,7 +57,7 @@ class Rig(Driver):
     url: str
     clock: FakeClock
     workers: list[ThreadlessWorker]
-    """One for each port."""
+    """One for each port; one that is taken out stands still, as where a driver hangs."""
     requests: list[Request]
     lines: list[SimulatedLine | ModuleLine]
     """Every opening of a port, the last one last."""
@@ -69,6 +74,10 @@ class Rig(Driver):
     @property
     def window(self) -> MainWindow:
         return self.assembly.window
+
+    @property
+    def port(self) -> Port:
+        return self.assembly.ports.current
 
     @cached_property
     def commands(self) -> CommandsPage:
@@ -135,6 +144,23 @@ class Rig(Driver):
             assert self.clock() < end_s, "it does not come to be"
             self.turn()
 
+    def plug_in(self, device: str, settings: Mapping[int, int] = MappingProxyType({})) -> tuple[Port, Module]:
+        """Connect the first port that is free to an independent module with these settings, until all was read."""
+        module, ports = Module(Options(stream_hz=20), seed=len(self.devices) + 1, now=self.clock()), self.assembly.ports
+        module.settings |= settings
+        self.devices[device] = (module,)
+        port = next((port for port in ports.all if not port.is_requested), None) or ports.add()
+        port.connect_to(Target(device, 115200))
+        self.until(lambda: port.module.is_read)
+        return port, module
+
+    def unplug(self, port: Port) -> None:
+        """Until it is opened again."""
+        line = next(line for line in reversed(self.lines) if line.port == given(port.target).device)
+        assert isinstance(line, ModuleLine)
+        line.error = PortError(PortErrorKind.LOST, line.port, "unplugged")
+        self.until(lambda: not port.is_open)
+
     def connect(self, *known: str) -> None:
         """Until these values are known, too."""
         ports = self.assembly.ports
@@ -153,7 +179,7 @@ def on_fake_time(
     clock, workers, requests = FakeClock(), list[ThreadlessWorker](), list[Request]()
     lines, rigs, devices = list[SimulatedLine | ModuleLine](), list[Made](), dict[str, tuple[Module, ...]]()
 
-    def make_worker(callback: Callable[[Batch], None], make_lock: Callable[[], Job[Any]]) -> ThreadlessWorker:
+    def make_worker(callback: Callable[[Batch], None], *, make_lock: Callable[[], Job[Any]]) -> ThreadlessWorker:
         workers.append(ThreadlessWorker(callback, clock, make_lock))
         return workers[-1]
 
@@ -171,7 +197,9 @@ def on_fake_time(
     gestures().clock = clock
     with (
         patch.dict(SimulatedBench.__init__.__kwdefaults__ or {}, clock=clock),
-        patch("ui.main.Ports", partial(Ports, make_worker=make_worker, clock=clock)),
+        patch("ui.main.Ports", partial(Ports, clock=clock)),
+        patch("ui.session.port.Worker", make_worker),
+        patch.object(SessionRecording, "recorded", lambda _recording, deliver: deliver),
         patch("app.engine.worker.open_line", open_line),
         simulated(name, **options) as bench,
         window(qapp, folder, listed=ports, entries=entries) as assembly,
@@ -179,4 +207,6 @@ def on_fake_time(
         rigs.append(kind(qtbot, assembly, bench, f"sim://{name}", clock, workers, requests, lines, devices))
         while not assembly.window.has_pages:
             Rig.turn(rigs[0], 0)
+        assembly.window.activateWindow()
+        Rig.turn(rigs[0], 0)
         yield rigs[0]

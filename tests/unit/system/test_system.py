@@ -11,7 +11,6 @@ from types import SimpleNamespace
 
 import pytest
 from PySide6.QtWidgets import QApplication
-from pytestqt.qtbot import QtBot
 
 from app.diagnosis.link_state import LinkStatistics
 from app.diagnosis.support_bundle import bundle_files
@@ -19,15 +18,13 @@ from app.engine.conversation import ConversationView
 from app.engine.worker import Connection
 from app.system import libraries as qt_libraries
 from app.system import logs
-from app.system.clock import steady_time, wall_offset_s
+from app.system.clock import steady_time
 from app.system.files import whole_file, write_whole
 from app.system.logs import Log
 from app.system.uncaught import UncaughtError, catch_uncaught_errors, report_uncaught_error
 from tests.support.cli_line import run_here
 from tests.support.records.recordings_made import asked
-from tests.support.window.live_bench import live_bench
 from ui.pages.diagnosis.traffic import Column, TrafficModel
-from ui.pages.live import page as live
 
 SAID = logging.getLogger("app.test")
 
@@ -178,20 +175,6 @@ def test_what_came_an_hour_ago_came_an_hour_ago(qapp: QApplication) -> None:
     assert abs((datetime.now(UTC) - began).total_seconds() - HOUR_S) < 2
     shown = model.index(0, Column.TIME.value).data()
     assert shown[:-4] in {f"{datetime.fromtimestamp(began.timestamp() + late_s):%H:%M:%S}" for late_s in (-1, 0, 1)}  # noqa: DTZ006
-
-
-def test_the_live_page_follows_a_clock_that_is_set(
-    qtbot: QtBot, qapp: QApplication, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    with live_bench(qtbot, qapp) as bench:
-        bench.say()
-        assert len(bench.page.data.tilt) == 1
-        wrong_s = bench.page.plot.canvas.wall_offset_s
-        assert abs(wrong_s - wall_offset_s()) < 2.0
-        monkeypatch.setattr(live, "wall_offset_s", lambda: wrong_s + HOUR_S)
-        bench.say()
-        assert bench.page.plot.canvas.wall_offset_s == wrong_s + HOUR_S
-        assert len(bench.page.data.tilt) == 2, "nothing is lost"
 
 
 SCREENS = ("DISPLAY", "WAYLAND_DISPLAY", "QT_QPA_PLATFORM", "XDG_SESSION_TYPE")

@@ -22,10 +22,10 @@ from app.procedures.read import READABLE
 from app.text.messages import UserError
 from protocol.catalogue import SERIAL_OUTPUT, Request
 from protocol.events import Received, Sent
-from tests.support.window.fake_ports import VALUES, FakePorts, fake_window
+from tests.module.module import Module
+from tests.support.window.desk import Desk, desk
 from tests.support.window.fakes_ui import (
     ADAPTER,
-    EMPTY_PAGE,
     SECOND_ADAPTER,
     ListedPorts,
     page_entries,
@@ -33,7 +33,6 @@ from tests.support.window.fakes_ui import (
     wait_online,
     window,
 )
-from tests.support.window.rig import Rig, on_fake_time
 from tests.support.window.steps import given, notice_text, press
 from ui.core.preferences import LastPort, Preferences
 from ui.main import Assembly
@@ -137,15 +136,14 @@ def test_a_missing_port_is_shown_in_a_notice(qtbot: QtBot, qapp: QApplication, t
         assert assembly.window.notice_bar.button("connect_again") is not None
 
 
-def test_the_wrong_rate_is_found_with_one_click(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
-    with on_fake_time(Rig, qtbot, qapp, tmp_path, "rate", EMPTY_PAGE, baud=57600) as one:
-        assembly = one.assembly
-        assembly.ports.connect_to(Target("sim://rate", 115200))
-        one.until(lambda: assembly.window.notice_bar.button("find_rate") is not None)
-        press(qtbot, assembly.window.notice_bar.button("find_rate"))
-        assert phase(assembly) is Phase.FINDING
-        one.until(lambda: phase(assembly) is Phase.ONLINE)
-        assert assembly.ports.current.connection.baud_rate == 57600
+@pytest.mark.module(baud=57600, is_connected=False)
+def test_the_wrong_rate_is_found_with_one_click(one: Desk) -> None:
+    one.port.connect_to(Target(one.url, 115200))
+    one.until(lambda: one.window.notice_bar.button("find_rate") is not None)
+    press(one.qtbot, one.window.notice_bar.button("find_rate"))
+    assert phase(one.assembly) is Phase.FINDING
+    one.until(lambda: phase(one.assembly) is Phase.ONLINE)
+    assert one.port.connection.baud_rate == 57600
 
 
 # Loss and return
@@ -155,17 +153,18 @@ def test_the_panel_names_the_port_and_the_rate_that_are_in_use(
     qtbot: QtBot, qapp: QApplication, tmp_path: Path
 ) -> None:
     """It showed 115200 while connected at 57600, and "the module answers" below another port's row."""
-    with fake_window(qapp, tmp_path, ADAPTER, SECOND_ADAPTER) as (ports, assembly):
-        panel, rate = assembly.window.panel, 57600
+    listed = ListedPorts(ADAPTER, SECOND_ADAPTER)
+    with desk(qtbot, qapp, tmp_path, listed=listed, is_connected=False, baud=57600) as one:
+        panel, rate, (module,) = one.window.panel, 57600, (Module(now=one.clock()),)
+        module.rate = rate
+        one.devices[SECOND_ADAPTER.device] = (module,)
         panel.prefer(LastPort(ADAPTER.device, ADAPTER.identity, 115200))
-        qtbot.waitUntil(lambda: len(rows(assembly)) == 3)
-        port = assembly.ports.current
-        port.connect_to(Target(SECOND_ADAPTER.device, rate, SECOND_ADAPTER.identity))
-        ports.workers[0].say(**VALUES)
-        qtbot.waitUntil(lambda: port.is_open and port.module.is_going)
+        one.until(lambda: len(rows(one.assembly)) == 3)
+        one.port.connect_to(Target(SECOND_ADAPTER.device, rate, SECOND_ADAPTER.identity))
+        one.until(lambda: phase(one.assembly) is Phase.ONLINE)
         for _ in range(2):
             panel.show()
-            qtbot.waitUntil(panel.isVisible)
+            one.until(panel.isVisible)
             assert given(panel.chosen).device == SECOND_ADAPTER.device
             assert panel.rate.currentData() == rate
             assert panel.state_label.text() == f"ttyACM0 · {rate} baud: The module answers."
@@ -192,41 +191,34 @@ class Listed(ListedPorts):
 
 @pytest.mark.parametrize("identity", [ADAPTER.identity, ""], ids=["chosen from the list", "typed"])
 def test_only_the_same_adapter_is_opened_again_also_under_another_name(
-    qtbot: QtBot, qapp: QApplication, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, identity: str
+    qtbot: QtBot, qapp: QApplication, tmp_path: Path, identity: str
 ) -> None:
-    monkeypatch.setattr("ui.session.port.FOLLOW_EVERY_MS", 0)
-    listed, fakes = Listed(ADAPTER), FakePorts()
-    monkeypatch.setattr("ui.main.Ports", fakes.serve)
-    with window(qapp, tmp_path, listed=listed) as assembly:
-        port, (worker,) = assembly.ports.current, fakes.workers
+    listed = Listed(ADAPTER)
+    with desk(qtbot, qapp, tmp_path, listed=listed, is_connected=False) as one:
+        port, bar, module = one.port, one.window.notice_bar, Module(now=one.clock())
+        one.devices |= {ADAPTER.device: (module,), "/dev/ttyUSB5": (module,)}
         port.connect_to(Target(ADAPTER.device, 115200, identity))
-        worker.say(**VALUES)
-        qtbot.waitUntil(lambda: phase(assembly) is Phase.ONLINE)
-        qtbot.waitUntil(lambda: not port._return.is_due(0.0))  # while it is open it is learnt which adapter it is
+        one.until(lambda: phase(one.assembly) is Phase.ONLINE)
+        one.until(lambda: not port._return.is_due(0.0))  # while it is open it is learnt which adapter it is
         whose = port.key
 
         def look(times: int = 3) -> None:
             """The list of ports is read again so many times."""
             looks = listed.looks
-            while listed.looks < looks + times:
-                fakes.now_s += 1.0
-                qtbot.wait(1)
+            one.until(lambda: listed.looks >= looks + times, limit_s=10_000.0)
 
         listed.is_listable = False
-        worker.unplug()
-        qtbot.waitUntil(lambda: phase(assembly) is Phase.LOST)
-        qtbot.waitUntil(lambda: Absence.AWAY.value in notice_text(assembly.window.notice_bar))
+        one.unplug(port)
+        one.until(lambda: phase(one.assembly) is Phase.LOST)
+        one.until(lambda: Absence.AWAY.value in notice_text(bar))
         assert not port.module.is_going
         look()  # the last list, which still has it, says nothing
         listed.now, listed.is_listable = [SECOND_ADAPTER._replace(device=ADAPTER.device)], True
         look()  # another one has its name
-        assert (phase(assembly), worker.opened) == (Phase.LOST, [ADAPTER.device])
+        assert (phase(one.assembly), len(one.lines)) == (Phase.LOST, 1)
         listed.now = [ADAPTER._replace(device="/dev/ttyUSB5"), SECOND_ADAPTER]
-        look(1)
-        qtbot.waitUntil(lambda: worker.opened == [ADAPTER.device, "/dev/ttyUSB5"])
-        worker.say(**VALUES)
-        qtbot.waitUntil(lambda: phase(assembly) is Phase.ONLINE)
-        assert port.key == whose
+        one.until(lambda: phase(one.assembly) is Phase.ONLINE, limit_s=10_000.0)
+        assert ([line.port for line in one.lines], port.key) == ([ADAPTER.device, "/dev/ttyUSB5"], whose)
 
 
 def test_it_comes_back_at_the_rate_at_which_it_answered_and_nothing_is_sent_again(

@@ -3,10 +3,9 @@
 import gc
 import threading
 import weakref
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from functools import partial
 from pathlib import Path
-from typing import Any
 
 import pytest
 from PySide6.QtWidgets import QApplication
@@ -18,10 +17,9 @@ from app.engine.procedure import Job, Pause, Procedure, Report
 from app.engine.worker import Batch, Connection
 from app.store.fact_store import Store, StoreError
 from protocol.events import Ended, EndReason
-from tests.support.line.sim_line import engine_view
 from tests.support.patience import PATIENCE_S
 from tests.support.processes import ran_code
-from tests.support.window.fake_ports import ports_alone
+from tests.support.window.desk import Desk
 from tests.support.window.fakes_ui import page_entries, window
 from tests.support.window.steps import find, given
 from ui.core.background_task import BackgroundTask, ExportCancelled, Running
@@ -201,51 +199,23 @@ def test_no_class_of_qt_is_made_beside_the_event_loop() -> None:
     assert not loaded & {"ui", "pyqtgraph", "PySide6", "shiboken6"}
 
 
-class Line:
-    """A job on a module that answers; `end` says what came of what it began, the last one by default."""
-
-    def __init__(self) -> None:
-        self.ports = ports_alone()
-        self.port, self.worker = self.ports.plug_in("/dev/one")
-        QApplication.processEvents()
-        self.job = PageJob(module=self.port.module)
-
-    @property
-    def jobs(self) -> list[Job[Any]]:
-        return [job for job in self.worker.wanted(is_urgent=False) if job.conversation is not None]
-
-    def begin(self, then: Callable[[Job[int]], None]) -> None:
-        self.job.run(reading(), then)
-        self.jobs[-1].start(0.0, engine_view)
-
-    def end(self, number: int = -1) -> None:
-        self.worker.finish(self.jobs[number], 7)
-        QApplication.processEvents()
-
-
-@pytest.fixture
-def line(qapp: QApplication) -> Iterator[Line]:
-    made = Line()
-    yield made
-    made.ports.stop()
-
-
 def reading() -> Procedure[int]:
     yield Report(1, 5, "Reading: {what}", (("what", "Deploy delay"),))
     yield Pause(1.0)
     return 7
 
 
-def test_progress_is_said_until_it_ends(qtbot: QtBot, line: Line) -> None:
-    job, ended = line.job, list[Job[int]]()
+def test_progress_is_said_until_it_ends(one: Desk) -> None:
+    job, ended = PageJob(module=one.port.module), list[Job[int]]()
     job.notify(Meaning.GOOD, "before")
-    with qtbot.waitSignal(job.changed):
-        line.begin(ended.append)
+    with one.qtbot.waitSignal(job.changed):
+        job.run(reading(), ended.append)
+    one.wait(0.5)
     assert not job.can_run
     (notice,) = job.notices
     assert (notice.meaning, notice.text) == (Meaning.INFORMATION, "Reading: Deploy delay (2 of 5)")
     assert [choice.key for choice in notice.choices] == ["cancel"]
-    line.end()
+    one.wait(1.0)
     assert [one.outcome() for one in ended] == [7]
     assert job.can_run
     assert job.notices == []
@@ -260,8 +230,8 @@ def test_trouble_with_files_outlives_another_module(qtbot: QtBot, qapp: QApplica
         assert page.result.notices != []
 
 
-def test_what_a_person_has_to_act_on_outlives_the_page(line: Line) -> None:
-    job = line.job
+def test_what_a_person_has_to_act_on_outlives_the_page(qtbot: QtBot) -> None:
+    job = PageJob()
     for meaning, stays in ((Meaning.GOOD, False), (Meaning.INFORMATION, False), (Meaning.ATTENTION, True)):
         job.notify(meaning, "said")
         job.end(is_page_left=True)
@@ -270,19 +240,19 @@ def test_what_a_person_has_to_act_on_outlives_the_page(line: Line) -> None:
     assert job.notices == []
 
 
-def test_the_end_of_one_that_was_replaced_or_forgotten_is_told_nobody(line: Line) -> None:
-    ended = list[Job[int]]()
-    line.begin(ended.append)
-    line.begin(ended.append)
-    line.end(0)
-    assert ended == []
-    assert line.job.is_running
-    line.end(1)
-    assert len(ended) == 1
-    line.begin(ended.append)
-    line.job.drop()
-    line.end()
-    assert (len(ended), line.job.progress) == (1, None)
+def test_the_end_of_one_that_was_replaced_or_forgotten_is_told_nobody(one: Desk) -> None:
+    job, ended = PageJob(module=one.port.module), list[str]()
+    job.run(reading(), lambda _job: ended.append("replaced"))
+    one.wait(0.5)
+    job.run(reading(), lambda _job: ended.append("the next"))
+    one.wait(0.8)
+    assert (ended, job.is_running) == ([], True)
+    one.wait(1.0)
+    assert ended == ["the next"]
+    job.run(reading(), lambda _job: ended.append("forgotten"))
+    job.drop()
+    one.wait(2.0)
+    assert (ended, job.progress) == (["the next"], None)
 
 
 def test_what_two_files_written_at_once_came_to_is_said_of_both(qtbot: QtBot) -> None:

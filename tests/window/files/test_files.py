@@ -1,13 +1,9 @@
-"""Files from the command line, the menu or a drop are opened by the page of their type; printing, and saving on
-Live.
+"""Files from the command line, the menu or a drop are opened by the page of their type; printing.
 
 A dialog that asks for a file leaves the files alone: it renames, moves and removes nothing.
 """
 
-import csv
-import io
 from collections.abc import Callable, Iterator
-from itertools import repeat
 from pathlib import Path
 
 import pytest
@@ -30,14 +26,11 @@ from tests.support.flights.made_flights import made_flight, write_csv
 from tests.support.processes import ran_code
 from tests.support.window import walk
 from tests.support.window.fakes_ui import page_entries, window
-from tests.support.window.live_bench import Bench, live_bench
 from tests.support.window.steps import await_child, choosing, drop, find, notice_text
 from ui.files import file_dialogs
-from ui.files.file_dialogs import ThenPath
 from ui.main import Assembly, WindowOptions
 from ui.pages.logs.page import LogsPage
 from ui.pages.settings.page import SettingsPage
-from ui.style.theme import Meaning
 
 
 @pytest.fixture
@@ -120,61 +113,6 @@ def test_no_class_of_qt_is_made_where_files_are_written_in_the_background() -> N
     """
     run = ran_code(code)
     assert run.stdout.split() == ["b'%PDF-'", "b'PNG'"], run.stderr
-
-
-@pytest.fixture
-def live(qtbot: QtBot, qapp: QApplication) -> Iterator[Bench]:
-    with live_bench(qtbot, qapp) as bench:
-        yield bench
-
-
-def test_the_values_in_sight_at_the_time_of_the_click_are_saved(live: Bench, tmp_path: Path) -> None:
-    live.say()
-    live.now_s += 100  # the first one is out of sight
-    live.say(tilt_deg=20)
-    live.now_s += 1
-    live.say(tilt_deg=61, active=True)
-    path = tmp_path / "values.csv"
-    suggested: list[Path] = []
-
-    def choose_late(_parent: QWidget, _title: str, proposed: Path, _filter: str, then: ThenPath) -> None:
-        suggested.append(proposed)
-        live.now_s += 2
-        live.say(tilt_deg=99)  # acquisition goes on behind the dialog
-        then(path)
-
-    live.page.ask_path = choose_late
-    live.qtbot.keyClick(live.page, Qt.Key.Key_S, Qt.KeyboardModifier.ControlModifier)
-    live.until(lambda: not live.page.job.is_busy)
-    live.page.refresh()
-    assert suggested[0].match("dps-s ttyUSB0 20*.csv")
-    rows = list(csv.DictReader(io.StringIO(path.read_text("utf-8-sig"), newline="")))
-    assert [(row["tilt_deg"], row["active"]) for row in rows if row["tilt_deg"]] == [("20", "false"), ("61", "true")]
-    assert [row["event"] for row in rows if row["event"]] == ["activated"]
-    assert {row["cell_voltage_v"] for row in rows} == {"", "3.94"}
-    (said,) = live.page.job.notices
-    assert (said.text, said.meaning) == (f"Saved to {path}. Rows: {len(rows)}.", Meaning.GOOD)
-    opened: list[str] = []
-    live.page.job.open_in_system = lambda url: opened.append(url.toLocalFile())
-    live.click("notice_open")
-    live.click("notice_folder")
-    assert opened == [str(path), str(path.parent)]
-
-
-def test_a_long_saving_can_be_cancelled(live: Bench, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    live.say()
-    monkeypatch.setattr("ui.pages.live.page.csv_parts", lambda *_, **__: repeat(b"row"))
-    path = tmp_path / "values.csv"
-    live.page.ask_path = choosing(path)
-    live.click("live_save_csv")
-    assert live.page.job.is_busy
-    assert not live.page.png.isEnabled()
-    assert notice_text(live.page.strip).startswith("Saving…")
-    live.click("notice_cancel")
-    live.qtbot.waitUntil(lambda: not live.page.job.is_busy)
-    assert notice_text(live.page.strip) == "Cancelled."
-    assert list(tmp_path.iterdir()) == []
-    assert live.page.csv.isEnabled()
 
 
 ASKS: dict[str, Callable[[QWidget, Path], object]] = {

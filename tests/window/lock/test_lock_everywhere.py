@@ -35,11 +35,11 @@ from pytestqt.qtbot import QtBot
 
 from app.simulator.bench import SimulatedBench
 from protocol.catalogue import ACTIVATION, Request
+from tests.module.module import ACTIVATION as OF_THE_MODULE
 from tests.support.line.frames import at_each_frame
 from tests.support.processes import ran
-from tests.support.window.fake_ports import fake_window
-from tests.support.window.fakes_ui import EMPTY_PAGE, connect, simulated, window
-from tests.support.window.rig import Rig, on_fake_time
+from tests.support.window.desk import Desk
+from tests.support.window.fakes_ui import connect, simulated, window
 from tests.support.window.steps import find, given, let_lay_out, notice_text, press
 from ui.core.preferences import Preferences
 from ui.files import file_dialogs
@@ -293,8 +293,12 @@ def test_real_keys_and_clicks_lock_over_everything() -> None:
     assert run.stdout.splitlines() == [*over, "menu ctrl+l locked", "menu click locked", "ctrl+q held open"]
 
 
+ACTIVE: Final = pytest.mark.module(active=True)
+
+
 @pytest.mark.parametrize("way", ["click", "key"])
-def test_lock_is_one_gesture(one: Rig, way: str) -> None:
+@ACTIVE
+def test_lock_is_one_gesture(one: Desk, way: str) -> None:
     if way == "click":
         press(one.qtbot, one.assembly.window.top_bar.lock)
     else:
@@ -307,7 +311,8 @@ def test_lock_is_one_gesture(one: Rig, way: str) -> None:
     one.until(lambda: one.assembly.window.notice_bar.passing == "", limit_s=1.0)
 
 
-def test_a_key_that_is_held_is_one_press(one: Rig, monkeypatch: pytest.MonkeyPatch) -> None:
+@ACTIVE
+def test_a_key_that_is_held_is_one_press(one: Desk, monkeypatch: pytest.MonkeyPatch) -> None:
     pressed = list[str]()
     monkeypatch.setattr(PortLock, "press", lambda _lock, **_: pressed.append("LOCK"))
     for is_repeat in (False, True, True):
@@ -329,16 +334,8 @@ def lossy(bench: SimulatedBench, lost: int) -> list[float]:
     return times
 
 
-@pytest.fixture
-def one(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> Iterator[Rig]:
-    """On an ACTIVE module."""
-    with on_fake_time(Rig, qtbot, qapp, tmp_path, f"lock{tmp_path.name}", EMPTY_PAGE, active=True) as made:
-        made.connect()
-        made.until(made.assembly.window.top_bar.lock.isEnabled)
-        yield made
-
-
-def test_it_is_repeated_and_shown_until_the_module_reports_it(one: Rig) -> None:
+@ACTIVE
+def test_it_is_repeated_and_shown_until_the_module_reports_it(one: Desk) -> None:
     times = lossy(one.bench, 5)
     bar = one.assembly.window.notice_bar
     press(one.qtbot, one.assembly.window.top_bar.lock)
@@ -354,9 +351,10 @@ def test_it_is_repeated_and_shown_until_the_module_reports_it(one: Rig) -> None:
     assert confirmed.sent == 6
 
 
+@ACTIVE
 @pytest.mark.promise("l")
 def test_a_lock_that_fails_is_said_on_every_page_until_the_module_reports_that_it_is_locked(
-    one: Rig, monkeypatch: pytest.MonkeyPatch
+    one: Desk, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr("app.engine.procedure.LOCKS_FOR_S", 0.5)
     one.bench.change(mute=True)
@@ -377,7 +375,8 @@ def test_a_lock_that_fails_is_said_on_every_page_until_the_module_reports_that_i
 
 @pytest.mark.parametrize("away_s", [1.0, 62.0])
 @pytest.mark.promise("l")
-def test_what_is_owed_goes_first_when_the_port_comes_back_within_a_minute(one: Rig, away_s: float) -> None:
+@ACTIVE
+def test_what_is_owed_goes_first_when_the_port_comes_back_within_a_minute(one: Desk, away_s: float) -> None:
     bar, port = one.assembly.window.notice_bar, one.assembly.ports.current
     heal = at_each_frame(one.bench, lambda request: request.command is not ACTIVATION)
     press(one.qtbot, one.assembly.window.top_bar.lock)
@@ -400,7 +399,8 @@ def test_what_is_owed_goes_first_when_the_port_comes_back_within_a_minute(one: R
 
 
 @pytest.mark.promise("l")
-def test_pressed_again_it_goes_on_and_what_is_activated_on_purpose_is_not_locked_again(one: Rig) -> None:
+@ACTIVE
+def test_pressed_again_it_goes_on_and_what_is_activated_on_purpose_is_not_locked_again(one: Desk) -> None:
     times, lock = lossy(one.bench, 100), one.assembly.ports.current.lock
     for _ in range(2):
         press(one.qtbot, one.assembly.window.top_bar.lock)
@@ -418,7 +418,8 @@ def test_pressed_again_it_goes_on_and_what_is_activated_on_purpose_is_not_locked
 
 @pytest.mark.parametrize("is_unplugged", [False, True])
 @pytest.mark.promise("l")
-def test_a_lock_that_goes_on_never_reaches_another_port(one: Rig, is_unplugged: bool) -> None:
+@ACTIVE
+def test_a_lock_that_goes_on_never_reaches_another_port(one: Desk, is_unplugged: bool) -> None:
     connector = one.assembly.ports
     lock, done = connector.current.lock, list[str]()
     with simulated("other") as other:
@@ -464,34 +465,29 @@ def test_its_keys_count_while_the_pages_are_made(
     assert shown == []
 
 
-def test_a_module_that_is_not_shown_and_active_is_named_beside_lock(
-    qtbot: QtBot, qapp: QApplication, tmp_path: Path
-) -> None:
-    with fake_window(qapp, tmp_path) as (ports, assembly):
-        main = assembly.window
-        first, here = ports.plug_in("/dev/one", active=True)
-        second, there = ports.plug_in("/dev/two", active=False)
-        qapp.processEvents()
-        button = main.top_bar.lock_others
-        assert assembly.ports.current is first
-        assert button.isHidden()
-        there.say(active=True)
-        qtbot.waitUntil(button.isVisible)
-        assert button.text() == "LOCK two"
-        second.module.name_it("Survey hexacopter M-07")
-        qtbot.waitUntil(lambda: button.text().endswith("M-07"))
-        press(qtbot, button)
-        assert second.lock.is_repeating
-        assert not first.lock.is_repeating
-        there.unplug()
-        qapp.processEvents()
-        assert button.isVisible(), "nobody has seen it locked"
-        assert notice_text(main.notice_bar) == "NOT reported, treat as ACTIVE: Survey hexacopter M-07"
-        pressed = len(there.wanted(is_urgent=True))
-        qtbot.keySequence(main, LOCK_ALL_KEY)
-        assert first.lock.is_repeating
-        assert here.wanted(is_urgent=True)
-        assert len(there.wanted(is_urgent=True)) > pressed
+@pytest.mark.module(is_connected=False)
+def test_a_module_that_is_not_shown_and_active_is_named_beside_lock(one: Desk) -> None:
+    first, here = one.plug_in("/dev/one", {OF_THE_MODULE: 1})
+    second, there = one.plug_in("/dev/two")
+    button = one.window.top_bar.lock_others
+    assert one.port is first
+    assert button.isHidden()
+    there.settings[OF_THE_MODULE] = 1
+    one.until(button.isVisible)
+    assert button.text() == "LOCK two"
+    second.module.name_it("Survey hexacopter M-07")
+    one.until(lambda: button.text().endswith("M-07"))
+    there.options.lost_sets[OF_THE_MODULE] = -1
+    press(one.qtbot, button)
+    assert second.lock.is_repeating
+    assert not first.lock.is_repeating
+    one.unplug(second)
+    assert button.isVisible(), "nobody has seen it locked"
+    assert notice_text(one.window.notice_bar) == "NOT reported, treat as ACTIVE: Survey hexacopter M-07"
+    one.qtbot.keySequence(one.window, LOCK_ALL_KEY)
+    there.options.lost_sets.clear()
+    second.connect_to(given(second.target))
+    one.until(lambda: not here.settings[OF_THE_MODULE] and not there.settings[OF_THE_MODULE])
 
 
 NAME = '<h1 style="color:green">GO</h1><img src="/usr/share/pixmaps/a.png">'

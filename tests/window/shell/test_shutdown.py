@@ -25,11 +25,12 @@ from app.safety.journal import Act
 from app.system.uncaught import catch_uncaught_errors
 from tests.support.patience import MACHINE_S, PATIENCE_S, in_time
 from tests.support.processes import ran_code
-from tests.support.window.fake_ports import VALUES, fake_window
-from tests.support.window.fakes_ui import ADAPTER, connect, simulated, window
-from tests.support.window.steps import find, notice_text, press
+from tests.support.window.fakes_ui import ADAPTER, ListedPorts, connect, simulated, window
+from tests.support.window.rig import Rig, on_fake_time
+from tests.support.window.steps import find, given, notice_text, press
 from ui.core.preferences import Preferences
 from ui.main import PAGES, Assembly
+from ui.pages.diagnosis.page import DiagnosisPage
 from ui.pages.live.page import LivePage
 from ui.services.storage import Storage
 
@@ -208,8 +209,8 @@ def test_an_error_in_the_worker_closes_the_port_and_is_shown(
 
 
 TIMES = 8
-BOUNDED = ("Marker", "Mark", "StepPoint", "ReferenceType")
-"""Kept in bounded queues, for the time line; `sqlite3.Connection` keeps up to 200 weak references to
+BOUNDED = ("Marker", "Mark", "StepPoint", "StatusSample", "ReferenceType")
+"""Kept in bounded queues, for the time line, or for seconds; `sqlite3.Connection` keeps up to 200 weak references to
 its cursors."""
 PACKAGES = ("app", "protocol", "ui")
 
@@ -241,29 +242,18 @@ def entries_of(owner: object) -> dict[str, int]:
 
 
 def test_no_object_stays_behind(
-    request: pytest.FixtureRequest, qtbot: QtBot, qapp: QApplication, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+    request: pytest.FixtureRequest, qtbot: QtBot, qapp: QApplication, tmp_path: Path
 ) -> None:
-    monkeypatch.setattr("ui.session.port.FOLLOW_EVERY_MS", 0)
     request.addfinalizer(partial(logging.disable, logging.NOTSET))
     logging.disable()  # pytest keeps the records of a test
-    with fake_window(qapp, tmp_path, ADAPTER) as (fakes, assembly):
-        window, connector = assembly.window, assembly.ports
-        qtbot.waitUntil(lambda: window.has_pages)
-        connector.connect_to(Target(ADAPTER.device, 115200, ADAPTER.identity))
-        (worker,) = fakes.workers
-        worker.say(**VALUES)
+    listed = ListedPorts(ADAPTER)
+    with on_fake_time(Rig, qtbot, qapp, tmp_path, "unused", PAGES, listed) as one:
+        window, (port, module) = one.window, one.plug_in(ADAPTER.device)
 
         def unplug() -> None:
-            opened = len(worker.opened)
-            worker.unplug()
-            fakes.now_s += 1.0
-            qtbot.waitUntil(lambda: len(worker.opened) > opened)
-            worker.hand_over()
-            QApplication.processEvents()
-            worker.say(**VALUES)
-            fakes.now_s += 1.0
-            qtbot.waitUntil(lambda: connector.current.is_open)
-            QApplication.processEvents()
+            one.unplug(port)
+            port.connect_to(given(port.target))
+            one.until(lambda: port.module.is_read)
 
         def visit() -> None:
             for page in PAGES:
@@ -271,15 +261,19 @@ def test_no_object_stays_behind(
                 QApplication.processEvents()
 
         def lock() -> None:
-            assembly.ports.lock.press()
-            worker.end_jobs()
-            QApplication.processEvents()
+            one.assembly.ports.lock.press()
+            one.until(lambda: not port.lock.is_unproven)
 
         def again(act: Callable[[], None], times: int = TIMES) -> Counter[str]:
             for _ in range(times):
                 act()
-            worker.jobs.clear()  # it remembers all
-            find(window, LivePage).draw()  # it has kept what came since it last drew
+            del one.lines[:-1]  # they remember all
+            one.requests.clear()
+            module.log.clear()
+            find(window, DiagnosisPage).traffic.begin_again()
+            live = find(window, LivePage)
+            live.draw()  # it has kept what came since it last drew
+            live.plot.draw(one.clock() + 61.0)  # and no mark is in sight
             return census(window)
 
         for act in (unplug, visit, lock):

@@ -3,7 +3,6 @@
 import re
 import sys
 import wave
-from collections.abc import Iterator
 from pathlib import Path
 from typing import NamedTuple
 from xml.etree import ElementTree
@@ -14,78 +13,27 @@ from PySide6.QtWidgets import QApplication, QLabel, QWidget
 from pytestqt.qtbot import QtBot
 
 from app.engine.target import Target
-from app.limits.limits import LimitsInUse
 from app.safety.last_known import keep_away
-from protocol.events import EndReason
+from tests.module.module import ACTIVATION, BY_PWM, Module
+from tests.support.records.recordings_made import batch, talk
 from tests.support.window import screen_reader
 from tests.support.window.controls import covered, moved, places, visible_in
 from tests.support.window.cut_off import cut_off
-from tests.support.window.fake_ports import VALUES, FakePorts, fake_window, ports_alone
+from tests.support.window.desk import Desk
 from tests.support.window.fakes_ui import connect, page_entries, simulated, window
 from tests.support.window.screen_reader import announced
 from tests.support.window.steps import given, let_lay_out, notice_text
 from ui.core.preferences import Preferences
 from ui.main import PAGES, WindowOptions
 from ui.shell.announcements import Sound, StateAnnouncer, write_tones
-from ui.shell.bars import TopBar
 from ui.shell.main_window import MainWindow
 from ui.style.theme import Choice as Theme
 from ui.style.theme import Meaning
 from ui.widgets.notice_bar import NoticeBar
 from ui.widgets.notices import Choice, Notice
 
-
-@pytest.fixture
-def ports(qapp: QApplication) -> Iterator[FakePorts]:
-    made = ports_alone()
-    yield made
-    made.stop()
-
-
-@pytest.fixture
-def bar(qtbot: QtBot, ports: FakePorts) -> TopBar:
-    made = TopBar(ports.ports, LimitsInUse())
-    qtbot.addWidget(made)
-    return made
-
-
-@pytest.mark.parametrize(
-    ("values", "says", "is_loud"),
-    [
-        ({}, "not known", False),
-        ({"attitude_trigger": True}, "not known", False),
-        ({"attitude_trigger": True, "freefall_trigger": True}, "both on", False),
-        ({"attitude_trigger": False}, "tilt off", True),
-        ({"attitude_trigger": True, "freefall_trigger": False}, "fall off", True),
-        ({"attitude_trigger": False, "freefall_trigger": False}, "both off", True),
-    ],
-)
-def test_it_says_whether_the_triggers_are_on(
-    qtbot: QtBot, ports: FakePorts, bar: TopBar, values: dict[str, bool], says: str, is_loud: bool
-) -> None:
-    port, _module = ports.plug_in("/dev/one", **values)
-    qtbot.waitUntil(lambda: port.is_open and bar.activation.word == "LOCKED")
-    assert bar.triggers.word == says
-    assert bar.triggers.accessibleName() == f"triggers: {says}"
-    assert (bar.triggers.meaning is Meaning.ATTENTION) is is_loud
-
-
-def test_what_the_module_reports_otherwise_is_shown_at_once(qtbot: QtBot, ports: FakePorts, bar: TopBar) -> None:
-    """Each by itself: nothing else changes that would bring it up to date."""
-    port, module = ports.plug_in("/dev/one", attitude_trigger=True)
-    qtbot.waitUntil(lambda: port.is_open and bar.activation.word == "LOCKED")
-    for values, shows, wanted in (
-        ({"freefall_trigger": False}, lambda: bar.triggers.word, "fall off"),
-        ({"freefall_trigger": True}, lambda: bar.triggers.word, "both on"),
-        ({"attitude_trigger": False}, lambda: bar.triggers.word, "tilt off"),
-        ({"cell_voltage_v": 3.1}, bar.cell.accessibleName, "3.10 V"),
-        ({"charging": True}, bar.cell.accessibleName, "charging"),
-        ({"triggered": True}, lambda: bar.trigger.word, "TRIGGERED"),
-        ({"active": True}, lambda: bar.activation.word, "ACTIVE"),
-    ):
-        assert wanted not in re.split(r", |: ", shows())
-        module.say(**values)
-        qtbot.waitUntil(lambda shows=shows, wanted=wanted: wanted in re.split(r", |: ", shows()))  # type: ignore[misc]
+ALONE = pytest.mark.module(is_connected=False)
+"""No module but those that the test plugs in."""
 
 
 FIRES = r"(?:fires?|deploys?)\b"
@@ -109,117 +57,102 @@ def test_no_text_of_the_program_says_that_a_module_does_not_fire() -> None:
     assert not found
 
 
+@ALONE
 @pytest.mark.promise("h")
-def test_without_reports_it_says_how_old_the_last_one_is(qtbot: QtBot, ports: FakePorts, bar: TopBar) -> None:
-    """As where a driver hangs."""
-    bar.show()
-    ports.plug_in("/dev/one", active=True)
-    qtbot.waitUntil(lambda: bar.activation.word == "ACTIVE")
+def test_without_reports_it_says_how_old_the_last_one_is(one: Desk) -> None:
+    one.plug_in(USB0, {ACTIVATION: 1})
+    activation = one.window.top_bar.activation
+    assert activation.word == "ACTIVE"
+    one.workers.clear()  # as where a driver hangs
     for age_s in (12, 15):
-        ports.now_s = 1000.0 + age_s
-        qtbot.waitUntil(lambda age_s=age_s: f"{age_s} s ago" in bar.activation.accessibleName())  # type: ignore[misc]
+        one.until(lambda age_s=age_s: f"{age_s} s ago" in activation.accessibleName())  # type: ignore[misc]
 
 
 USB0, USB1 = "/dev/ttyUSB0", "/dev/ttyUSB1"
 
 
 class Listener(NamedTuple):
-    ports: FakePorts
     said: list[str]
     played: list[Sound]
 
-    def heard(self, qtbot: QtBot, count: int) -> list[str]:
+    def heard(self, one: Desk, count: int = 1) -> list[str]:
         """What was announced since it was last asked."""
-        qtbot.waitUntil(lambda: len(self.said) >= count)
-        qtbot.wait(0)  # what else waits is said now
+        one.until(lambda: len(self.said) >= count)
+        one.wait(1.0)  # what else waits is said now
         said = self.said.copy()
         self.said.clear()
         return said
 
 
 @pytest.fixture
-def listener(qtbot: QtBot, ports: FakePorts, monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> Iterator[Listener]:
-    window = QWidget()
-    qtbot.addWidget(window)
-    window.show()
-    announcer, played = StateAnnouncer(ports.ports, Preferences(tmp_path / "window.ini")), list[Sound]()
-    monkeypatch.setattr(announcer, "play", played.append)
-    yield Listener(ports, announced(monkeypatch), played)
-    window.close()
+def listener(one: Desk, monkeypatch: pytest.MonkeyPatch) -> Listener:
+    played = list[Sound]()
+    monkeypatch.setattr(StateAnnouncer, "play", lambda _announcer, sound: played.append(sound))
+    return Listener(announced(monkeypatch), played)
 
 
-def test_with_several_ports_a_word_and_a_sound_are_of_the_one(qtbot: QtBot, listener: Listener) -> None:
-    _, first = listener.ports.plug_in(USB0)
-    _, second = listener.ports.plug_in(USB1, active=True)
-    assert listener.heard(qtbot, 2)[-1] == f"{USB1}: ACTIVE"
-    first.unplug()  # it was locked, whatever the other one is
-    listener.heard(qtbot, 1)
+@ALONE
+def test_with_several_ports_a_word_and_a_sound_are_of_the_one(one: Desk, listener: Listener) -> None:
+    first, _ = one.plug_in(USB0)
+    second, module = one.plug_in(USB1, {ACTIVATION: 1})
+    assert listener.heard(one, 2)[-1] == f"{USB1}: ACTIVE"
+    one.unplug(first)  # it was locked, whatever the other one is
+    listener.heard(one)
     assert listener.played == [Sound.ACTIVE]
-    second.say(active=True, triggered=True)
-    listener.heard(qtbot, 1)
-    second.unplug()
-    listener.heard(qtbot, 1)
+    module.trigger(one.clock(), BY_PWM)
+    listener.heard(one)
+    one.unplug(second)
+    listener.heard(one)
     assert listener.played == [Sound.ACTIVE, Sound.TRIGGERED, Sound.LOST_WHILE_ACTIVE]
 
 
+@ALONE
 @pytest.mark.promise("j")
-def test_each_state_is_told_once_when_it_becomes_so(qtbot: QtBot, listener: Listener) -> None:
-    _, module = listener.ports.plug_in(USB0)
-    assert listener.heard(qtbot, 1) == ["LOCKED"]
-    module.say(active=True)
-    assert listener.heard(qtbot, 1) == ["ACTIVE"]
+def test_each_state_is_told_once_when_it_becomes_so(one: Desk, listener: Listener) -> None:
+    _, module = one.plug_in(USB0)
+    assert listener.heard(one) == ["LOCKED"]
+    module.settings[ACTIVATION] = 1
+    assert listener.heard(one) == ["ACTIVE"]
     for second in range(1, 31):  # values and ages change all the time
-        listener.ports.now_s += 1
-        module.say(active=True, triggered=False, tilt_deg=second, cell_voltage_v=4 - second / 100, light_v=0.1)
-    module.say(triggered=True)
-    assert listener.heard(qtbot, 1) == ["TRIGGERED!"]
-    module.say(triggered=True, active=False)
-    assert listener.heard(qtbot, 1) == ["LOCKED"]
+        module.readings.tilt_deg, module.readings.cell = second, 0xC8 - second
+        one.wait(1.0)
+    module.trigger(one.clock(), BY_PWM)
+    assert listener.heard(one) == ["TRIGGERED!"]
+    module.settings[ACTIVATION] = 0
+    assert listener.heard(one) == ["LOCKED"]
 
 
+@ALONE
 @pytest.mark.promise("j")
-def test_a_lost_link_is_told_with_what_it_means_and_the_state_again_afterwards(
-    qtbot: QtBot, listener: Listener
-) -> None:
-    connection, module = listener.ports.plug_in(USB0, active=True)
-    assert listener.heard(qtbot, 1) == ["ACTIVE"]
-    module.unplug()
-    (lost,) = listener.heard(qtbot, 1)
+def test_a_lost_link_is_told_with_what_it_means_and_the_state_again_afterwards(one: Desk, listener: Listener) -> None:
+    port, module = one.plug_in(USB0, {ACTIVATION: 1})
+    assert listener.heard(one) == ["ACTIVE"]
+    one.unplug(port)
+    (lost,) = listener.heard(one)
     assert lost.endswith(f"treat it as ready to fire. {keep_away()}!")
-    connection.connect_to(connection.target)  # type: ignore[arg-type]
-    module.say(active=True, triggered=True)
-    assert listener.heard(qtbot, 2) == ["TRIGGERED!", "ACTIVE"]
-    connection.treat_as_another()
-    module.begin(active=True, triggered=True)
-    assert listener.heard(qtbot, 2) == ["TRIGGERED!", "ACTIVE"], "another module, of which all is told again"
+    module.trigger(one.clock(), BY_PWM)
+    port.connect_to(given(port.target))
+    assert listener.heard(one, 2) == ["TRIGGERED!", "ACTIVE"]
+    port.treat_as_another()
+    assert listener.heard(one, 2) == ["TRIGGERED!", "ACTIVE"], "another module, of which all is told again"
 
 
-@pytest.mark.promise("f")
-def test_a_doubt_belongs_to_its_adapter(ports: FakePorts, bar: TopBar) -> None:
-    port, module = ports.plug_in(USB0, active=True)
-    QApplication.processEvents()
-    module.end(EndReason.RESTARTED)
-    QApplication.processEvents()
-    for device, word in ((USB0, "may have fired"), (USB1, "NOT TRIGGERED"), (USB0, "may have fired")):
-        port.connect_to(Target(device, 115200))
-        module.begin(**VALUES)
-        QApplication.processEvents()
-        bar.refresh()
-        assert bar.trigger.word == word, device
-
-
-@pytest.mark.promise("a")
-def test_neither_a_name_nor_a_shutdown_is_said_of_another_adapter(qtbot: QtBot, ports: FakePorts) -> None:
-    port, module = ports.plug_in(USB0)
-    qtbot.waitUntil(lambda: port.module.is_going)
+@ALONE
+@pytest.mark.promise("af")
+def test_neither_a_doubt_nor_a_name_nor_a_shutdown_is_said_of_another_adapter(one: Desk) -> None:
+    port, module = one.plug_in(USB0, {ACTIVATION: 1})
     port.module.say_name("M-07")
+    module.restart(one.clock())
+    one.until(lambda: port.module.number > 1 and port.module.is_read)
     port.note_shutdown()
-    module.end(EndReason.SILENT)
-    module.hand_over()
-    qtbot.waitUntil(lambda: port.last_name == "M-07")
-    for device, name in ((USB0, "M-07"), (USB1, "")):
+    module.be_silent(one.clock(), 20.0)
+    one.until(lambda: not port.module.is_going)
+    one.devices[USB1] = (Module(now=one.clock()),)
+    for device, word, name in ((USB0, "may have fired", "M-07"), (USB1, "NOT TRIGGERED", "")):
         port.connect_to(Target(device, 115200))
         assert (port.last_name, port.switched_off_at is not None) == (name, bool(name)), device
+        one.until(lambda: port.module.is_read)
+        one.until(lambda word=word: one.window.top_bar.trigger.word == word)  # type: ignore[misc]
 
 
 def player(folder: Path, name: str, *, code: int) -> Path:
@@ -231,15 +164,16 @@ def player(folder: Path, name: str, *, code: int) -> Path:
     return played
 
 
+@ALONE
 @pytest.mark.skipif(sys.platform == "win32", reason="the players are scripts")
 def test_a_chosen_sound_is_played_by_the_first_player_that_works(
-    qtbot: QtBot, ports: FakePorts, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+    qtbot: QtBot, one: Desk, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setenv("PATH", str(tmp_path))
     beeps: list[bool] = []
     monkeypatch.setattr(QApplication, "beep", lambda: beeps.append(True))
-    preferences = Preferences(tmp_path / "window.ini")
-    sounds = StateAnnouncer(ports.ports, preferences)
+    preferences = Preferences(tmp_path / "sounds.ini")
+    sounds = StateAnnouncer(one.assembly.ports, preferences)
     sounds.play(Sound.ACTIVE)
     preferences.has_sounds = True
     sounds.play(Sound.ACTIVE)
@@ -316,17 +250,17 @@ def test_notices_after_a_trigger_and_a_restart(qtbot: QtBot, qapp: QApplication,
         assert main.notice_bar.notice is None
 
 
-def test_a_notice_that_was_closed_comes_again_with_its_cause(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
-    with fake_window(qapp, tmp_path) as (ports, assembly):
-        bar = assembly.window.notice_bar
-        _port, worker = ports.plug_in("ttyUSB0")
-        for is_triggered in (True, False, True):
-            worker.say(triggered=is_triggered)
-            QApplication.processEvents()
-            qtbot.waitUntil(lambda wanted=is_triggered: ("has triggered" in notice_text(bar)) is wanted)  # type: ignore[misc]
-            if is_triggered:
-                given(given(bar.notice).dismiss)()
-                assert "has triggered" not in notice_text(bar)
+@ALONE
+def test_a_notice_that_was_closed_comes_again_with_its_cause(one: Desk) -> None:
+    bar, (_port, module) = one.window.notice_bar, one.plug_in(USB0)
+    for is_triggered in (True, False, True):
+        module.triggered = is_triggered
+        word = "TRIGGERED" if is_triggered else "NOT TRIGGERED"
+        one.until(lambda word=word: one.window.top_bar.trigger.word == word)  # type: ignore[misc]
+        if is_triggered:
+            assert "has triggered" in notice_text(bar)
+            given(given(bar.notice).dismiss)()
+            assert "has triggered" not in notice_text(bar)
 
 
 NOTICES = (
@@ -397,20 +331,18 @@ def test_several_notices_stand_at_once_and_the_graver_one_is_whole(qtbot: QtBot)
     assert shown == "Silent for 1 s · The module reports LOCKED.", "it is none of what the notice says"
 
 
+@ALONE
 @pytest.mark.promise("l")
-def test_lock_first_locks_every_module_and_closing_asks_while_that_is_not_reported(
-    qtbot: QtBot, qapp: QApplication, tmp_path: Path
-) -> None:
-    with fake_window(qapp, tmp_path) as (ports, assembly):
-        active = [ports.plug_in(name, active=True) for name in ("ttyUSB0", "ttyUSB1")]
-        qtbot.waitUntil(lambda: all(port.is_active for port, _worker in active))
-        assembly.window.close()
-        given(assembly.window.notice_bar.button("lock_and_leave")).click()
-        assert [port.lock.is_repeating for port, _worker in active] == [True, True]
-        assembly.window.leaving.stay()
-        for _port, worker in active:
-            worker.say(active=False)  # as before LOCK: it is not the answer
-        QApplication.processEvents()
-        assembly.window.close()
-        assert assembly.window.isVisible()
-        assert "it does not report LOCKED" in notice_text(assembly.window.notice_bar)
+def test_lock_first_locks_every_module_and_closing_asks_while_that_is_not_reported(one: Desk) -> None:
+    modules = [one.plug_in(device, {ACTIVATION: 1}) for device in (USB0, USB1)]
+    one.workers.clear()  # no LOCK leaves
+    one.window.close()
+    given(one.window.notice_bar.button("lock_and_leave")).click()
+    assert [port.lock.is_repeating for port, _module in modules] == [True, True]
+    one.window.leaving.stay()
+    for port, _module in modules:  # as before LOCK: it is not the answer
+        view = talk(one.clock(), number=port.module.number, active=False)
+        port.bridge.batch.emit(batch(one.clock(), view=view, connection=port.connection))
+    one.window.close()
+    assert one.window.isVisible()
+    assert "it does not report LOCKED" in notice_text(one.window.notice_bar)

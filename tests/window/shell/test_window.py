@@ -8,21 +8,19 @@ from pathlib import Path
 
 import pytest
 from PySide6.QtCore import Qt
-from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QApplication, QFileDialog, QLabel, QPushButton
 from pytestqt.qtbot import QtBot
 
 from app.diagnosis.link_state import Phase
+from app.engine.procedure import Job
 from app.modules.names import remember
 from app.safety.journal import Act
 from app.store.fact_store import FILE_NAME
 from app.system.files import data_folder
 from app.trigger_records.history import read_triggers
-from protocol.events import EndReason
 from tests.support.processes import ran_code
-from tests.support.window.fake_ports import fake_window
-from tests.support.window.fakes_ui import EMPTY_PAGE, connect, simulated, store_of, window
-from tests.support.window.rig import Rig, on_fake_time
+from tests.support.window.desk import Desk, name_module
+from tests.support.window.fakes_ui import connect, simulated, store_of, window
 from tests.support.window.steps import find, given, notice_text, press
 from ui.acts.confirm import Confirm
 from ui.core.preferences import Preferences
@@ -131,39 +129,30 @@ def test_an_unattended_run_saves_a_picture(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("is_chosen", [False, True], ids=["the computer slept", "another module was chosen"])
-def test_with_its_conversation_a_question_is_withdrawn_and_what_runs_is_cancelled(
-    qtbot: QtBot, qapp: QApplication, tmp_path: Path, is_chosen: bool
-) -> None:
-    with fake_window(qapp, tmp_path) as (ports, assembly):
-        _port, worker = ports.plug_in("/dev/one")
-        qtbot.waitUntil(lambda: assembly.ports.module.is_going)
-        question, armed = Confirm("night", ask="Zero", go="Zero now"), assembly.armed
-        question.setParent(assembly.window)
-        question.is_asking = True  # it is in no page, so a click would only bring it into sight
-        armed.act = Act.DEPLOY
-        assembly.ports.module.job("night").run(read_triggers(), lambda _job: None)
-        running, _is_urgent = worker.jobs[-1]
-        if is_chosen:
-            assembly.ports.choose(assembly.ports.add())
-            assert running.pop_cancel()
-        else:
-            worker.end(EndReason.SLEPT)
-            qtbot.waitUntil(lambda: armed.act is None)
-            assert "The computer slept." in given(assembly.ports.current.interruptions.last).translated()
-        assert (question.is_asking, armed.act) == (False, None)
+def test_with_its_conversation_a_question_is_withdrawn_and_what_runs_is_cancelled(one: Desk, is_chosen: bool) -> None:
+    question, armed, module = Confirm("night", ask="Zero", go="Zero now"), one.assembly.armed, one.port.module
+    question.setParent(one.window)
+    question.is_asking = True  # it is in no page, so a click would only bring it into sight
+    armed.act = Act.DEPLOY
+    ended = list[Job[object]]()
+    module.job("night").run(read_triggers(), ended.append)
+    if is_chosen:
+        one.assembly.ports.choose(one.assembly.ports.add())
+    else:
+        one.clock.now_s += 60.0
+        one.until(lambda: armed.act is None)
+        assert "The computer slept." in given(one.port.interruptions.last).translated()
+    one.wait(1.0)
+    assert (question.is_asking, armed.act, ended[0].error is not None) == (False, None, True)
 
 
 @pytest.mark.promise("h")
-def test_beyond_a_second_of_lag_nothing_is_shown_as_current(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
-    with on_fake_time(Rig, qtbot, qapp, tmp_path, "bridge", EMPTY_PAGE) as one:
-        connector, main = one.assembly.ports, one.assembly.window
-        one.connect()
-        one.until(lambda: connector.current.state.phase is Phase.ONLINE)
-        one.bench.change(lag_ms=600.0)
-        one.until(lambda: connector.current.state.phase is Phase.LATE)
-        one.until(lambda: "Late" in main.top_bar.port.word.text())
-        one.bench.change(lag_ms=0.0)
-        one.until(lambda: connector.current.state.phase is Phase.ONLINE)
+def test_beyond_a_second_of_lag_nothing_is_shown_as_current(one: Desk) -> None:
+    one.bench.change(lag_ms=600.0)
+    one.until(lambda: one.port.state.phase is Phase.LATE)
+    one.until(lambda: "Late" in one.window.top_bar.port.word.text())
+    one.bench.change(lag_ms=0.0)
+    one.until(lambda: one.port.state.phase is Phase.ONLINE)
 
 
 SHOWN = """
@@ -224,25 +213,14 @@ def test_lock_is_on_the_screen_at_every_scale(width: int, height: int, scale: fl
 
 
 @pytest.mark.parametrize("known", [("M-070", "m-07"), ("M-07", "M-070")])
-def test_a_scanned_name_is_taken_as_it_was_typed(
-    qtbot: QtBot, qapp: QApplication, tmp_path: Path, known: tuple[str, ...]
-) -> None:
-    with fake_window(qapp, tmp_path) as (ports, assembly):
-        main = assembly.window
-        qtbot.waitUntil(lambda: main.has_pages)
-        ports.plug_in("/dev/one")
-        qtbot.waitUntil(lambda: assembly.ports.module.is_read)
-        naming = assembly.ports.module
-        main.go_to("preflight")
-        for number in range(len(known) + 1):
-            for name in known[:number]:
-                store_of(assembly.storage).write(partial(remember, name=name)).result()
-            field = given(main.stack.currentWidget()).findChildren(ModuleField)[0]
-            field.show_name()
-            edit = given(field.lineEdit())
-            edit.setFocus()
-            edit.selectAll()
-            QTest.keyClicks(edit, "M-07")
-            QTest.keyClick(edit, Qt.Key.Key_Return)
-            assert (naming.name, edit.text()) == ("M-07", "M-07")
-            naming.say_name("")
+@pytest.mark.module("preflight")
+def test_a_scanned_name_is_taken_as_it_was_typed(one: Desk, known: tuple[str, ...]) -> None:
+    one.go_to("preflight")
+    for number in range(len(known) + 1):
+        for name in known[:number]:
+            store_of(one.assembly.storage).write(partial(remember, name=name)).result()
+        field = given(one.window.stack.currentWidget()).findChildren(ModuleField)[0]
+        field.show_name()
+        name_module(one, "M-07")
+        assert (one.port.module.name, given(field.lineEdit()).text()) == ("M-07", "M-07")
+        one.port.module.say_name("")

@@ -1,14 +1,14 @@
-"""The Fleet page over fake ports: no wrong row ever, LOCK for one and for all, several at once; the archive."""
+"""The Fleet page: no wrong row ever, LOCK for one and for all, several at once; the archive."""
 
 import random
 import sqlite3
 import time
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from contextlib import closing
-from dataclasses import dataclass, field, replace
-from functools import partial
+from dataclasses import dataclass, field
+from functools import cached_property
 from pathlib import Path
-from typing import Any
+from types import MappingProxyType
 
 import pytest
 from PySide6.QtCore import QPoint, Qt
@@ -16,33 +16,23 @@ from PySide6.QtWidgets import QApplication, QPushButton
 from pytestqt.qtbot import QtBot
 
 from app.archive.archive import sync
-from app.engine.procedure import Cancelled, Procedure
 from app.engine.target import Target
 from app.preflight.checks import Person
-from app.preflight.evidence import Evidence
-from app.preflight.run import run_preflight
-from app.preflight.verdict import assess
-from app.records.filing import Filed, local_now
-from app.records.record import make_record
 from app.settings.profiles import NO_PROFILE, Profile
 from app.store.rows import ActIntended, SaidNew, Serviced, ServiceKind, SettingsSeen, TriggerRecordSeen
-from protocol.events import EndReason
-from protocol.fields import Value
 from tests.files.records.test_filing import file_one
+from tests.module.module import ACTIVATION, ATTITUDE, ATTITUDE_OFF, BY_PWM, FREEFALL_OFF, OUTPUT, Module
 from tests.support.patience import PATIENCE_S
-from tests.support.records.preflight_rig import check
 from tests.support.records.stored import add, open_store
 from tests.support.thorough import some
-from tests.support.window.fake_ports import SETTINGS, VALUES, FakePorts, FakeWorker, fake_services, show_alone, stand
-from tests.support.window.fakes_ui import ADAPTER, SECOND_ADAPTER, page_entries, store_of, window
-from tests.support.window.steps import Driver, given, let_lay_out, notice_text
+from tests.support.window.fakes_ui import ADAPTER, SECOND_ADAPTER, ListedPorts, page_entries, store_of, window
+from tests.support.window.rig import Rig, on_fake_time
+from tests.support.window.steps import given, let_lay_out, notice_text
 from ui.main import Assembly
 from ui.pages.fleet.archive_panel import ArchivePanel
 from ui.pages.fleet.board import LOCK, MODULE, NEXT, STATE, TRIGGERS_CELL, VERDICT, Board
 from ui.pages.fleet.members import target_of
 from ui.pages.fleet.page import FleetPage
-from ui.services.context import Services
-from ui.services.storage import Storage
 from ui.session.check import ENTRIES
 from ui.session.port import Port
 from ui.session.shown_module import ShownModule
@@ -51,16 +41,14 @@ from ui.widgets.notices import Notice
 
 
 @dataclass
-class Desk(Driver):
-    qtbot: QtBot
-    ports: FakePorts
-    page: FleetPage
-    services: Services
-    modules: list[tuple[Port, FakeWorker]] = field(default_factory=list)
+class Desk(Rig):
+    """The Fleet page, and independent modules."""
 
-    @property
-    def root(self) -> FleetPage:
-        return self.page
+    modules: list[tuple[Port, Module]] = field(default_factory=list)
+
+    @cached_property
+    def page(self) -> FleetPage:
+        return self.find(FleetPage)
 
     @property
     def board(self) -> Board:
@@ -70,15 +58,22 @@ class Desk(Driver):
     def notice(self) -> str:
         return notice_text(self.page.notice_bar)
 
-    def plug_in(self, count: int, **values: Value) -> None:
+    def plug_in_more(self, count: int, settings: Mapping[int, int] = MappingProxyType({})) -> None:
         for number in range(len(self.modules), len(self.modules) + count):
-            self.modules.append(self.ports.plug_in(f"/dev/port{number}", **values))
+            self.modules.append(self.plug_in(f"/dev/port{number}", settings))
         self.settle()
 
-    def settle(self) -> None:
-        """What was said is shown."""
-        QApplication.processEvents()
+    def settle(self, seconds: float = 1.2) -> None:
+        """What the modules say is heard and shown."""
+        self.wait(seconds)
         self.page.refresh()
+
+    def silence(self, number: int) -> None:
+        """Until its conversation has ended."""
+        port, module = self.modules[number]
+        module.be_silent(self.clock(), 15.0)
+        self.until(lambda: not port.module.is_going)
+        self.settle(0.2)
 
     def row(self, number: int) -> int:
         """Of the module that was plugged in as this one, by the port that its row names."""
@@ -92,35 +87,31 @@ class Desk(Driver):
         holder = given(self.board.cellWidget(self.row(number), LOCK))
         return given(holder.findChild(QPushButton))
 
-    def tick(self, number: int, *, is_ticked: bool) -> None:
-        state = Qt.CheckState.Checked if is_ticked else Qt.CheckState.Unchecked
-        given(self.board.item(self.row(number), MODULE)).setCheckState(state)
+    def untick(self, number: int) -> None:
+        given(self.board.item(self.row(number), MODULE)).setCheckState(Qt.CheckState.Unchecked)
 
-    def filed(self) -> Filed:
-        """A NO-GO that ended now, of which everything that a fake module reports still holds."""
-        case = check().assessment.case
-        values = case.evidence.values | {key: value for key, value in VALUES.items() if key in case.evidence.values}
-        evidence = replace(case.evidence, flags={}, ended_at=self.ports.now_s, values=values | SETTINGS)
-        assessment = assess(replace(case, evidence=evidence))
-        return Filed(assessment, make_record(assessment, at=local_now()), None)
+    def sets(self, *codes: int) -> list[int]:
+        """How many settings of these codes each module was told, or of all but the stream."""
+        told = [[entry.code for entry in module.log.sets()] for _port, module in self.modules]
+        return [sum(code in codes or (not codes and code != OUTPUT) for code in one) for one in told]
 
     def press(self, key: str) -> None:
         """A button of the notice."""
         choices = given(self.page.notice_bar.notice).choices
         next(choice for choice in choices if choice.key == key).act()
-        self.settle()
+        self.page.refresh()
+
+
+THIRD_ADAPTER = ADAPTER._replace(device="/dev/ttyUSB7", description="CH340", serial_number="0007")
 
 
 @pytest.fixture
 def desk(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> Iterator[Desk]:
-    with fake_services(qapp, Storage(tmp_path)) as (ports, services):
-        page = FleetPage(services)
-        show_alone(qtbot, services, page, 1000, 700)
-        yield Desk(qtbot, ports, page, services)
-        page.hide()
-
-
-THIRD_ADAPTER = ADAPTER._replace(device="/dev/ttyUSB7", description="CH340", serial_number="0007")
+    listed = ListedPorts(ADAPTER, SECOND_ADAPTER, THIRD_ADAPTER)
+    with on_fake_time(Desk, qtbot, qapp, tmp_path, "unused", page_entries("fleet"), listed) as made:
+        made.window.panel.hide()
+        made.go_to("fleet")
+        yield made
 
 
 @pytest.mark.parametrize("seed", some(range(4), one_in=2))
@@ -128,118 +119,115 @@ THIRD_ADAPTER = ADAPTER._replace(device="/dev/ttyUSB7", description="CH340", ser
 def test_no_row_ever_shows_anything_of_another_module_or_of_before(desk: Desk, seed: int) -> None:
     """Values, losses, returns, LOCKs and choices in any order: every row is its own module's, and of now."""
     source = random.Random(seed)
-    desk.plug_in(5)
-    active = dict.fromkeys(range(5), False)
-    plugged = set(range(5))
-    for _ in range(120):
+    desk.plug_in_more(5)
+    for number, (_, module) in enumerate(desk.modules):
+        module.readings.cell = 150 + 5 * number  # 3.0 V, 3.1 V …
+    desk.settle(5.0)
+    was_active, plugged = [False] * 5, set(range(5))
+    for _ in range(60):
         number = source.randrange(5)
-        connection, worker = desk.modules[number]
-        match source.choice(("say", "say", "unplug", "return", "choose", "lock", "age")):
+        port, module = desk.modules[number]
+        match source.choice(("say", "say", "unplug", "return", "choose", "lock")):
             case "say" if number in plugged:
-                active[number] = source.random() < 0.5
-                worker.say(**VALUES | {"active": active[number], "cell_voltage_v": 3 + number / 10})
+                module.settings[ACTIVATION] = int(source.random() < 0.5)
             case "unplug" if number in plugged:
-                worker.unplug()
+                desk.unplug(port)
                 plugged.discard(number)
             case "return" if number not in plugged:
-                connection.connect_to(given(connection.target))
-                worker.say(**VALUES | {"active": active[number], "cell_voltage_v": 3 + number / 10})
+                port.connect_to(given(port.target))
                 plugged.add(number)
             case "choose":
-                desk.ports.ports.choose(connection)
+                desk.assembly.ports.choose(port)
             case "lock":
                 desk.lock(number).click()
-            case "age":
-                desk.ports.now_s += source.choice((0.3, 2.0))
             case _:
                 continue
         desk.settle()
         assert [desk.row(place) for place in range(5)] == list(range(5))
-        for place in range(5):
+        for place, (_, module) in enumerate(desk.modules):
             state = desk.cell(place, STATE)
             voltage = desk.cell(place, TRIGGERS_CELL).split("\n")[1]
             if place in plugged:
-                assert voltage in ("unknown", "4.00 V", f"{3 + place / 10:.2f} V")
-                assert state.startswith("LOCKED") <= (not active[place])
+                was_active[place] = module.settings[ACTIVATION] == 1
+                assert voltage in ("unknown", f"{3 + place / 10:.2f} V")
+                assert state.removeprefix("was ").startswith("ACTIVE" if was_active[place] else "LOCKED")
             else:
                 assert voltage == "unknown"
-                assert ("ACTIVE" in state) == active[place]
+                assert ("ACTIVE" in state) == was_active[place]
         shown = [place for place in range(5) if "Shown" in desk.cell(place, MODULE)]
-        assert shown == [int(desk.ports.ports.current.key.removeprefix("/dev/port"))]
+        assert shown == [int(desk.port.key.removeprefix("/dev/port"))]
 
 
 @pytest.mark.promise("l")
 def test_lock_reaches_one_or_every_module_also_when_a_port_hangs(desk: Desk) -> None:
-    desk.plug_in(3, active=True)
-
-    def sent() -> list[int]:
-        return [len(worker.wanted(is_urgent=True)) for _, worker in desk.modules]
-
+    desk.plug_in_more(3, {ACTIVATION: 1})
     desk.click(desk.lock(2))
-    assert (sent(), desk.ports.ports.current) == ([0, 0, 1], desk.modules[0][0]), "it chooses nothing"
-    desk.click(desk.page.lock_all)
-    assert sent() == [1, 1, 2]
-    for _, worker in desk.modules[1:]:  # the first one hangs: its job never ends
-        worker.say(active=False)
     desk.settle()
-    assert [desk.cell(number, STATE).partition("\n")[0] for number in range(3)] == ["ACTIVE", "LOCKED", "LOCKED"]
+    assert (desk.sets()[:2], desk.port) == ([0, 0], desk.modules[0][0]), "it chooses nothing"
+    desk.modules[2][1].settings[ACTIVATION] = 1
+    hung = desk.workers.pop(0)
+    desk.click(desk.page.lock_all)
+    desk.settle()
+    assert [desk.cell(number, STATE).split()[0] for number in range(1, 3)] == ["LOCKED", "LOCKED"]
+    assert "ACTIVE" in desk.cell(0, STATE)
     assert [desk.lock(number).property("role") or "" for number in range(3)] == ["primary", "", ""]
     assert [desk.lock(number).accessibleName() for number in range(3)] == [f"LOCK: port{n}" for n in range(3)]
     let_lay_out(desk.page)
     assert all(desk.lock(number).width() >= desk.lock(number).sizeHint().width() for number in range(3)), "it is cut"
-    desk.modules[1][1].unplug()
+    desk.workers.insert(0, hung)
+    port, module = desk.modules[1]
+    desk.unplug(port)
+    module.settings[ACTIVATION] = 1
     desk.settle()
     desk.click(desk.lock(1))  # owed, until it answers
-    assert sent() == [1, 2, 2]
+    port.connect_to(given(port.target))
+    desk.settle()
+    assert [module.settings[ACTIVATION] for _, module in desk.modules] == [0, 0, 0]
 
 
 @pytest.mark.promise("l")
 def test_no_lock_moves_under_a_hand(desk: Desk) -> None:
     """Where a module needs a person first, a text grows, a notice comes, or another module is added."""
-    desk.plug_in(4)
+    desk.plug_in_more(4)
     let_lay_out(desk.page)
 
     def places() -> list[QPoint]:
         return [desk.lock(number).mapTo(desk.page, QPoint()) for number in range(4)]
 
     before = places()
-    desk.modules[3][1].say(triggered=True)
-    desk.modules[1][1].end(EndReason.SILENT)
+    desk.modules[3][1].trigger(desk.clock(), BY_PWM)
+    desk.silence(1)
+    desk.plug_in_more(2)
     desk.page.result.set_notice(Notice(Meaning.ATTENTION, "Failed. " * 12))
-    desk.plug_in(2)
     let_lay_out(desk.page)
     assert desk.page.notice_bar.isVisible()
     assert places() == before
 
 
 def test_a_row_is_shown_on_all_pages_and_what_was_edited_stays_with_the_former(desk: Desk) -> None:
-    desk.plug_in(3)
+    desk.plug_in_more(3)
     (first, _), (second, _), (third, _) = desk.modules
     first.module.settings.fill({"freefall_time_s": 1.2})
     desk.board.cellDoubleClicked.emit(desk.row(1), NEXT)
-    assert desk.ports.ports.current is second
+    assert desk.port is second
     desk.board.setFocus()
     desk.board.selectRow(desk.row(2))
     desk.qtbot.keyClick(desk.board, Qt.Key.Key_Return)
-    assert desk.ports.ports.current is third
+    assert desk.port is third
     assert (first.module.settings.count_unsent(), third.module.settings.count_unsent()) == (1, 0)
 
 
-def test_the_adapters_that_are_plugged_in_are_added_one_by_one_or_all(
-    desk: Desk, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    connector = desk.ports.ports
-    monkeypatch.setattr(connector.watcher, "_scan", lambda _deadline_s: (ADAPTER, SECOND_ADAPTER, THIRD_ADAPTER))
-    connector.watcher.refresh()
-    desk.qtbot.waitUntil(lambda: len(connector.watcher.ports) == 3)
-    monkeypatch.setattr(connector, "add", partial(connector.add, desk.ports.make))
+def test_the_adapters_that_are_plugged_in_are_added_one_by_one_or_all(desk: Desk) -> None:
+    desk.until(lambda: len(desk.assembly.watcher.ports) == 3)
+    for device in (ADAPTER.device, SECOND_ADAPTER.device, THIRD_ADAPTER.device, "socket://10.0.0.7:4001"):
+        desk.devices[device] = (Module(now=desk.clock()),)
     menu = desk.page.add.menu()
     all_ports = ["ttyUSB0 CP2102 USB to UART", "ttyACM0 USB Single Serial", "ttyUSB7 CH340"]
     for place, offered in ((1, all_ports), (2, [all_ports[0], all_ports[2]])):
         menu.aboutToShow.emit()
         assert [action.text() for action in menu.actions()[: len(offered) + 1]] == [*offered, "Connect all ports"]
         menu.actions()[place].trigger()
-        desk.settle()
+        desk.settle(0.2)
     menu.aboutToShow.emit()
     assert menu.actions()[0].text() == "Simulated module"
     targets = [connection.target for connection in desk.page.members.connections]
@@ -247,7 +235,6 @@ def test_the_adapters_that_are_plugged_in_are_added_one_by_one_or_all(
     desk.page.add.ask_text = lambda _parent, _title, _label, then: then(" socket://10.0.0.7:4001 ")
     menu.aboutToShow.emit()
     menu.actions()[-1].trigger()
-    desk.settle()
     assert given(desk.page.members.connections[-1].target).device == "socket://10.0.0.7:4001"
     count = len(desk.page.members.connections)
     desk.page.members.connect_port(Target("socket://10.0.0.7:4001", 115200))
@@ -255,35 +242,32 @@ def test_the_adapters_that_are_plugged_in_are_added_one_by_one_or_all(
 
 
 def test_what_is_disconnected_has_no_row_and_another_takes_the_place(desk: Desk) -> None:
-    desk.plug_in(2)
-    second, worker = desk.modules[1]
-    desk.ports.ports.current.disconnect_port()
-    desk.modules[0][1].hand_over()
+    desk.plug_in_more(2)
+    (first, _), (second, _) = desk.modules
+    first.disconnect_port()
     desk.settle()
     assert desk.page.members.connections == (second,)
     assert desk.board.rowCount() == 1
-    third, _worker = desk.ports.plug_in("/dev/port2")
-    assert third is desk.modules[0][0]
+    third, _module = desk.plug_in("/dev/port2")
+    assert third is first
     desk.settle()
     assert desk.page.members.connections == (third, second)
-    for port, worker in desk.modules:
+    for port in (second, third):
         port.disconnect_port()
-        worker.hand_over()
     desk.settle()
     assert desk.page.members.connections == ()
     assert (desk.page.empty.isVisible(), desk.page.lock_all.isEnabled()) == (True, False)
 
 
 def test_a_name_is_kept_in_sight_while_its_module_is_off_and_asked_for_when_one_answers(desk: Desk) -> None:
-    desk.plug_in(2)
-    port, worker = desk.modules[1]
+    desk.plug_in_more(2)
+    port, _module = desk.modules[1]
     port.module.say_name("M-07")
     desk.settle()
     assert desk.cell(1, MODULE) == "M-07\nport1"
-    worker.end(EndReason.SILENT)
-    desk.settle()
+    desk.silence(1)
     assert desk.cell(1, MODULE) == "M-07 (offline)\nport1"
-    worker.begin(**VALUES)
+    desk.until(lambda: port.module.is_going)
     desk.settle()
     assert desk.cell(1, MODULE) == "Unnamed\nport1"
     assert desk.cell(1, NEXT) == "M-07 again? Read its label."
@@ -298,93 +282,87 @@ STEEPER = Profile(name="Show", settings={"attitude_threshold_deg": 70})
 def open_profile(desk: Desk, profile: Profile = STEEPER) -> None:
     desk.page.result.dismiss()
     desk.page.profile.open(profile)
-    desk.settle()
+    desk.page.refresh()
 
 
 @pytest.mark.parametrize("is_enabling", [False, True])
 @pytest.mark.promise("l")
 def test_those_that_are_ticked_are_checked_and_enabled_only_where_that_was_pressed(
-    desk: Desk, is_enabling: bool, monkeypatch: pytest.MonkeyPatch
+    desk: Desk, is_enabling: bool
 ) -> None:
     """The check itself enables the triggers on a locked module only."""
-    begun: list[object] = []
-
-    def noted(evidence: Evidence, **options: Any) -> Procedure[Evidence]:
-        begun.append(options["is_enabling"])
-        return run_preflight(evidence, **options)
-
-    monkeypatch.setattr("ui.session.check.run_preflight", noted)
-    desk.plug_in(4)
-    desk.tick(3, is_ticked=False)
+    desk.plug_in_more(4)
+    desk.untick(3)
     if is_enabling:
         desk.page.enable.trigger()
     else:
         desk.click(desk.page.check)
-    assert begun == [is_enabling] * 3
-    assert [len(worker.jobs) for _, worker in desk.modules] == [1, 1, 1, 0]
-    assert not any(worker.wanted(is_urgent=True) for _, worker in desk.modules)
-    desk.modules[0][1].unplug()
     desk.settle()
+    desk.unplug(desk.modules[0][0])
+    desk.settle(0.2)
     assert desk.notice == "Checking… (1 of 3)"  # one that is lost stops none of the others
-    for _, worker in desk.modules[1:3]:
-        worker.end_jobs(Cancelled())
     desk.until(lambda: not desk.page.is_checking)
     desk.settle()
     assert desk.notice == ""
+    assert [desk.cell(number, VERDICT).split()[0] in ("READY", "NO-GO") for number in range(3)] == [False, True, True]
+    assert desk.sets(ATTITUDE_OFF, FREEFALL_OFF)[1:] == [2 * is_enabling, 2 * is_enabling, 0]
+    assert desk.sets(ACTIVATION) == [0] * 4
 
 
 def test_a_profile_is_opened_and_what_is_wrong_with_a_file_is_said(desk: Desk, tmp_path: Path) -> None:
-    desk.plug_in(1, attitude_threshold_deg=70)
+    desk.plug_in_more(1, {ATTITUDE: 70})
     path = tmp_path / "show.toml"
     desk.page.ask_profile = lambda _parent, _folder, then: then(path)
     path.write_text('name = "Show"\nattitude_threshold_deg = "steep"\n', encoding="utf-8")
     desk.click(desk.page.open_profile)
-    desk.settle()
+    desk.page.refresh()
     assert "show.toml" in desk.notice
     assert desk.page.profile.profile is None
     path.write_text('name = "Show"\n[settings]\nattitude_threshold_deg = 70\n', encoding="utf-8")
     desk.click(desk.page.open_profile)
-    desk.settle()
+    desk.page.refresh()
     assert desk.notice.startswith("Profile: Show · ")
     assert desk.cell(0, NEXT) == "unchanged"
     assert [choice.is_enabled for choice in given(desk.page.notice_bar.notice).choices] == [True, False]
     assert desk.page.on_escape()
-    desk.settle()
+    desk.page.refresh()
     assert desk.notice == ""
     assert desk.cell(0, NEXT) == "Start the check."
 
 
 def test_a_module_that_is_being_checked_already_is_not_checked_beside_that(desk: Desk) -> None:
-    desk.plug_in(2)
-    second, worker = desk.modules[1]
+    desk.plug_in_more(2)
+    (first, _), (second, _) = desk.modules
     second.module.begin_check(NO_PROFILE, Person(), is_enabling=True)
     desk.page._check()
-    desk.settle()
+    desk.page.refresh()
     assert not desk.page.check.isEnabled()
-    assert [len(one.jobs) for _, one in desk.modules] == [0, 1]
-    worker.end(EndReason.SILENT)
-    assert worker.jobs[-1][0].is_done  # it asks, and enables, nothing of another module
+    assert (first.module.check, first.module.is_busy, second.module.is_busy) == (None, False, True)
+    desk.silence(1)
+    desk.until(lambda: second.module.is_going and second.module.is_read)
+    enabled = desk.sets()
+    desk.settle(20.0)
+    assert desk.sets() == enabled, "it enables nothing of another module"
 
 
 @pytest.mark.promise("g")
 def test_a_profile_that_takes_protection_away_is_asked_about_before_it_is_written_to_any(desk: Desk) -> None:
-    desk.plug_in(3)
-    asked = [len(worker.jobs) for _, worker in desk.modules]
+    desk.plug_in_more(3)
     open_profile(desk, Profile(name="Bench", settings={"attitude_trigger": False, "attitude_threshold_deg": 70}))
     desk.press("write")
     assert desk.notice == "Attitude trigger: No protection when it tips over."
     desk.press("not_now")
-    assert [len(worker.jobs) for _, worker in desk.modules] == asked
     desk.press("write")
     anyway = given(desk.page.notice_bar.notice).choices[1].act
     open_profile(desk, Profile(name="Bench", settings={"attitude_trigger": False, "freefall_trigger": False}))
     anyway()  # of the former question: what is written now was not all in it
     desk.settle()
-    assert [len(worker.jobs) for _, worker in desk.modules] == asked
+    assert desk.sets() == [0, 0, 0]
     assert "Free-fall trigger: No protection in free fall." in desk.notice
     desk.press("write_anyway")
     assert [desk.cell(number, NEXT) for number in range(3)] == ["writing"] * 3
-    desk.page.profile.cancel()
+    desk.until(lambda: not desk.page.profile.is_running)
+    assert desk.sets() == [2, 2, 2]
 
 
 @pytest.mark.promise("l")
@@ -392,58 +370,56 @@ def test_a_profile_is_written_only_where_it_may_and_who_is_not_written_to_is_nam
     desk: Desk, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """ "Write (4)" was followed by "2 written, 1 refused" where one was ACTIVE and one was off."""
-    desk.plug_in(5, attitude_threshold_deg=60)
-    for number, (port, _worker) in enumerate(desk.modules):
+    desk.plug_in_more(5)
+    for number, (port, _module) in enumerate(desk.modules):
         port.module.say_name(f"M-0{number}")
-    desk.tick(4, is_ticked=False)
-    desk.modules[1][1].say(active=True, attitude_threshold_deg=60)
-    desk.modules[2][1].end(EndReason.SILENT)
-    desk.settle()
+    desk.untick(4)
+    desk.modules[0][1].options.refused_sets.add(ATTITUDE)
+    desk.modules[1][1].settings[ACTIVATION] = 1
+    desk.silence(2)
     open_profile(desk)
     assert given(desk.page.notice_bar.notice).choices[1].text == "Write (2)"
     assert desk.cell(0, NEXT) == desk.cell(3, NEXT) == "Attitude threshold 60° → 70°"
     assert "ACTIVE" in desk.cell(1, NEXT)
-    before = [len(worker.jobs) for _, worker in desk.modules]
     kept: list[str] = []
     monkeypatch.setattr(ShownModule, "keep", lambda module: kept.append(module.name))
     desk.press("write")
-    asked = [len(worker.jobs) - count for (_, worker), count in zip(desk.modules, before, strict=True)]
-    assert asked == [1, 0, 0, 1, 0]
-    port, worker = desk.modules[3]
-    worker.unplug()
-    desk.settle()
-    assert (desk.cell(0, NEXT), desk.cell(3, NEXT)) == ("writing", "FAILED: The port was lost.")
-    reports = [one.text.in_english() for one in port.interruptions.remainders if one.text is not None]
-    assert reports == ["Profile: The port was lost."]
-    worker.open("/dev/port3", 115200)
-    worker.say(attitude_threshold_deg=60)
-    desk.settle()
+    port, _module = desk.modules[3]
+    desk.unplug(port)
+    desk.page.refresh()
+    assert desk.cell(0, NEXT) == "writing"
+    assert desk.cell(3, NEXT) == "FAILED: Attitude threshold: not sent: The port was lost."
+    (report,) = (one.text.in_english() for one in port.interruptions.remainders if one.text is not None)
+    assert report.startswith("Profile: Attitude threshold: not sent: The port was lost.")
+    port.connect_to(given(port.target))
+    desk.until(lambda: port.module.is_going and port.module.is_read)
+    desk.page.refresh()
     assert desk.cell(3, NEXT) == "Attitude threshold 60° → 70°"  # another module may be there
-    desk.modules[0][1].end_jobs(Cancelled())
     desk.until(lambda: not desk.page.profile.is_running)
-    desk.settle()
+    desk.page.refresh()
+    assert desk.sets()[1:3] == [0, 0]
+    assert desk.sets()[4] == 0
     assert "1 refused: M-01 (The module is ACTIVE" in desk.notice
     assert "1 offline: M-02" in desk.notice
     assert "2 FAILED: M-00" in desk.notice  # it is told until the next writing
     assert "M-04" not in desk.notice, "it is not ticked"
-    assert kept == ["M-00"], "what was written is no word against its name, and of M-03 nothing is known"
+    assert set(kept) - {""} == {"M-00"}, "what was written is no word against its name, and of M-03 nothing is known"
 
 
 @pytest.mark.promise("l")
 def test_a_check_that_is_void_on_its_page_is_void_here(desk: Desk) -> None:
     """Pre-flight said READY where Fleet said "not checked" of the same module."""
-    desk.plug_in(4)
+    desk.plug_in_more(4)
     desk.click(desk.page.check)
-    desk.settle()
+    desk.settle(0.2)
     assert desk.cell(0, VERDICT) == "checking…"
-    for connection, _ in desk.modules:
-        stand(given(connection.module.check), desk.filed())
-    desk.settle()
+    desk.until(lambda: not desk.page.is_checking)
+    desk.page.refresh()
     assert desk.cell(0, VERDICT).startswith("NO-GO")
     assert desk.cell(0, NEXT).startswith("Not met: ")
-    (first, _), (second, worker), (third, _), _ = desk.modules
-    worker.end(EndReason.SILENT)
-    worker.begin()  # perhaps another module
+    (first, _), (second, _), (third, _), _ = desk.modules
+    desk.silence(1)
+    desk.until(lambda: second.module.is_going)  # perhaps another module
     third.disconnect_port()
     given(first.module.check).set_void(ENTRIES)
     desk.settle()

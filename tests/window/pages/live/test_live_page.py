@@ -1,12 +1,17 @@
 """The Live page: fresh, stale, unknown, the time line, its memory; the recording of a session."""
 
+import csv
+import io
 from collections.abc import Iterator
+from dataclasses import dataclass
+from functools import cached_property
+from itertools import repeat
 from pathlib import Path
 from typing import Any
 
 import pytest
 from PySide6.QtCore import Qt
-from PySide6.QtWidgets import QApplication
+from PySide6.QtWidgets import QApplication, QWidget
 from pytestqt.qtbot import QtBot
 
 from app.engine.conversation import ConversationView, StatusSample
@@ -19,26 +24,75 @@ from app.recordings.library import RecordingLibrary
 from app.samples.samples import Series
 from app.system.clock import steady_time
 from protocol.events import Began, Ended, EndReason
+from protocol.fields import Value
 from tests.support.patience import PATIENCE_S
 from tests.support.records.recordings_made import CLOSED, LOST, OPEN, batch, received, report, settle, talk
 from tests.support.window.fakes_ui import connect, page_entries, simulated, window
-from tests.support.window.live_bench import Bench, live_bench
-from tests.support.window.steps import given, notice_text, press
+from tests.support.window.rig import Rig, on_fake_time
+from tests.support.window.steps import choosing, given, notice_text, press
+from ui.files.file_dialogs import ThenPath
 from ui.main import PAGES
 from ui.pages.live.data import LiveData
+from ui.pages.live.page import LivePage
 from ui.plots.lanes import measured_lanes
 from ui.session.recording import SessionRecording
 from ui.style.theme import Meaning
 from ui.widgets.readout import Freshness
 
+KNOWN: dict[str, Value] = {
+    "tilt_deg": 12,
+    "acceleration_g": 1.0,
+    "triggered": False,
+    "active": False,
+    "cell_voltage_v": 3.94,
+    "charging": False,
+    "light_v": 0.3,
+    "boot_count": 37,
+    "attitude_threshold_deg": 60,
+    "freefall_acceleration_g": 0.5,
+    "light_threshold_v": 1.8,
+}
+
+
+@dataclass
+class Live(Rig):
+    """The page, told batch by batch what the module says."""
+
+    number: int = 1
+    """Of the conversation."""
+
+    @cached_property
+    def page(self) -> LivePage:
+        return self.find(LivePage)
+
+    def say(self, *samples: StatusSample, leave_out: str = "", **values: Value) -> None:
+        """A batch with these values, and a sample of them unless samples are given; the page shows it."""
+        known = {key: value for key, value in (KNOWN | values).items() if key != leave_out}
+        state = known["triggered"] is True, known["active"] is True
+        one = StatusSample(self.clock(), int(known["tilt_deg"]), float(known["acceleration_g"]), *state)
+        self.hand_over(*(samples or (one,)), hz=50.0, **known)
+
+    def hand_over(self, *samples: StatusSample, hz: float = 0.0, ended: Ended | None = None, **values: Value) -> None:
+        view = talk(self.clock(), number=self.number, **values)
+        view = view._replace(stream_hz=hz, is_streaming=hz > 0, ended=ended)
+        self.port.bridge.batch.emit(batch(self.clock(), *samples, view=view, events=()))
+        self.pass_time(0.0)
+
+    def pass_time(self, seconds: float) -> None:
+        self.clock.now_s += seconds
+        self.page.refresh()
+        self.page.draw()
+
 
 @pytest.fixture
-def live(qtbot: QtBot, qapp: QApplication) -> Iterator[Bench]:
-    with live_bench(qtbot, qapp) as bench:
-        yield bench
+def live(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> Iterator[Live]:
+    with on_fake_time(Live, qtbot, qapp, tmp_path, "unused", page_entries("live")) as made:
+        made.window.panel.hide()
+        made.go_to("live")
+        yield made
 
 
-def test_fresh_then_stale_with_its_age(live: Bench) -> None:
+def test_fresh_then_stale_with_its_age(live: Live) -> None:
     live.say()
     panel = live.page.panel
     assert live.page.plot.isVisible()
@@ -54,27 +108,33 @@ def test_fresh_then_stale_with_its_age(live: Bench) -> None:
     assert panel.boot_count.freshness is Freshness.FRESH  # changes only by a restart
 
 
-def test_what_comes_while_another_page_is_shown_is_kept(live: Bench) -> None:
+def test_it_follows_a_clock_that_is_set(live: Live, monkeypatch: pytest.MonkeyPatch) -> None:
+    live.say()
+    wrong_s = live.page.plot.canvas.wall_offset_s
+    monkeypatch.setattr("ui.pages.live.page.wall_offset_s", lambda: wrong_s + 3600.0)
+    live.say()
+    assert live.page.plot.canvas.wall_offset_s == wrong_s + 3600.0
+    assert len(live.page.data.tilt) == 2, "nothing is lost"
+
+
+def test_what_comes_while_another_page_is_shown_is_kept(live: Live) -> None:
     live.say()
     live.page.hide()
-    live.now_s += 1.0
+    live.clock.now_s += 1.0
     live.say(tilt_deg=33)
-    assert live.page.data.tilt.window(0, live.now_s + 1).value.tolist() == [12, 33]
+    assert live.page.data.tilt.window(0, live.clock() + 1).value.tolist() == [12, 33]
 
 
 @pytest.mark.promise("a")
-def test_values_are_greyed_when_the_conversation_ends_and_nowhere_in_the_next(live: Bench) -> None:
+def test_values_are_greyed_when_the_conversation_ends_and_nowhere_in_the_next(live: Live) -> None:
     live.say()
     panel = live.page.panel
-    live.worker.end(EndReason.RESTARTED)
-    live.qtbot.waitUntil(lambda: live.connector.module.end is not None)
-    live.page.refresh()
+    live.hand_over(ended=Ended(EndReason.RESTARTED, live.clock()), **KNOWN)
     shown = (panel.tilt, panel.acceleration, panel.light, panel.cell, panel.boot_count)
     assert {readout.freshness for readout in shown} == {Freshness.STALE}
     assert panel.tilt.accessibleName().startswith("Tilt: 12°")
-    live.worker.begin(cell_voltage_v=4.1)
-    live.qtbot.waitUntil(lambda: live.connector.module.is_going)
-    live.page.refresh()
+    live.number += 1
+    live.hand_over(cell_voltage_v=4.1)
     assert panel.cell.accessibleName().startswith("Cell voltage: 4.10 V")
     assert {readout.freshness for readout in shown if readout is not panel.cell} == {Freshness.UNKNOWN}
     names = [readout.accessibleName() for readout in shown] + [panel.gauge.accessibleName()]
@@ -82,7 +142,7 @@ def test_values_are_greyed_when_the_conversation_ends_and_nowhere_in_the_next(li
 
 
 @pytest.mark.promise("g")
-def test_what_is_never_reported_is_unknown_and_what_is_outside_its_limit_is_marked(live: Bench) -> None:
+def test_what_is_never_reported_is_unknown_and_what_is_outside_its_limit_is_marked(live: Live) -> None:
     panel = live.page.panel
     live.say(leave_out="cell_voltage_v")
     assert (panel.cell.accessibleName(), panel.cell.freshness) == ("Cell voltage: unknown", Freshness.UNKNOWN)
@@ -96,7 +156,7 @@ def test_what_is_never_reported_is_unknown_and_what_is_outside_its_limit_is_mark
     assert panel.cell.meaning is panel.light.meaning is Meaning.ATTENTION
 
 
-def test_the_charger_and_the_triggers_are_noted(live: Bench) -> None:
+def test_the_charger_and_the_triggers_are_noted(live: Live) -> None:
     panel = live.page.panel
     live.say(charging=True)
     assert panel.cell.accessibleName().endswith(", charging")
@@ -109,7 +169,7 @@ def test_the_charger_and_the_triggers_are_noted(live: Bench) -> None:
         assert ("trigger" in panel.acceleration.accessibleName()) is (flag is not True)
 
 
-def test_the_bay_is_assumed_until_it_was_measured_closed_and_open(live: Bench) -> None:
+def test_the_bay_is_assumed_until_it_was_measured_closed_and_open(live: Live) -> None:
     for direction, light_v, says in (
         (None, 2.5, "bay open (assumed)"),
         (LightDirection.RISES, 0.3, "bay closed"),
@@ -118,29 +178,78 @@ def test_the_bay_is_assumed_until_it_was_measured_closed_and_open(live: Bench) -
         (LightDirection.FALLS, 2.5, "bay closed"),
     ):
         live.say(light_v=light_v)
-        live.connector.module.light_direction = direction
+        live.port.module.light_direction = direction
         live.say(light_v=light_v)
         assert live.page.panel.light.accessibleName() == f"Light: {light_v} V, limit 1.8 V, {says}"
 
 
-def test_pause_holds_the_picture_until_a_person_ends_it_or_shows_another_module(live: Bench) -> None:
+def test_pause_holds_the_picture_until_a_person_ends_it_or_shows_another_module(live: Live) -> None:
     live.say()
     live.say(triggered=True)
     plot = live.page.plot
     live.click("time-plot-pause")
     held = plot.time_range.span
-    live.now_s += 5
+    live.clock.now_s += 5
     live.say(tilt_deg=44)
     assert plot.time_range.span == held
     assert given(live.page.data.tilt.last).value == 44
     live.qtbot.keyClick(live.page, Qt.Key.Key_P, Qt.KeyboardModifier.ControlModifier)
     assert plot.time_range.is_live
-    assert plot.time_range.span.end_s == pytest.approx(live.now_s, abs=0.3)
+    assert plot.time_range.span.end_s == pytest.approx(live.clock(), abs=0.3)
     live.click("time-plot-pause")
     assert plot.canvas.marks
-    live.connector.choose(live.connector.add(live.ports.make))
+    live.assembly.ports.choose(live.assembly.ports.add())
     assert (list(plot.canvas.marks), plot.time_range.is_live) == ([], True)
     assert (live.page.is_empty, live.page.data.has_samples) == (True, False)
+
+
+def test_the_values_in_sight_at_the_time_of_the_click_are_saved(live: Live, tmp_path: Path) -> None:
+    live.say()
+    live.clock.now_s += 100  # the first one is out of sight
+    live.say(tilt_deg=20)
+    live.clock.now_s += 1
+    live.say(tilt_deg=61, active=True)
+    path = tmp_path / "values.csv"
+    suggested: list[Path] = []
+
+    def choose_late(_parent: QWidget, _title: str, proposed: Path, _filter: str, then: ThenPath) -> None:
+        suggested.append(proposed)
+        live.clock.now_s += 2
+        live.say(tilt_deg=99)  # acquisition goes on behind the dialog
+        then(path)
+
+    live.page.ask_path = choose_late
+    live.qtbot.keyClick(live.page, Qt.Key.Key_S, Qt.KeyboardModifier.ControlModifier)
+    live.until(lambda: not live.page.job.is_busy)
+    live.page.refresh()
+    assert suggested[0].match("dps-s ttyUSB0 20*.csv")
+    rows = list(csv.DictReader(io.StringIO(path.read_text("utf-8-sig"), newline="")))
+    assert [(row["tilt_deg"], row["active"]) for row in rows if row["tilt_deg"]] == [("20", "false"), ("61", "true")]
+    assert [row["event"] for row in rows if row["event"]] == ["activated"]
+    assert {row["cell_voltage_v"] for row in rows} == {"", "3.94"}
+    (said,) = live.page.job.notices
+    assert (said.text, said.meaning) == (f"Saved to {path}. Rows: {len(rows)}.", Meaning.GOOD)
+    opened: list[str] = []
+    live.page.job.open_in_system = lambda url: opened.append(url.toLocalFile())
+    live.click("notice_open")
+    live.click("notice_folder")
+    assert opened == [str(path), str(path.parent)]
+
+
+def test_a_long_saving_can_be_cancelled(live: Live, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    live.say()
+    monkeypatch.setattr("ui.pages.live.page.csv_parts", lambda *_, **__: repeat(b"row"))
+    path = tmp_path / "values.csv"
+    live.page.ask_path = choosing(path)
+    live.click("live_save_csv")
+    assert live.page.job.is_busy
+    assert not live.page.png.isEnabled()
+    assert notice_text(live.page.strip).startswith("Saving…")
+    live.click("notice_cancel")
+    live.until(lambda: not live.page.job.is_busy)
+    assert notice_text(live.page.strip) == "Cancelled."
+    assert list(tmp_path.iterdir()) == []
+    assert live.page.csv.isEnabled()
 
 
 ON: dict[str, Any] = {"attitude_trigger": True, "freefall_trigger": True}

@@ -23,9 +23,8 @@ from tests.support.flights.made_flights import crash, made_flight, ordinary_flig
 from tests.support.records.recordings_made import NOON, batch, recorder_in, report, talk, write_session
 from tests.support.window.controls import moved, places
 from tests.support.window.cut_off import cut_off
-from tests.support.window.fake_ports import fake_services, show_alone
 from tests.support.window.fakes_ui import connect, page_entries, simulated, window
-from tests.support.window.steps import Driver, await_child, choosing, given, let_lay_out, notice_text, press
+from tests.support.window.steps import Driver, await_child, choosing, given, let_lay_out, notice_text, press, show_page
 from ui.pages.live.page import LivePage
 from ui.pages.logs import rows as work_module
 from ui.pages.logs.page import LogsPage
@@ -39,7 +38,7 @@ UNSORTED, MUST_NOT, MUST = FlightGroup
 
 @dataclass
 class Desk(Driver):
-    """The page without a main window or a port."""
+    """The page, without a port."""
 
     qtbot: QtBot
     storage: Storage
@@ -95,18 +94,16 @@ class Desk(Driver):
 
 @contextmanager
 def desk_in(qtbot: QtBot, qapp: QApplication, folder: Path, *recordings: Path) -> Iterator[Desk]:
-    storage = Storage(folder)
-    with fake_services(qapp, storage) as (_, services):
-        storage.library.folder.mkdir(parents=True)
+    with window(qapp, folder, entries=page_entries("logs")) as assembly:
+        library = assembly.storage.library.folder
+        library.mkdir(parents=True)
         for path in recordings:
-            copyfile(path, storage.library.folder / path.name)
-        page = LogsPage(services)
-        page.show_module(services.ports.module)
-        show_alone(qtbot, services, page, 876, 500)
-        desk = Desk(qtbot, storage, page)
+            copyfile(path, library / path.name)
+        page = show_page(qtbot, assembly.window, "logs", LogsPage)
+        assembly.window.panel.hide()
+        desk = Desk(qtbot, assembly.storage, page)
         desk.list_again(len(recordings))
         yield desk
-        page.hide()
 
 
 @pytest.fixture

@@ -1,8 +1,6 @@
 """What becomes of edits, writes and panels when the conversation ends, when the user leaves, or when another module is
 shown."""
 
-from pathlib import Path
-
 import pytest
 from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QAbstractButton, QApplication, QLineEdit, QPushButton
@@ -10,10 +8,8 @@ from PySide6.QtWidgets import QAbstractButton, QApplication, QLineEdit, QPushBut
 from app.diagnosis.causes import NextStep
 from app.settings.form import RowState
 from protocol.catalogue import BY_NAME
-from protocol.events import EndReason
 from tests.support.line.frames import lose, refuse
 from tests.support.window.desk import Desk, choose, notice, pick, say_name, state, type_into, write, written
-from tests.support.window.fake_ports import fake_window
 from tests.support.window.steps import given, notice_text
 
 TILT, TIME = "attitude_threshold_deg", "freefall_time_s"
@@ -234,23 +230,20 @@ def test_leaving_while_it_writes_is_confirmed_until_it_is_written(one: Desk) -> 
     assert not window.isVisible()
 
 
-def test_edits_stay_with_their_module_and_are_asked_for_before_its_port_is_closed(
-    qapp: QApplication, tmp_path: Path
-) -> None:
-    with fake_window(qapp, tmp_path) as (ports, assembly):
-        leaving, bar = assembly.window.leaving, assembly.window.notice_bar
-        first, _worker = ports.plug_in("/dev/port0")
-        second, worker = ports.plug_in("/dev/port1")
-        qapp.processEvents()
-        closed: list[object] = []
-        second.module.settings.fill({TIME: 1.2})
-        assert first.module.settings.count_unsent() == 0
-        assembly.ports.choose(second)
-        leaving.leave_port(lambda: closed.append(second))
-        assert notice_text(bar) == f"{UNSENT}."
-        given(bar.button("stay")).click()
-        assert (closed, second.module.settings.count_unsent()) == ([], 1)
-        worker.end(EndReason.SILENT)
-        qapp.processEvents()
-        leaving.leave_port(lambda: closed.append(second))
-        assert (closed, second.interruptions.count_drafts()) == ([second], 1), "its notice offers them on"
+@pytest.mark.module(is_connected=False)
+def test_edits_stay_with_their_module_and_are_asked_for_before_its_port_is_closed(one: Desk) -> None:
+    leaving, bar = one.window.leaving, one.window.notice_bar
+    first, _module = one.plug_in("/dev/port0")
+    second, module = one.plug_in("/dev/port1")
+    closed: list[object] = []
+    second.module.settings.fill({TIME: 1.2})
+    assert first.module.settings.count_unsent() == 0
+    one.assembly.ports.choose(second)
+    leaving.leave_port(lambda: closed.append(second))
+    assert notice_text(bar) == f"{UNSENT}."
+    given(bar.button("stay")).click()
+    assert (closed, second.module.settings.count_unsent()) == ([], 1)
+    module.be_silent(one.clock(), 20.0)
+    one.until(lambda: not second.module.is_going)
+    leaving.leave_port(lambda: closed.append(second))
+    assert (closed, second.interruptions.count_drafts()) == ([second], 1), "its notice offers them on"

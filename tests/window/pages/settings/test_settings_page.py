@@ -72,6 +72,24 @@ def test_edit_write_and_verify(one: Desk) -> None:
     assert meaning(one) is Meaning.INFORMATION
 
 
+def test_the_top_bar_says_whether_the_triggers_are_on(one: Desk) -> None:
+    chip = one.window.top_bar.triggers
+    assert chip.word == "not known"
+    for name, is_on, says in (
+        (FLAG, True, "not known"),
+        ("freefall_trigger", True, "both on"),
+        (FLAG, False, "tilt off"),
+        ("freefall_trigger", False, "both off"),
+        (FLAG, True, "fall off"),
+    ):
+        pick(one, name, is_on)
+        written(one)
+        if not is_on:
+            choose(one, "write_anyway")
+        one.until(lambda says=says: chip.accessibleName() == f"triggers: {says}")  # type: ignore[misc]
+        assert (chip.meaning is Meaning.ATTENTION) is says.endswith("off")
+
+
 def test_a_row_tells_who_wrote_it_last_from_what_and_when(qtbot: QtBot, one: Desk) -> None:
     say_name(one, "M-07")
     type_into(one, "freefall_time", "1.16")

@@ -1,4 +1,4 @@
-"""Fixtures for the tests of the pages."""
+"""The window of most tests, on a clock of its own."""
 
 from collections.abc import Iterator
 from pathlib import Path
@@ -9,6 +9,7 @@ from pytestqt.qtbot import QtBot
 
 from tests.support.window.desk import Desk, desk
 from tests.support.window.hand import Hand, hand_at
+from ui.main import PAGES
 
 
 @pytest.fixture
@@ -20,9 +21,10 @@ def bench(request: pytest.FixtureRequest, qapp: QApplication, tmp_path: Path) ->
 
 @pytest.fixture
 def one(request: pytest.FixtureRequest, qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> Iterator[Desk]:
-    """With the pages of the mark `module`, by default that of the folder, and its options."""
+    """With the pages of the mark `module`, by default that of the folder if it is one's, and its options."""
     mark: pytest.Mark = request.node.get_closest_marker("module") or pytest.mark.module().mark
-    with desk(qtbot, qapp, tmp_path, *(mark.args or (request.path.parent.name,)), **mark.kwargs) as made:
+    own = [entry.key for entry in PAGES if entry.key == request.path.parent.name]
+    with desk(qtbot, qapp, tmp_path, *(mark.args or own), **mark.kwargs) as made:
         yield made
 
 
