@@ -7,8 +7,9 @@ import pytest
 from PySide6.QtWidgets import QApplication
 from pytestqt.qtbot import QtBot
 
-from tests.support.window.desk import Desk, desk
+from tests.support.window.desk import desk
 from tests.support.window.hand import Hand, hand_at
+from tests.support.window.rig import Rig
 from ui.main import PAGES
 
 
@@ -20,7 +21,7 @@ def bench(request: pytest.FixtureRequest, qapp: QApplication, tmp_path: Path) ->
 
 
 @pytest.fixture
-def one(request: pytest.FixtureRequest, qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> Iterator[Desk]:
+def one(request: pytest.FixtureRequest, qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> Iterator[Rig]:
     """With the pages of the mark `module`, by default that of the folder if it is one's, and its options."""
     mark: pytest.Mark = request.node.get_closest_marker("module") or pytest.mark.module().mark
     own = [entry.key for entry in PAGES if entry.key == request.path.parent.name]
@@ -29,7 +30,7 @@ def one(request: pytest.FixtureRequest, qtbot: QtBot, qapp: QApplication, tmp_pa
 
 
 @pytest.fixture
-def active(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> Iterator[Desk]:
+def active(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> Iterator[Rig]:
     """Commands, of an ACTIVE module."""
     with desk(qtbot, qapp, tmp_path, "commands", active=True) as made:
         yield made

@@ -15,7 +15,7 @@ from PySide6.QtWidgets import QApplication, QMenu, QWidget
 from protocol.catalogue import SERIAL_OUTPUT, Hazard, Request
 from tests.support.journals import FakeJournal
 from tests.support.window.fakes_ui import page_entries
-from tests.support.window.rig import READ_LAST, TURN_S, Rig, on_fake_time
+from tests.support.window.rig import TURN_S, Rig, on_fake_time
 from tests.support.window.steps import given
 from ui.services.storage import Storage
 from ui.widgets.step_button import gestures
@@ -145,7 +145,7 @@ def hand_at(kind: type[Made], qapp: QApplication, folder: Path, *pages: str) -> 
         hand.window.resize(1024, 600)
         if "preflight" in pages:  # a menu of this button would wait for a person
             hand.preflight.form.choose.setMenu(None)  # type: ignore[arg-type]
-        hand.connect(*READ_LAST)
+        hand.connect()
         hand.window.go_to("commands")
         yield hand
     gestures().reset()

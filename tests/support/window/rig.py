@@ -10,29 +10,34 @@ from typing import Any, TypeVar
 from unittest.mock import patch
 
 from PySide6.QtCore import QCoreApplication, QTimer
-from PySide6.QtWidgets import QApplication, QWidget
+from PySide6.QtWidgets import QAbstractButton, QApplication, QWidget
 from pytestqt.qtbot import QtBot
 
+from app.diagnosis.link_state import Phase
 from app.engine.procedure import Job
 from app.engine.target import Target
 from app.engine.transport import PortError, PortErrorKind
 from app.engine.worker import Batch
 from app.port_urls.protocol_sim import open_bench
+from app.preflight.verdict import Standing
 from app.simulator.bench import SimulatedBench
-from protocol.catalogue import SERIAL_OUTPUT, Hazard, Request
+from protocol.catalogue import BY_NAME, SERIAL_OUTPUT, Hazard, Request
+from protocol.fields import Value
 from tests.module.module import Module
 from tests.module.options import Options
 from tests.support.line.module_line import ModuleLine
 from tests.support.line.sim_line import FakeClock, SimulatedLine, ThreadlessWorker
 from tests.support.patience import PATIENCE_S
 from tests.support.window.fakes_ui import ListedPorts, simulated, wait_for_disk, window
-from tests.support.window.steps import Driver, given
+from tests.support.window.steps import Found, find, given, press
+from ui.acts.confirm import Confirm
 from ui.core.background_task import BackgroundTask
 from ui.main import Assembly
 from ui.pages.commands.page import CommandsPage
 from ui.pages.preflight.guided import GuidedPanel
 from ui.pages.preflight.page import PreflightPage
 from ui.pages.settings.page import SettingsPage
+from ui.pages.triggers.page import TriggersPage
 from ui.services.context import PageEntry
 from ui.session.port import Port
 from ui.session.ports import Ports
@@ -41,14 +46,14 @@ from ui.shell.main_window import MainWindow
 from ui.widgets.step_button import gestures
 
 Made = TypeVar("Made", bound="Rig")
-READ_LAST = ("freefall_time_s", "boot_count")
+READ_LAST = ("active", "freefall_time_s", "boot_count")
 """Where these are known, everything was read."""
 TURN_S = 0.08
 """Less than the ritual goes without a tick."""
 
 
 @dataclass
-class Rig(Driver):
+class Rig:
     """The window, the module, and every frame that left for it, on a clock that only `wait` and `until` move."""
 
     qtbot: QtBot
@@ -63,6 +68,8 @@ class Rig(Driver):
     """Every opening of a port, the last one last."""
     devices: dict[str, tuple[Module, ...]]
     """By port: independent modules, in place of the simulated one."""
+    reads_triggers: bool = True
+    """Whether the page Triggers reads by itself."""
     on_leaving: Callable[[Request], None] = lambda _request: None
     """Called with each frame as it is sent."""
     _due_s: dict[QTimer, float] = field(default_factory=dict)
@@ -105,6 +112,30 @@ class Rig(Driver):
         """The requests that were not queries, except `serial_output`."""
         acts = [request for request in self.requests if request.hazard is not Hazard.NONE]
         return [request for request in acts if request.command is not SERIAL_OUTPUT]
+
+    @cached_property
+    def triggers(self) -> TriggersPage:
+        return self.find(TriggersPage)
+
+    def find(self, kind: type[Found], name: str = "") -> Found:
+        return find(self.root, kind, name)
+
+    def click(self, widget: QWidget | str | None) -> None:
+        """A widget, or a button given by its name, once it is visible and enabled."""
+        button: QWidget | None = self.find(QAbstractButton, widget) if isinstance(widget, str) else widget
+        assert button is not None
+        self.until(lambda: button.isVisible() and button.isEnabled())
+        press(self.qtbot, button)
+
+    def changes(self, *names: str) -> list[bytes]:
+        """The frames that were not queries; of the commands `names`, or of all but `serial_output`."""
+        return [act.encode() for act in self.acts if not names or act.command.name in names]
+
+    def held(self, name: str) -> Value:
+        """The value that the module holds, in the field's unit."""
+        command = BY_NAME[name]
+        assert command.write is not None
+        return command.write.decode(getattr(self.bench.module.memory, name))
 
     def turn(self, longest_s: float = TURN_S) -> None:
         """One step of the line, the window and its timers; no time passes while the disk or a task is at work."""
@@ -161,12 +192,43 @@ class Rig(Driver):
         line.error = PortError(PortErrorKind.LOST, line.port, "unplugged")
         self.until(lambda: not port.is_open)
 
-    def connect(self, *known: str) -> None:
-        """Until these values are known, too."""
+    def connect(self) -> None:
+        """Until everything was read."""
         ports = self.assembly.ports
         ports.connect_to(Target(self.url, 115200))
-        keys = ("active", *known)
-        self.until(lambda: all(ports.module.view.known(key, self.clock()) is not None for key in keys))
+        self.until(lambda: all(ports.module.view.known(key, self.clock()) is not None for key in READ_LAST))
+        self.until(lambda: self.port.state.phase is Phase.ONLINE)
+        self.window.panel.hide()
+
+    def restart(self) -> None:
+        """Until everything was read again."""
+        port, before = self.port, self.port.module.number
+        self.bench.restart()
+        self.until(lambda: port.module.number > before and port.module.is_going and port.module.is_read)
+
+    def ask(self, confirm: Confirm) -> None:
+        """Make the first click of an act; if the layout changed, the first click only scrolls."""
+        for _ in range(2):
+            if not confirm.is_asking:
+                self.until(confirm.ask.isEnabled)
+                self.click(confirm.ask)
+
+    def check(self, *, is_enabling: bool = True) -> Standing:
+        """Run a check by a click; return the verdict."""
+        self.go_to("preflight")
+        page = self.preflight
+        self.click(page.enable if is_enabling and page.enable.isVisible() else page.run)
+        assert page.state.standing is Standing.CHECKING
+        self.wait_standing(Standing.GO, Standing.READY, Standing.NO_GO, Standing.VOID)
+        return page.state.standing
+
+    def wait_standing(self, *wanted: Standing) -> None:
+        self.until(lambda: self.preflight.banner.announcement.standing in wanted)
+
+    def read_triggers(self) -> None:
+        self.go_to("triggers")
+        self.click(self.triggers.read)
+        self.until(lambda: not self.triggers.work.is_busy)
 
 
 @contextmanager

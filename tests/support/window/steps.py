@@ -1,6 +1,5 @@
 """Finds, awaits and clicks widgets; steps of an act, which count only after 0.5 s, deliberately."""
 
-from abc import ABC, abstractmethod
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any, TypeVar
@@ -8,7 +7,7 @@ from typing import Any, TypeVar
 from PySide6.QtCore import QMimeData, QObject, QPoint, QPointF, QRect, Qt, QUrl
 from PySide6.QtGui import QCursor, QDragEnterEvent, QDropEvent, QGuiApplication
 from PySide6.QtTest import QTest
-from PySide6.QtWidgets import QAbstractButton, QApplication, QWidget
+from PySide6.QtWidgets import QApplication, QWidget
 from pytestqt.qtbot import QtBot
 
 from tests.support.window.controls import visible_in
@@ -146,27 +145,3 @@ def show_page(qtbot: QtBot, window: MainWindow, key: str, kind: type[Shown]) -> 
 def notice_text(bar: NoticeBar) -> str:
     """The text of the notice shown, "" without one."""
     return "" if bar.notice is None else bar.notice.text
-
-
-class Driver(ABC):
-    """Base of what drives a window or a page in tests."""
-
-    qtbot: QtBot
-
-    @property
-    @abstractmethod
-    def root(self) -> QWidget:
-        """The widget in whose children is searched."""
-
-    def find(self, kind: type[Found], name: str = "") -> Found:
-        return find(self.root, kind, name)
-
-    def click(self, widget: QWidget | str | None) -> None:
-        """Click a widget, or a button given by its name, once it is visible and enabled."""
-        button: QWidget | None = self.find(QAbstractButton, widget) if isinstance(widget, str) else widget
-        assert button is not None
-        self.until(lambda: button.isVisible() and button.isEnabled())
-        press(self.qtbot, button)
-
-    def until(self, is_so: Callable[[], object]) -> None:
-        self.qtbot.waitUntil(lambda: bool(is_so()))

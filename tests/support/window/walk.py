@@ -20,7 +20,7 @@ from app.text.i18n import set_language
 from tests.support.flights.made_flights import write_logs
 from tests.support.window.controls import moved, places
 from tests.support.window.fakes_ui import ADAPTER, SECOND_ADAPTER, ListedPorts
-from tests.support.window.rig import READ_LAST, Rig, on_fake_time
+from tests.support.window.rig import Rig, on_fake_time
 from tests.support.window.steps import let_lay_out
 from ui.main import PAGES
 from ui.pages.diagnosis.page import DiagnosisPage
@@ -77,9 +77,9 @@ class Walk(Rig):
             self.window.go_to(entry.key)
             yield self._stop(f"{entry.key}, not connected")
 
-    def connect(self, *known: str) -> None:
-        """Connect, and wait until the values have been read."""
-        super().connect(*READ_LAST, *known)
+    def connect(self) -> None:
+        """And wait until the values have been read."""
+        super().connect()
         self.window.go_to("live")
         live = self.find(LivePage)
         self.until(lambda: live.data.has_samples)

@@ -23,7 +23,7 @@ from app.text.messages import UserError
 from protocol.catalogue import SERIAL_OUTPUT, Request
 from protocol.events import Received, Sent
 from tests.module.module import Module
-from tests.support.window.desk import Desk, desk
+from tests.support.window.desk import desk
 from tests.support.window.fakes_ui import (
     ADAPTER,
     SECOND_ADAPTER,
@@ -33,6 +33,7 @@ from tests.support.window.fakes_ui import (
     wait_online,
     window,
 )
+from tests.support.window.rig import Rig
 from tests.support.window.steps import given, notice_text, press
 from ui.core.preferences import LastPort, Preferences
 from ui.main import Assembly
@@ -137,7 +138,7 @@ def test_a_missing_port_is_shown_in_a_notice(qtbot: QtBot, qapp: QApplication, t
 
 
 @pytest.mark.module(baud=57600, is_connected=False)
-def test_the_wrong_rate_is_found_with_one_click(one: Desk) -> None:
+def test_the_wrong_rate_is_found_with_one_click(one: Rig) -> None:
     one.port.connect_to(Target(one.url, 115200))
     one.until(lambda: one.window.notice_bar.button("find_rate") is not None)
     press(one.qtbot, one.window.notice_bar.button("find_rate"))

@@ -19,8 +19,8 @@ from app.store.fact_store import Store, StoreError
 from protocol.events import Ended, EndReason
 from tests.support.patience import PATIENCE_S
 from tests.support.processes import ran_code
-from tests.support.window.desk import Desk
 from tests.support.window.fakes_ui import page_entries, window
+from tests.support.window.rig import Rig
 from tests.support.window.steps import find, given
 from ui.core.background_task import BackgroundTask, ExportCancelled, Running
 from ui.core.bridge import Bridge, garbage_freed_here
@@ -205,7 +205,7 @@ def reading() -> Procedure[int]:
     return 7
 
 
-def test_progress_is_said_until_it_ends(one: Desk) -> None:
+def test_progress_is_said_until_it_ends(one: Rig) -> None:
     job, ended = PageJob(module=one.port.module), list[Job[int]]()
     job.notify(Meaning.GOOD, "before")
     with one.qtbot.waitSignal(job.changed):
@@ -240,7 +240,7 @@ def test_what_a_person_has_to_act_on_outlives_the_page(qtbot: QtBot) -> None:
     assert job.notices == []
 
 
-def test_the_end_of_one_that_was_replaced_or_forgotten_is_told_nobody(one: Desk) -> None:
+def test_the_end_of_one_that_was_replaced_or_forgotten_is_told_nobody(one: Rig) -> None:
     job, ended = PageJob(module=one.port.module), list[str]()
     job.run(reading(), lambda _job: ended.append("replaced"))
     one.wait(0.5)

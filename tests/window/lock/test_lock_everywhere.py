@@ -38,8 +38,8 @@ from protocol.catalogue import ACTIVATION, Request
 from tests.module.module import ACTIVATION as OF_THE_MODULE
 from tests.support.line.frames import at_each_frame
 from tests.support.processes import ran
-from tests.support.window.desk import Desk
 from tests.support.window.fakes_ui import connect, simulated, window
+from tests.support.window.rig import Rig
 from tests.support.window.steps import find, given, let_lay_out, notice_text, press
 from ui.core.preferences import Preferences
 from ui.files import file_dialogs
@@ -298,7 +298,7 @@ ACTIVE: Final = pytest.mark.module(active=True)
 
 @pytest.mark.parametrize("way", ["click", "key"])
 @ACTIVE
-def test_lock_is_one_gesture(one: Desk, way: str) -> None:
+def test_lock_is_one_gesture(one: Rig, way: str) -> None:
     if way == "click":
         press(one.qtbot, one.assembly.window.top_bar.lock)
     else:
@@ -312,7 +312,7 @@ def test_lock_is_one_gesture(one: Desk, way: str) -> None:
 
 
 @ACTIVE
-def test_a_key_that_is_held_is_one_press(one: Desk, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_key_that_is_held_is_one_press(one: Rig, monkeypatch: pytest.MonkeyPatch) -> None:
     pressed = list[str]()
     monkeypatch.setattr(PortLock, "press", lambda _lock, **_: pressed.append("LOCK"))
     for is_repeat in (False, True, True):
@@ -335,7 +335,7 @@ def lossy(bench: SimulatedBench, lost: int) -> list[float]:
 
 
 @ACTIVE
-def test_it_is_repeated_and_shown_until_the_module_reports_it(one: Desk) -> None:
+def test_it_is_repeated_and_shown_until_the_module_reports_it(one: Rig) -> None:
     times = lossy(one.bench, 5)
     bar = one.assembly.window.notice_bar
     press(one.qtbot, one.assembly.window.top_bar.lock)
@@ -354,7 +354,7 @@ def test_it_is_repeated_and_shown_until_the_module_reports_it(one: Desk) -> None
 @ACTIVE
 @pytest.mark.promise("l")
 def test_a_lock_that_fails_is_said_on_every_page_until_the_module_reports_that_it_is_locked(
-    one: Desk, monkeypatch: pytest.MonkeyPatch
+    one: Rig, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr("app.engine.procedure.LOCKS_FOR_S", 0.5)
     one.bench.change(mute=True)
@@ -376,7 +376,7 @@ def test_a_lock_that_fails_is_said_on_every_page_until_the_module_reports_that_i
 @pytest.mark.parametrize("away_s", [1.0, 62.0])
 @pytest.mark.promise("l")
 @ACTIVE
-def test_what_is_owed_goes_first_when_the_port_comes_back_within_a_minute(one: Desk, away_s: float) -> None:
+def test_what_is_owed_goes_first_when_the_port_comes_back_within_a_minute(one: Rig, away_s: float) -> None:
     bar, port = one.assembly.window.notice_bar, one.assembly.ports.current
     heal = at_each_frame(one.bench, lambda request: request.command is not ACTIVATION)
     press(one.qtbot, one.assembly.window.top_bar.lock)
@@ -400,7 +400,7 @@ def test_what_is_owed_goes_first_when_the_port_comes_back_within_a_minute(one: D
 
 @pytest.mark.promise("l")
 @ACTIVE
-def test_pressed_again_it_goes_on_and_what_is_activated_on_purpose_is_not_locked_again(one: Desk) -> None:
+def test_pressed_again_it_goes_on_and_what_is_activated_on_purpose_is_not_locked_again(one: Rig) -> None:
     times, lock = lossy(one.bench, 100), one.assembly.ports.current.lock
     for _ in range(2):
         press(one.qtbot, one.assembly.window.top_bar.lock)
@@ -419,7 +419,7 @@ def test_pressed_again_it_goes_on_and_what_is_activated_on_purpose_is_not_locked
 @pytest.mark.parametrize("is_unplugged", [False, True])
 @pytest.mark.promise("l")
 @ACTIVE
-def test_a_lock_that_goes_on_never_reaches_another_port(one: Desk, is_unplugged: bool) -> None:
+def test_a_lock_that_goes_on_never_reaches_another_port(one: Rig, is_unplugged: bool) -> None:
     connector = one.assembly.ports
     lock, done = connector.current.lock, list[str]()
     with simulated("other") as other:
@@ -466,7 +466,7 @@ def test_its_keys_count_while_the_pages_are_made(
 
 
 @pytest.mark.module(is_connected=False)
-def test_a_module_that_is_not_shown_and_active_is_named_beside_lock(one: Desk) -> None:
+def test_a_module_that_is_not_shown_and_active_is_named_beside_lock(one: Rig) -> None:
     first, here = one.plug_in("/dev/one", {OF_THE_MODULE: 1})
     second, there = one.plug_in("/dev/two")
     button = one.window.top_bar.lock_others

@@ -19,8 +19,8 @@ from tests.support.records.recordings_made import batch, talk
 from tests.support.window import screen_reader
 from tests.support.window.controls import covered, moved, places, visible_in
 from tests.support.window.cut_off import cut_off
-from tests.support.window.desk import Desk
 from tests.support.window.fakes_ui import connect, page_entries, simulated, window
+from tests.support.window.rig import Rig
 from tests.support.window.screen_reader import announced
 from tests.support.window.steps import given, let_lay_out, notice_text
 from ui.core.preferences import Preferences
@@ -59,7 +59,7 @@ def test_no_text_of_the_program_says_that_a_module_does_not_fire() -> None:
 
 @ALONE
 @pytest.mark.promise("h")
-def test_without_reports_it_says_how_old_the_last_one_is(one: Desk) -> None:
+def test_without_reports_it_says_how_old_the_last_one_is(one: Rig) -> None:
     one.plug_in(USB0, {ACTIVATION: 1})
     activation = one.window.top_bar.activation
     assert activation.word == "ACTIVE"
@@ -75,7 +75,7 @@ class Listener(NamedTuple):
     said: list[str]
     played: list[Sound]
 
-    def heard(self, one: Desk, count: int = 1) -> list[str]:
+    def heard(self, one: Rig, count: int = 1) -> list[str]:
         """What was announced since it was last asked."""
         one.until(lambda: len(self.said) >= count)
         one.wait(1.0)  # what else waits is said now
@@ -85,14 +85,14 @@ class Listener(NamedTuple):
 
 
 @pytest.fixture
-def listener(one: Desk, monkeypatch: pytest.MonkeyPatch) -> Listener:
+def listener(one: Rig, monkeypatch: pytest.MonkeyPatch) -> Listener:
     played = list[Sound]()
     monkeypatch.setattr(StateAnnouncer, "play", lambda _announcer, sound: played.append(sound))
     return Listener(announced(monkeypatch), played)
 
 
 @ALONE
-def test_with_several_ports_a_word_and_a_sound_are_of_the_one(one: Desk, listener: Listener) -> None:
+def test_with_several_ports_a_word_and_a_sound_are_of_the_one(one: Rig, listener: Listener) -> None:
     first, _ = one.plug_in(USB0)
     second, module = one.plug_in(USB1, {ACTIVATION: 1})
     assert listener.heard(one, 2)[-1] == f"{USB1}: ACTIVE"
@@ -108,7 +108,7 @@ def test_with_several_ports_a_word_and_a_sound_are_of_the_one(one: Desk, listene
 
 @ALONE
 @pytest.mark.promise("j")
-def test_each_state_is_told_once_when_it_becomes_so(one: Desk, listener: Listener) -> None:
+def test_each_state_is_told_once_when_it_becomes_so(one: Rig, listener: Listener) -> None:
     _, module = one.plug_in(USB0)
     assert listener.heard(one) == ["LOCKED"]
     module.settings[ACTIVATION] = 1
@@ -124,7 +124,7 @@ def test_each_state_is_told_once_when_it_becomes_so(one: Desk, listener: Listene
 
 @ALONE
 @pytest.mark.promise("j")
-def test_a_lost_link_is_told_with_what_it_means_and_the_state_again_afterwards(one: Desk, listener: Listener) -> None:
+def test_a_lost_link_is_told_with_what_it_means_and_the_state_again_afterwards(one: Rig, listener: Listener) -> None:
     port, module = one.plug_in(USB0, {ACTIVATION: 1})
     assert listener.heard(one) == ["ACTIVE"]
     one.unplug(port)
@@ -139,7 +139,7 @@ def test_a_lost_link_is_told_with_what_it_means_and_the_state_again_afterwards(o
 
 @ALONE
 @pytest.mark.promise("af")
-def test_neither_a_doubt_nor_a_name_nor_a_shutdown_is_said_of_another_adapter(one: Desk) -> None:
+def test_neither_a_doubt_nor_a_name_nor_a_shutdown_is_said_of_another_adapter(one: Rig) -> None:
     port, module = one.plug_in(USB0, {ACTIVATION: 1})
     port.module.say_name("M-07")
     module.restart(one.clock())
@@ -167,7 +167,7 @@ def player(folder: Path, name: str, *, code: int) -> Path:
 @ALONE
 @pytest.mark.skipif(sys.platform == "win32", reason="the players are scripts")
 def test_a_chosen_sound_is_played_by_the_first_player_that_works(
-    qtbot: QtBot, one: Desk, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+    qtbot: QtBot, one: Rig, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setenv("PATH", str(tmp_path))
     beeps: list[bool] = []
@@ -251,7 +251,7 @@ def test_notices_after_a_trigger_and_a_restart(qtbot: QtBot, qapp: QApplication,
 
 
 @ALONE
-def test_a_notice_that_was_closed_comes_again_with_its_cause(one: Desk) -> None:
+def test_a_notice_that_was_closed_comes_again_with_its_cause(one: Rig) -> None:
     bar, (_port, module) = one.window.notice_bar, one.plug_in(USB0)
     for is_triggered in (True, False, True):
         module.triggered = is_triggered
@@ -333,7 +333,7 @@ def test_several_notices_stand_at_once_and_the_graver_one_is_whole(qtbot: QtBot)
 
 @ALONE
 @pytest.mark.promise("l")
-def test_lock_first_locks_every_module_and_closing_asks_while_that_is_not_reported(one: Desk) -> None:
+def test_lock_first_locks_every_module_and_closing_asks_while_that_is_not_reported(one: Rig) -> None:
     modules = [one.plug_in(device, {ACTIVATION: 1}) for device in (USB0, USB1)]
     one.workers.clear()  # no LOCK leaves
     one.window.close()

@@ -19,8 +19,9 @@ from app.store.fact_store import FILE_NAME
 from app.system.files import data_folder
 from app.trigger_records.history import read_triggers
 from tests.support.processes import ran_code
-from tests.support.window.desk import Desk, name_module
+from tests.support.window.desk import name_module
 from tests.support.window.fakes_ui import connect, simulated, store_of, window
+from tests.support.window.rig import Rig
 from tests.support.window.steps import find, given, notice_text, press
 from ui.acts.confirm import Confirm
 from ui.core.preferences import Preferences
@@ -129,7 +130,7 @@ def test_an_unattended_run_saves_a_picture(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("is_chosen", [False, True], ids=["the computer slept", "another module was chosen"])
-def test_with_its_conversation_a_question_is_withdrawn_and_what_runs_is_cancelled(one: Desk, is_chosen: bool) -> None:
+def test_with_its_conversation_a_question_is_withdrawn_and_what_runs_is_cancelled(one: Rig, is_chosen: bool) -> None:
     question, armed, module = Confirm("night", ask="Zero", go="Zero now"), one.assembly.armed, one.port.module
     question.setParent(one.window)
     question.is_asking = True  # it is in no page, so a click would only bring it into sight
@@ -147,7 +148,7 @@ def test_with_its_conversation_a_question_is_withdrawn_and_what_runs_is_cancelle
 
 
 @pytest.mark.promise("h")
-def test_beyond_a_second_of_lag_nothing_is_shown_as_current(one: Desk) -> None:
+def test_beyond_a_second_of_lag_nothing_is_shown_as_current(one: Rig) -> None:
     one.bench.change(lag_ms=600.0)
     one.until(lambda: one.port.state.phase is Phase.LATE)
     one.until(lambda: "Late" in one.window.top_bar.port.word.text())
@@ -214,7 +215,7 @@ def test_lock_is_on_the_screen_at_every_scale(width: int, height: int, scale: fl
 
 @pytest.mark.parametrize("known", [("M-070", "m-07"), ("M-07", "M-070")])
 @pytest.mark.module("preflight")
-def test_a_scanned_name_is_taken_as_it_was_typed(one: Desk, known: tuple[str, ...]) -> None:
+def test_a_scanned_name_is_taken_as_it_was_typed(one: Rig, known: tuple[str, ...]) -> None:
     one.go_to("preflight")
     for number in range(len(known) + 1):
         for name in known[:number]:

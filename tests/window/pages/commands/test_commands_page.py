@@ -19,8 +19,9 @@ from app.system.uncaught import UncaughtError
 from protocol.messages import Source
 from tests.support.line.frames import lose
 from tests.support.records.stored import audit as audited
-from tests.support.window.desk import Desk, desk
+from tests.support.window.desk import desk
 from tests.support.window.fakes_ui import simulated, store_of
+from tests.support.window.rig import Rig
 from tests.support.window.steps import given, notice_text, settle
 from ui.acts.act_row import ActRow, outcome_meaning
 from ui.acts.ritual_widget import RitualWidget
@@ -30,26 +31,26 @@ DEPLOY, LOCK = REQUESTS[Act.DEPLOY].encode(), REQUESTS[Act.LOCK].encode()
 HELD_S = 2.0
 
 
-def said(one: Desk, act: Act) -> str:
+def said(one: Rig, act: Act) -> str:
     return notice_text(one.commands.acts[act].notice_bar)
 
 
-def outcome(one: Desk) -> str:
+def outcome(one: Rig) -> str:
     return notice_text(one.commands.ritual.notice_bar)
 
 
-def audit(one: Desk) -> list[tuple[Act, Outcome]]:
+def audit(one: Rig) -> list[tuple[Act, Outcome]]:
     return [(entry.act, entry.outcome) for entry in audited(store_of(one.assembly.storage))]
 
 
-def ask(one: Desk, act: Act) -> ActRow:
+def ask(one: Rig, act: Act) -> ActRow:
     row = one.commands.acts[act]
     one.until(row.confirm.ask.isEnabled)
     one.ask(row.confirm)
     return row
 
 
-def choose(one: Desk) -> RitualWidget:
+def choose(one: Rig) -> RitualWidget:
     ritual = one.commands.ritual
     one.until(ritual.choose.isEnabled)
     one.click(ritual.choose)
@@ -57,7 +58,7 @@ def choose(one: Desk) -> RitualWidget:
     return ritual
 
 
-def arm(one: Desk) -> RitualWidget:
+def arm(one: Rig) -> RitualWidget:
     """Choose and arm by mouse."""
     ritual = choose(one)
     one.until(ritual.arm.isEnabled)
@@ -68,15 +69,15 @@ def arm(one: Desk) -> RitualWidget:
     return ritual
 
 
-def press(one: Desk) -> None:
+def press(one: Rig) -> None:
     one.qtbot.mousePress(one.commands.ritual.hold, Qt.MouseButton.LeftButton)
 
 
-def release(one: Desk) -> None:
+def release(one: Rig) -> None:
     one.qtbot.mouseRelease(one.commands.ritual.hold, Qt.MouseButton.LeftButton)
 
 
-def stays_quiet(one: Desk, seconds: float = HELD_S + 0.7) -> None:
+def stays_quiet(one: Rig, seconds: float = HELD_S + 0.7) -> None:
     """Time enough for a whole hold; nothing leaves, and the module has not fired."""
     one.wait(seconds)
     assert one.changes() == []
@@ -87,7 +88,7 @@ def stays_quiet(one: Desk, seconds: float = HELD_S + 0.7) -> None:
 
 
 @pytest.mark.promise("d")
-def test_an_act_takes_two_clicks_and_is_sent_once(qtbot: QtBot, one: Desk) -> None:
+def test_an_act_takes_two_clicks_and_is_sent_once(qtbot: QtBot, one: Rig) -> None:
     for act in (Act.ZERO, Act.FORBID_DEPLOY, Act.ACTIVATE, Act.SHUTDOWN):
         row = ask(one, act)
         before, told = one.changes(), audit(one)
@@ -111,7 +112,7 @@ def test_an_act_takes_two_clicks_and_is_sent_once(qtbot: QtBot, one: Desk) -> No
 
 
 @pytest.mark.module(tilt=70)
-def test_an_act_that_is_refused_names_the_open_condition(one: Desk) -> None:
+def test_an_act_that_is_refused_names_the_open_condition(one: Rig) -> None:
     row = one.commands.acts[Act.ACTIVATE]
     one.until(lambda: "threshold 60°" in row.conditions.text())
     assert not row.confirm.ask.isEnabled()
@@ -124,9 +125,7 @@ def test_an_act_that_is_refused_names_the_open_condition(one: Desk) -> None:
 
 
 @pytest.mark.parametrize("end", ["lock", "restart"])
-def test_an_unanswered_activation_is_to_be_treated_as_active_until_it_is_locked_or_restarts(
-    end: str, one: Desk
-) -> None:
+def test_an_unanswered_activation_is_to_be_treated_as_active_until_it_is_locked_or_restarts(end: str, one: Rig) -> None:
     module = one.assembly.ports.module
     one.click("lock_button")
     one.until(lambda: one.assembly.ports.current.lock.confirmed is not None)
@@ -147,7 +146,7 @@ def test_an_unanswered_activation_is_to_be_treated_as_active_until_it_is_locked_
 
 
 @pytest.mark.promise("l")
-def test_that_the_module_reports_active_is_not_said_while_it_is_silent(one: Desk) -> None:
+def test_that_the_module_reports_active_is_not_said_while_it_is_silent(one: Rig) -> None:
     one.click(ask(one, Act.ACTIVATE).confirm.go)
     one.until(lambda: said(one, Act.ACTIVATE) == "The module reports ACTIVE.")
     one.bench.change(mute=True)
@@ -181,7 +180,7 @@ def test_the_tilt_is_read_afterwards_and_nothing_is_promised() -> None:
 # The ritual
 
 
-def test_the_whole_ritual_sends_one_frame(active: Desk) -> None:
+def test_the_whole_ritual_sends_one_frame(active: Rig) -> None:
     ritual = arm(active)
     press(active)
     assert ritual.ritual.stage is Stage.HOLDING
@@ -192,7 +191,7 @@ def test_the_whole_ritual_sends_one_frame(active: Desk) -> None:
     assert active.assembly.armed.act is None
 
 
-def test_the_whole_ritual_by_keyboard_alone(qtbot: QtBot, active: Desk) -> None:
+def test_the_whole_ritual_by_keyboard_alone(qtbot: QtBot, active: Rig) -> None:
     def focused() -> QWidget:
         return given(QApplication.focusWidget())
 
@@ -212,7 +211,7 @@ def test_the_whole_ritual_by_keyboard_alone(qtbot: QtBot, active: Desk) -> None:
     assert active.changes() == [DEPLOY]
 
 
-def test_neither_a_double_click_nor_a_repeated_key_begins_the_hold(active: Desk) -> None:
+def test_neither_a_double_click_nor_a_repeated_key_begins_the_hold(active: Rig) -> None:
     """The ritual relies on its button for that."""
     hold = arm(active).hold
     at = QPointF(hold.rect().center())
@@ -226,7 +225,7 @@ def test_neither_a_double_click_nor_a_repeated_key_begins_the_hold(active: Desk)
         stays_quiet(active)
 
 
-def test_a_locked_module_is_neither_chosen_nor_armed(one: Desk) -> None:
+def test_a_locked_module_is_neither_chosen_nor_armed(one: Rig) -> None:
     ritual = one.commands.ritual
     assert "LOCKED" in ritual.conditions.text()
     assert (ritual.conditions.isVisible(), ritual.choose.isEnabled()) == (True, False)
@@ -240,7 +239,7 @@ def test_a_locked_module_is_neither_chosen_nor_armed(one: Desk) -> None:
     assert "LOCKED" in ritual.conditions.text()
 
 
-def test_letting_go_too_early_and_ten_seconds_end_it(active: Desk) -> None:
+def test_letting_go_too_early_and_ten_seconds_end_it(active: Rig) -> None:
     ritual = arm(active)
     press(active)
     active.wait(0.2)
@@ -255,7 +254,7 @@ def test_letting_go_too_early_and_ten_seconds_end_it(active: Desk) -> None:
     stays_quiet(active, 0.2)
 
 
-def look_elsewhere(one: Desk) -> None:
+def look_elsewhere(one: Rig) -> None:
     other = QWidget()
     other.show()
     other.activateWindow()
@@ -264,11 +263,11 @@ def look_elsewhere(one: Desk) -> None:
     one.assembly.window.activateWindow()
 
 
-def sleep(one: Desk) -> None:
+def sleep(one: Rig) -> None:
     one.clock.now_s += 60.0
 
 
-OF_THE_PERSON: dict[str, tuple[Callable[[Desk], None], str]] = {
+OF_THE_PERSON: dict[str, tuple[Callable[[Rig], None], str]] = {
     "focus": (lambda one: one.assembly.window.navigation.setFocus(), "focus lost"),
     "focus, not held": (lambda one: one.assembly.window.navigation.setFocus(), "focus lost"),
     "page": (lambda one: one.assembly.window.go_to("settings"), "Disarmed"),
@@ -277,7 +276,7 @@ OF_THE_PERSON: dict[str, tuple[Callable[[Desk], None], str]] = {
     "another window": (look_elsewhere, "window left"),
     "window": (lambda one: one.assembly.window.hide(), "window left"),  # the last one
 }
-OF_THE_MODULE: dict[str, tuple[Callable[[Desk], None], str]] = {
+OF_THE_MODULE: dict[str, tuple[Callable[[Rig], None], str]] = {
     "locked meanwhile": (lambda one: one.bench.module.activate(is_active=False), "a condition is not met"),
     "restart": (lambda one: one.bench.restart(), "Disarmed"),
     "sleep of the computer": (sleep, "Disarmed"),
@@ -288,7 +287,7 @@ OF_THE_MODULE: dict[str, tuple[Callable[[Desk], None], str]] = {
 @pytest.mark.promise("j")
 @pytest.mark.parametrize("ends", [OF_THE_PERSON, OF_THE_MODULE], ids=["person", "module"])
 @pytest.mark.module("commands", "settings", active=True)
-def test_whatever_happens_instead_disarms(one: Desk, ends: dict[str, tuple[Callable[[Desk], None], str]]) -> None:
+def test_whatever_happens_instead_disarms(one: Rig, ends: dict[str, tuple[Callable[[Rig], None], str]]) -> None:
     for why, (act, text) in ends.items():
         one.go_to("commands")
         one.bench.module.activate(is_active=True)
@@ -307,7 +306,7 @@ def test_whatever_happens_instead_disarms(one: Desk, ends: dict[str, tuple[Calla
 
 
 @pytest.mark.promise("c")
-def test_an_error_anywhere_in_the_window_disarms(active: Desk) -> None:
+def test_an_error_anywhere_in_the_window_disarms(active: Rig) -> None:
     for prepare in (choose, arm):
         ritual = prepare(active)
         active.assembly.window.attention.report(UncaughtError("a fault of ours", ""))
@@ -323,7 +322,7 @@ def test_an_error_anywhere_in_the_window_disarms(active: Desk) -> None:
 # What is said
 
 
-def test_after_a_trigger_it_says_fired_until_the_module_says_otherwise(active: Desk) -> None:
+def test_after_a_trigger_it_says_fired_until_the_module_says_otherwise(active: Rig) -> None:
     meaning, until_locked = active.commands.meaning, "Treat it as ready to fire until it reports LOCKED."
     active.until(lambda: meaning.text() == "Ready to fire: lock it before you touch it.")
     active.bench.module.fire(Source.SERIAL, active.assembly.ports.clock())
@@ -337,7 +336,7 @@ def test_after_a_trigger_it_says_fired_until_the_module_says_otherwise(active: D
     active.until(lambda: meaning.text() == "The module is LOCKED.")
 
 
-def test_what_was_said_of_one_module_is_not_said_of_the_next_nor_of_a_port_that_is_gone(one: Desk) -> None:
+def test_what_was_said_of_one_module_is_not_said_of_the_next_nor_of_a_port_that_is_gone(one: Rig) -> None:
     page = one.commands
     with simulated("next"):
         for _ in range(2):

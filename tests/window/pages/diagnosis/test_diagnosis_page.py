@@ -214,7 +214,7 @@ def test_the_saved_bundle_equals_the_preview_and_is_made_again_for_another_modul
 @pytest.fixture
 def rig(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> Iterator[Rig]:
     with on_fake_time(Rig, qtbot, qapp, tmp_path, "shared", ALONE) as one:
-        one.connect("boot_count")
+        one.connect()
         yield one
 
 

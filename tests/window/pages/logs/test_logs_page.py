@@ -24,7 +24,8 @@ from tests.support.records.recordings_made import NOON, batch, recorder_in, repo
 from tests.support.window.controls import moved, places
 from tests.support.window.cut_off import cut_off
 from tests.support.window.fakes_ui import connect, page_entries, simulated, window
-from tests.support.window.steps import Driver, await_child, choosing, given, let_lay_out, notice_text, press, show_page
+from tests.support.window.rig import Rig, on_fake_time
+from tests.support.window.steps import await_child, choosing, given, let_lay_out, notice_text, press
 from ui.pages.live.page import LivePage
 from ui.pages.logs import rows as work_module
 from ui.pages.logs.page import LogsPage
@@ -37,16 +38,16 @@ UNSORTED, MUST_NOT, MUST = FlightGroup
 
 
 @dataclass
-class Desk(Driver):
+class Desk(Rig):
     """The page, without a port."""
 
-    qtbot: QtBot
-    storage: Storage
-    page: LogsPage
+    @property
+    def page(self) -> LogsPage:
+        return self.find(LogsPage)
 
     @property
-    def root(self) -> LogsPage:
-        return self.page
+    def storage(self) -> Storage:
+        return self.assembly.storage
 
     def add(self, *logs: FlightLog, group: FlightGroup = MUST_NOT) -> None:
         """Adds flights as if they had been read."""
@@ -94,14 +95,13 @@ class Desk(Driver):
 
 @contextmanager
 def desk_in(qtbot: QtBot, qapp: QApplication, folder: Path, *recordings: Path) -> Iterator[Desk]:
-    with window(qapp, folder, entries=page_entries("logs")) as assembly:
-        library = assembly.storage.library.folder
+    with on_fake_time(Desk, qtbot, qapp, folder, "unused", page_entries("logs")) as desk:
+        library = desk.storage.library.folder
         library.mkdir(parents=True)
         for path in recordings:
             copyfile(path, library / path.name)
-        page = show_page(qtbot, assembly.window, "logs", LogsPage)
-        assembly.window.panel.hide()
-        desk = Desk(qtbot, assembly.storage, page)
+        desk.window.panel.hide()
+        desk.go_to("logs")
         desk.list_again(len(recordings))
         yield desk
 
@@ -146,7 +146,7 @@ def test_a_folder_is_read_and_a_table_asks_for_its_columns_in_one_line(desk: Des
     view.read.click()
     desk.wait_read()
     assert page.work.unread() == []
-    desk.qtbot.waitUntil(lambda: view.plot is not None)  # it is shown, now that it can be
+    desk.until(lambda: view.plot is not None)  # it is shown, now that it can be
     assert page.on_escape()
     assert desk.notice() == ""
 
@@ -187,7 +187,7 @@ def test_cancel_is_immediate_and_late_results_change_nothing(
     monkeypatch.setattr(work_module, "summarise_log", slowly)
     desk.page.open_files(paths)
     assert has_begun.wait(30)
-    desk.qtbot.waitUntil(lambda: desk.notice() == "Reading logs…: 33 %")
+    desk.until(lambda: desk.notice() == "Reading logs…: 33 %")
     press(desk.qtbot, desk.page.strip.button("cancel"))  # without waiting
     assert desk.notice() == "Cancelled."
     assert desk.on(UNSORTED) == [str(paths[0])]
@@ -340,7 +340,7 @@ def test_a_single_file_is_read_again_where_it_has_changed_and_shown_at_its_momen
     assert desk.texts(LogColumn.ANSWER) == {str(path): "no"}
     assert page.on_escape()
     desk.open(write_csv(path, crash("", np.random.default_rng(2), seconds=30)))
-    desk.qtbot.waitUntil(lambda: view.plot is not None)
+    desk.until(lambda: view.plot is not None)
     plot, outcome = given(view.plot), given(desk.rows()[0].outcome)
     assert "after the loss of control" in view.verdict.text()
     assert plot.time_range.cursor_s == pytest.approx(outcome.at_s, abs=0.05)
@@ -351,7 +351,7 @@ def test_a_single_file_is_read_again_where_it_has_changed_and_shown_at_its_momen
     assert page.map.isVisible()
     path.unlink()
     page.open_row(desk.rows()[0])
-    desk.qtbot.waitUntil(lambda: "No such file" in view.verdict.text())
+    desk.until(lambda: "No such file" in view.verdict.text())
 
 
 # Use of thresholds
@@ -514,7 +514,7 @@ def test_a_trigger_is_marked_however_often_the_module_restarted_afterwards(desk:
     path = tmp_path / "restarts.mcap"
     write_session(path, (report(1000.0 + n / 10, active=True) for n in range(150)), notes)
     desk.open(path)
-    desk.qtbot.waitUntil(lambda: desk.page.view.plot is not None)
+    desk.until(lambda: desk.page.view.plot is not None)
     assert "triggered" in {mark.word for mark in given(desk.page.view.plot).canvas.marks}
 
 

@@ -27,8 +27,9 @@ from app.text.messages import UserMessage
 from protocol.catalogue import BY_NAME
 from protocol.fields import Value
 from tests.support.records.stored import add
-from tests.support.window.desk import NOBODY, Desk, confirm_name, desk, kept, name_module, press_row, said
+from tests.support.window.desk import NOBODY, confirm_name, desk, kept, name_module, press_row, said
 from tests.support.window.fakes_ui import store_of
+from tests.support.window.rig import Rig
 from tests.support.window.steps import choosing, drop, find, given, notice_text
 from ui.pages.preflight.checks import remedy
 from ui.pages.triggers.page import TriggersPage
@@ -47,7 +48,7 @@ text = "<b>Pack date</b>"
 
 
 @pytest.mark.module(cell=3.6)
-def test_run_fail_repair_run_again_print(tmp_path: Path, one: Desk) -> None:
+def test_run_fail_repair_run_again_print(tmp_path: Path, one: Rig) -> None:
     page = one.preflight
     assert not page.export.isEnabled()
     name_module(one, "M-07")
@@ -95,7 +96,7 @@ def test_run_fail_repair_run_again_print(tmp_path: Path, one: Desk) -> None:
 # What a person says
 
 
-def change_threshold(bench: Desk) -> None:
+def change_threshold(bench: Rig) -> None:
     """Nobody at this window did: what was known of the module is over."""
     port = bench.assembly.ports.current
     before = port.module.number
@@ -104,7 +105,7 @@ def change_threshold(bench: Desk) -> None:
     bench.until(lambda: port.module.number > before and port.module.is_read)
 
 
-def use_profile(bench: Desk, folder: Path, text: str) -> Path:
+def use_profile(bench: Rig, folder: Path, text: str) -> Path:
     path = folder / "hexa.toml"
     path.write_text(text, encoding="utf-8")
     bench.preflight.form.ask_open = choosing(path)
@@ -112,7 +113,7 @@ def use_profile(bench: Desk, folder: Path, text: str) -> Path:
     return path
 
 
-def test_manual_items_are_ticked_by_a_person(tmp_path: Path, one: Desk) -> None:
+def test_manual_items_are_ticked_by_a_person(tmp_path: Path, one: Rig) -> None:
     use_profile(one, tmp_path, PROFILE)
     page = one.preflight
     needed, other = page.list.manual
@@ -138,7 +139,7 @@ def test_manual_items_are_ticked_by_a_person(tmp_path: Path, one: Desk) -> None:
 
 
 @pytest.mark.module(is_connected=False)
-def test_what_was_entered_stays_when_a_module_gets_its_name_and_goes_with_another(tmp_path: Path, one: Desk) -> None:
+def test_what_was_entered_stays_when_a_module_gets_its_name_and_goes_with_another(tmp_path: Path, one: Rig) -> None:
     page, port = one.preflight, one.assembly.ports.current
     use_profile(one, tmp_path, PROFILE)
 
@@ -171,7 +172,7 @@ def test_what_was_entered_stays_when_a_module_gets_its_name_and_goes_with_anothe
 
 
 @pytest.mark.module("preflight", "triggers", reads_triggers=True, history=2, boots=37)
-def test_records_and_boot_count_need_a_word_of_a_person(one: Desk) -> None:
+def test_records_and_boot_count_need_a_word_of_a_person(one: Rig) -> None:
     page, window = one.preflight, one.assembly.window
     name_module(one, "M-07")
     assert one.check() is Standing.NO_GO
@@ -194,7 +195,7 @@ def test_records_and_boot_count_need_a_word_of_a_person(one: Desk) -> None:
     assert given(page.state.assessment).result("boot_count") is CheckResult.PASS
 
 
-def test_changed_settings_are_approved_by_a_person_once_for_the_module(one: Desk) -> None:
+def test_changed_settings_are_approved_by_a_person_once_for_the_module(one: Rig) -> None:
     page = one.preflight
     name_module(one, "M-07")
     assert one.check() is Standing.READY
@@ -211,7 +212,7 @@ def test_changed_settings_are_approved_by_a_person_once_for_the_module(one: Desk
     assert one.check() is Standing.READY  # they are the approved ones now
 
 
-def test_what_a_profile_approves_is_changed_in_the_profile(tmp_path: Path, one: Desk) -> None:
+def test_what_a_profile_approves_is_changed_in_the_profile(tmp_path: Path, one: Rig) -> None:
     approved = 'approved_fingerprint = "JFKY-2WSC"  # in May\n[['
     page = one.preflight
     change_threshold(one)
@@ -240,7 +241,7 @@ def test_what_a_profile_approves_is_changed_in_the_profile(tmp_path: Path, one: 
     assert page.list.rows["tilt"].limit.text() == "≤ 4°"
 
 
-def test_ctrl_return_is_always_the_main_button(tmp_path: Path, one: Desk) -> None:
+def test_ctrl_return_is_always_the_main_button(tmp_path: Path, one: Rig) -> None:
     page, target = one.preflight, tmp_path / "report.pdf"
     page.ask_path = choosing(target)
 
@@ -284,7 +285,7 @@ def test_what_mends_a_row_is_offered_only_where_its_value_is_known() -> None:
         assert (act.words if act else "") == words, id_
 
 
-def test_what_a_profile_says_is_put_into_settings_and_not_written(tmp_path: Path, one: Desk) -> None:
+def test_what_a_profile_says_is_put_into_settings_and_not_written(tmp_path: Path, one: Rig) -> None:
     page, used = one.preflight, list[object]()
     page.exchange.used.connect(used.append)
     use_profile(one, tmp_path, "[settings]\nattitude_threshold_deg = 65\n")
@@ -306,7 +307,7 @@ def test_without_a_store_the_verdict_stands_and_says_that_it_was_not_kept(
 
 
 def test_of_a_verdict_that_a_hanging_disk_may_still_take_that_is_said(
-    one: Desk, monkeypatch: pytest.MonkeyPatch
+    one: Rig, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     def hang(store: Store, _work: object) -> None:
         raise StoreHangs("It does not answer.")
@@ -320,7 +321,7 @@ def test_of_a_verdict_that_a_hanging_disk_may_still_take_that_is_said(
 # Its records
 
 
-def test_what_was_typed_last_is_on_the_report_and_a_dropped_one_is_intact_or_altered(tmp_path: Path, one: Desk) -> None:
+def test_what_was_typed_last_is_on_the_report_and_a_dropped_one_is_intact_or_altered(tmp_path: Path, one: Rig) -> None:
     page, target = one.preflight, tmp_path / "report.pdf"
     assert one.check() is Standing.READY
     page.ask_path = choosing(target)
@@ -347,7 +348,7 @@ def test_what_was_typed_last_is_on_the_report_and_a_dropped_one_is_intact_or_alt
     one.until(lambda: "cannot be read" in said(one))
 
 
-def test_what_is_simulated_void_or_has_no_name_makes_no_curve(one: Desk) -> None:
+def test_what_is_simulated_void_or_has_no_name_makes_no_curve(one: Rig) -> None:
     history, store = one.preflight.past, store_of(one.assembly.storage)
     for cell_v, is_void, is_simulated in ((4.0, False, False), (1.0, False, True), (2.0, True, False)):
         check = PreflightCheck(
@@ -368,7 +369,7 @@ def test_what_is_simulated_void_or_has_no_name_makes_no_curve(one: Desk) -> None
 
 
 @pytest.mark.module(cell=3.6)
-def test_past_checks_and_what_they_measured(qtbot: QtBot, tmp_path: Path, one: Desk) -> None:
+def test_past_checks_and_what_they_measured(qtbot: QtBot, tmp_path: Path, one: Rig) -> None:
     page = one.preflight
     name_module(one, "M-07")
     one.find(QLineEdit, "preflight_aircraft").setText("H6-12")
@@ -414,7 +415,7 @@ def _type(qtbot: QtBot, field: QLineEdit, text: str) -> None:
 
 
 @pytest.mark.module(is_connected=False)
-def test_a_profile_is_edited_saved_and_used(qtbot: QtBot, tmp_path: Path, one: Desk) -> None:
+def test_a_profile_is_edited_saved_and_used(qtbot: QtBot, tmp_path: Path, one: Rig) -> None:
     path, page = tmp_path / "hexa.toml", one.preflight
     path.write_text(EDITED, encoding="utf-8")
     before = read_profile(path)
@@ -462,7 +463,7 @@ def test_a_profile_is_edited_saved_and_used(qtbot: QtBot, tmp_path: Path, one: D
 
 
 @pytest.mark.module(is_connected=False)
-def test_edits_are_discarded_only_when_that_is_said(qtbot: QtBot, tmp_path: Path, one: Desk) -> None:
+def test_edits_are_discarded_only_when_that_is_said(qtbot: QtBot, tmp_path: Path, one: Rig) -> None:
     page, window = one.preflight, one.assembly.window
     page.edit_profile()
     editor = given(page.editor)

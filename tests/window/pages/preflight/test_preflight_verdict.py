@@ -19,14 +19,15 @@ from app.settings.profiles import NO_PROFILE
 from app.store.acts import note_triggered
 from protocol.events import Sent
 from tests.support.line.frames import lose
-from tests.support.window.desk import NOBODY, Desk, kept, name_module
+from tests.support.window.desk import NOBODY, kept, name_module
 from tests.support.window.fakes_ui import store_of
+from tests.support.window.rig import Rig
 from tests.support.window.screen_reader import announced
 from tests.support.window.steps import choosing, given, notice_text, settle
 from ui.widgets.step_button import StepButton
 
 
-def activate(bench: Desk) -> None:
+def activate(bench: Rig) -> None:
     """By the page's own row: ask, then confirm."""
     row = bench.preflight.activation
     bench.until(row.confirm.ask.isEnabled)
@@ -41,7 +42,7 @@ def activate(bench: Desk) -> None:
 
 
 @pytest.mark.promise("f")
-def test_three_presses_lead_from_ready_to_the_activation_and_to_go(one: Desk) -> None:
+def test_three_presses_lead_from_ready_to_the_activation_and_to_go(one: Rig) -> None:
     page, pressed = one.preflight, list[str]()
     for button in page.findChildren(QAbstractButton):
         counts = button.chosen if isinstance(button, StepButton) else button.clicked
@@ -74,16 +75,16 @@ def test_three_presses_lead_from_ready_to_the_activation_and_to_go(one: Desk) ->
     one.wait_standing(Standing.GO)
 
 
-def test_a_module_has_one_check_whoever_begins_it_and_each_leads_from_ready_to_go(rereads: None, one: Desk) -> None:
+def test_a_module_has_one_check_whoever_begins_it_and_each_leads_from_ready_to_go(rereads: None, one: Rig) -> None:
     port, page = one.assembly.ports.current, one.preflight
     assert one.check() is Standing.READY
-    first = one.last
+    first = one.port.module.check
     check = port.module.begin_check(NO_PROFILE, Person(), is_enabling=True)  # as on Fleet
-    assert (first.state.standing, page.state.standing) == (Standing.VOID, Standing.CHECKING)
+    assert (given(first).state.standing, page.state.standing) == (Standing.VOID, Standing.CHECKING)
     assert port.module.is_busy  # no page reads by itself beside it
     one.until(lambda: not page.run.isEnabled())  # one at a time
     one.until(lambda: check.state.standing is Standing.READY)
-    assert one.last is check
+    assert one.port.module.check is check
     assert check.state.verdict is Verdict.READY
     one.bench.module.activate(is_active=True)
     one.until(lambda: check.state.standing is Standing.GO)
@@ -93,7 +94,7 @@ def test_a_module_has_one_check_whoever_begins_it_and_each_leads_from_ready_to_g
 
 
 @pytest.mark.promise("f")
-def test_where_the_module_may_have_fired_before_a_restart_there_is_no_ready(one: Desk) -> None:
+def test_where_the_module_may_have_fired_before_a_restart_there_is_no_ready(one: Rig) -> None:
     port, bar = one.assembly.ports.current, one.assembly.window.notice_bar
     one.bench.module.activate(is_active=True)
     one.until(lambda: port.is_active)
@@ -106,7 +107,7 @@ def test_where_the_module_may_have_fired_before_a_restart_there_is_no_ready(one:
     assert one.check() is Standing.READY
 
 
-def test_where_the_aircraft_activates_ready_is_the_end(tmp_path: Path, one: Desk) -> None:
+def test_where_the_aircraft_activates_ready_is_the_end(tmp_path: Path, one: Rig) -> None:
     profile = tmp_path / "h6.toml"
     profile.write_text('[expectations]\nactivated_by = "aircraft"\n', encoding="utf-8")
     page = one.preflight
@@ -121,7 +122,7 @@ def test_where_the_aircraft_activates_ready_is_the_end(tmp_path: Path, one: Desk
 
 @pytest.mark.promise("f")
 @pytest.mark.module(active=True)
-def test_on_an_active_module_nothing_is_written_until_a_person_locks_it(one: Desk) -> None:
+def test_on_an_active_module_nothing_is_written_until_a_person_locks_it(one: Rig) -> None:
     page = one.preflight
     assert "lock it first" in page.banner.accessibleName()
     assert not page.enable.isVisible()
@@ -144,7 +145,7 @@ def rereads(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("ui.session.check.REREAD_EVERY_S", 0.2)
 
 
-def deploying(bench: Desk) -> Batch:
+def deploying(bench: Rig) -> Batch:
     """A batch in which a deploy left the computer; the module says nothing of it."""
     port, request, at = bench.assembly.ports.current, REQUESTS[Act.DEPLOY], bench.clock()
     return Batch(at, port.connection, port.module.view, None, events=(Sent(request.encode(), request, 1, at),))
@@ -163,7 +164,7 @@ def deploying(bench: Desk) -> Batch:
     ],
 )
 @pytest.mark.promise("f")
-def test_what_voids_a_verdict(rereads: None, act: Callable[[Desk], None], why: str, one: Desk) -> None:
+def test_what_voids_a_verdict(rereads: None, act: Callable[[Rig], None], why: str, one: Rig) -> None:
     page = one.preflight
     assert one.check() is Standing.READY, page.banner.accessibleName()
     offered = [row.act.text() for row in page.list.rows.values() if row.act is not None]
@@ -173,14 +174,16 @@ def test_what_voids_a_verdict(rereads: None, act: Callable[[Desk], None], why: s
     assert all(row.act is None for row in page.list.rows.values())
     shown = page.banner.announcement
     assert (shown.word, shown.head) == ("VOID", why)
-    assert shown.lines[-1].endswith(f"{given(one.last.filed).record.at:%H:%M:%S}")  # whose results these are
+    assert shown.lines[-1].endswith(
+        f"{given(given(one.port.module.check).filed).record.at:%H:%M:%S}"
+    )  # whose results these are
     assert "GO" not in page.banner.accessibleName()
     assert (page.export.isEnabled(), page.signed) == (False, None)
     assert "void" in page.list.rows["tilt"].accessibleName()
 
 
 @pytest.mark.promise("f")
-def test_what_is_only_written_on_the_record_voids_nothing(one: Desk) -> None:
+def test_what_is_only_written_on_the_record_voids_nothing(one: Rig) -> None:
     """The name of the module, too: the check is judged again by what is kept under it, and the word that the module is
     new is not forgotten. READY ends where something is against that name."""
     store_of(one.assembly.storage).write(partial(note_triggered, module="M-10", port=one.url)).result()
@@ -196,7 +199,7 @@ def test_what_is_only_written_on_the_record_voids_nothing(one: Desk) -> None:
     assert (record.who, record.module) == ("Li Wei", "M-08")
     assert one.preflight.state.standing is Standing.READY
     assert kept(one, "M-08") == ["READY"]
-    assert one.last.person.are_records_reviewed
+    assert given(one.port.module.check).person.are_records_reviewed
     name_module(one, "M-09")  # now another one is meant
     one.wait_standing(Standing.VOID)
     name_module(one, "")
@@ -209,22 +212,23 @@ def test_what_is_only_written_on_the_record_voids_nothing(one: Desk) -> None:
 @pytest.mark.promise("l")
 @pytest.mark.module("triggers", "preflight")
 def test_a_check_that_becomes_void_while_the_page_is_hidden_is_announced_and_stays_void(
-    one: Desk, monkeypatch: pytest.MonkeyPatch
+    one: Rig, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     assert one.check() is Standing.READY
     page, spoken = one.preflight, announced(monkeypatch)
-    assert one.triggers.isVisible()
+    one.go_to("triggers")
     one.bench.set_world(bay_is_open=True)
     one.until(lambda: page.state.standing is Standing.VOID)
     assert spoken == ["VOID. Changed: Light."]
     one.bench.set_world(bay_is_open=False)
     one.until(lambda: one.assembly.ports.module.view.values["light_v"].value < 1.0)
     assert page.banner.announcement.standing is Standing.READY
-    assert one.preflight.banner.announcement.standing is Standing.VOID
+    one.go_to("preflight")
+    assert page.banner.announcement.standing is Standing.VOID
 
 
 @pytest.mark.promise("a")
-def test_a_new_check_shows_nothing_of_the_old_one_and_cancelled_is_void_and_not_kept(one: Desk) -> None:
+def test_a_new_check_shows_nothing_of_the_old_one_and_cancelled_is_void_and_not_kept(one: Rig) -> None:
     page = one.preflight
     assert one.check() is Standing.READY
     one.click(page.run)
@@ -241,7 +245,7 @@ def test_a_new_check_shows_nothing_of_the_old_one_and_cancelled_is_void_and_not_
 
 
 @pytest.mark.promise("a")
-def test_a_check_that_is_interrupted_says_so_and_leaves_a_report(one: Desk) -> None:
+def test_a_check_that_is_interrupted_says_so_and_leaves_a_report(one: Rig) -> None:
     page, port = one.preflight, one.assembly.ports.current
     name_module(one, "M-07")
     one.click(page.run)

@@ -9,27 +9,20 @@ from app.diagnosis.causes import NextStep
 from app.settings.form import RowState
 from protocol.catalogue import BY_NAME
 from tests.support.line.frames import lose, refuse
-from tests.support.window.desk import Desk, choose, notice, pick, say_name, state, type_into, write, written
+from tests.support.window.desk import choose, notice, pick, say_name, state, type_into, write, written
+from tests.support.window.rig import Rig
 from tests.support.window.steps import given, notice_text
 
 TILT, TIME = "attitude_threshold_deg", "freefall_time_s"
 UNSENT = "Settings not written: 1"
 
 
-def restart(one: Desk) -> None:
-    """Until all of it was read again."""
-    ports = one.assembly.ports
-    number = ports.module.number
-    one.bench.restart()
-    one.until(lambda: ports.module.number > number and ports.module.is_going and ports.module.is_read)
-
-
-def foot(one: Desk) -> str:
+def foot(one: Rig) -> str:
     one.assembly.window.attention.refresh()
     return notice_text(one.assembly.window.notice_bar)
 
 
-def take_over(one: Desk) -> QPushButton:
+def take_over(one: Rig) -> QPushButton:
     one.assembly.window.attention.refresh()
     return given(one.assembly.window.notice_bar.button("take_over"))
 
@@ -37,13 +30,13 @@ def take_over(one: Desk) -> QPushButton:
 # Edits
 
 
-def test_edits_of_an_ended_conversation_are_offered_beside_what_the_module_holds_now(one: Desk) -> None:
+def test_edits_of_an_ended_conversation_are_offered_beside_what_the_module_holds_now(one: Rig) -> None:
     say_name(one, "M-07")
     type_into(one, "freefall_time", "1.2")
     type_into(one, "light_threshold", "1.8")  # which it has already
     type_into(one, "attitude_threshold", "650")  # mistyped
     one.bench.module.memory.freefall_time = 150
-    restart(one)
+    one.restart()
     assert one.settings.work.wanted == {}, "the next conversation begins without edits"
     one.settings.refresh()
     assert one.find(QLineEdit, "freefall_time_wanted").text() == "1.50"
@@ -67,7 +60,7 @@ def test_edits_of_an_ended_conversation_are_offered_beside_what_the_module_holds
     assert len(one.changes()) == 1
 
 
-def test_neither_an_accepted_risk_nor_a_measured_light_comes_over(one: Desk) -> None:
+def test_neither_an_accepted_risk_nor_a_measured_light_comes_over(one: Rig) -> None:
     """Another module may have taken the place of the first between the two measurements."""
     end = refuse(one.bench)
     type_into(one, "attitude_threshold", "40")
@@ -79,7 +72,7 @@ def test_neither_an_accepted_risk_nor_a_measured_light_comes_over(one: Desk) -> 
     one.click("light_threshold_measure")
     one.click("calibration_closed_measure")
     one.until(lambda: not one.settings.calibration.job.is_running)
-    restart(one)
+    one.restart()
     one.settings.refresh()
     assert one.settings.panel is None
     assert one.settings.write.isVisible(), "the table is shown again"
@@ -90,7 +83,7 @@ def test_neither_an_accepted_risk_nor_a_measured_light_comes_over(one: Desk) -> 
     assert len(one.changes()) == before
 
 
-def test_nothing_is_edited_pressed_or_sent_after_the_end(one: Desk) -> None:
+def test_nothing_is_edited_pressed_or_sent_after_the_end(one: Rig) -> None:
     page, field = one.settings, one.find(QLineEdit, "freefall_time_wanted")
     field.setFocus()
     field.selectAll()
@@ -111,7 +104,7 @@ def test_nothing_is_edited_pressed_or_sent_after_the_end(one: Desk) -> None:
 # What was under way
 
 
-def test_of_an_interrupted_write_it_is_said_what_became_of_each_setting(one: Desk) -> None:
+def test_of_an_interrupted_write_it_is_said_what_became_of_each_setting(one: Rig) -> None:
     for name, text in (("light_threshold", "1.9"), ("attitude_threshold", "70"), ("freefall_time", "1.2")):
         type_into(one, name, text)
     end = lose(one.bench, BY_NAME["attitude_threshold"].code)
@@ -133,21 +126,21 @@ def test_of_an_interrupted_write_it_is_said_what_became_of_each_setting(one: Des
     assert len(one.changes()) == 2, "in the next conversation nothing goes on by itself"
 
 
-def test_what_was_written_under_a_name_is_what_was_last_read_of_it(one: Desk) -> None:
+def test_what_was_written_under_a_name_is_what_was_last_read_of_it(one: Rig) -> None:
     """After a restart the question for the name says nothing of settings that this program wrote."""
     say_name(one, "M-07")
     type_into(one, "freefall_time", "1.2")
     written(one)
-    restart(one)
+    one.restart()
     one.until(lambda: "Is it M-07?" in foot(one))
     assert "Settings:" not in foot(one)
     one.bench.module.memory.freefall_time = 150
-    restart(one)
+    one.restart()
     one.until(lambda: "Free-fall time 1.50 s, was 1.20 s" in foot(one))
 
 
 @pytest.mark.parametrize("is_sent", [False, True])
-def test_what_is_said_of_a_change_of_the_baud_rate_that_was_broken_off(is_sent: bool, one: Desk) -> None:
+def test_what_is_said_of_a_change_of_the_baud_rate_that_was_broken_off(is_sent: bool, one: Rig) -> None:
     ports = one.assembly.ports
     pick(one, "baud_rate", 9600)
     one.settings.refresh()
@@ -169,7 +162,7 @@ def test_what_is_said_of_a_change_of_the_baud_rate_that_was_broken_off(is_sent: 
 # Leaving
 
 
-def test_losing_edits_is_confirmed_also_those_of_an_ended_conversation(one: Desk) -> None:
+def test_losing_edits_is_confirmed_also_those_of_an_ended_conversation(one: Rig) -> None:
     ports, window, bar = one.assembly.ports, one.assembly.window, one.assembly.window.notice_bar
     type_into(one, "freefall_time", "1.2")
     opening = ports.current.connection.opening
@@ -186,7 +179,7 @@ def test_losing_edits_is_confirmed_also_those_of_an_ended_conversation(one: Desk
     assert not one.changes()
     one.connect()
     type_into(one, "freefall_time", "1.2")
-    restart(one)
+    one.restart()
     window.close()
     assert window.isVisible()
     assert UNSENT in notice_text(bar)
@@ -195,7 +188,7 @@ def test_losing_edits_is_confirmed_also_those_of_an_ended_conversation(one: Desk
 
 
 @pytest.mark.module(active=True)
-def test_edits_and_an_active_module_are_one_question(one: Desk) -> None:
+def test_edits_and_an_active_module_are_one_question(one: Rig) -> None:
     window, bar = one.assembly.window, one.assembly.window.notice_bar
     type_into(one, "freefall_time", "1.2")
     window.close()
@@ -210,7 +203,7 @@ def test_edits_and_an_active_module_are_one_question(one: Desk) -> None:
     assert len(one.changes()) == 1  # LOCK, and no setting
 
 
-def test_leaving_while_it_writes_is_confirmed_until_it_is_written(one: Desk) -> None:
+def test_leaving_while_it_writes_is_confirmed_until_it_is_written(one: Rig) -> None:
     window, bar = one.assembly.window, one.assembly.window.notice_bar
     one.bench.change(lag_ms=100.0)
     type_into(one, "freefall_time", "1.2")
@@ -231,7 +224,7 @@ def test_leaving_while_it_writes_is_confirmed_until_it_is_written(one: Desk) -> 
 
 
 @pytest.mark.module(is_connected=False)
-def test_edits_stay_with_their_module_and_are_asked_for_before_its_port_is_closed(one: Desk) -> None:
+def test_edits_stay_with_their_module_and_are_asked_for_before_its_port_is_closed(one: Rig) -> None:
     leaving, bar = one.window.leaving, one.window.notice_bar
     first, _module = one.plug_in("/dev/port0")
     second, module = one.plug_in("/dev/port1")

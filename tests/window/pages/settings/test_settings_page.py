@@ -6,6 +6,7 @@ from pathlib import Path
 
 import pytest
 from PySide6.QtCore import QPoint, Qt
+from PySide6.QtGui import QAction
 from PySide6.QtWidgets import QApplication, QCheckBox, QComboBox, QLabel, QLineEdit, QPushButton, QWidget
 from pytestqt.qtbot import QtBot
 
@@ -17,21 +18,9 @@ from protocol.catalogue import BY_NAME
 from tests.support.line.frames import lose, refuse
 from tests.support.records.stored import kept_settings
 from tests.support.window import walk
-from tests.support.window.desk import (
-    Desk,
-    choose,
-    notice,
-    pick,
-    reason,
-    row,
-    say_name,
-    state,
-    type_into,
-    write,
-    written,
-)
+from tests.support.window.desk import choose, notice, pick, reason, row, say_name, state, type_into, write, written
 from tests.support.window.fakes_ui import page_entries, store_of
-from tests.support.window.rig import on_fake_time
+from tests.support.window.rig import Rig, on_fake_time
 from tests.support.window.steps import choosing, given, let_lay_out, notice_text
 from ui.pages.settings.page import SettingsPage
 from ui.style.theme import Meaning
@@ -39,7 +28,7 @@ from ui.style.theme import Meaning
 TILT, TIME, LIGHT, FLAG = "attitude_threshold_deg", "freefall_time_s", "light_threshold_v", "attitude_trigger"
 
 
-def meaning(one: Desk) -> Meaning:
+def meaning(one: Rig) -> Meaning:
     one.settings.refresh()
     return given(one.settings.strip.notice).meaning
 
@@ -47,7 +36,7 @@ def meaning(one: Desk) -> Meaning:
 # Writing
 
 
-def test_edit_write_and_verify(one: Desk) -> None:
+def test_edit_write_and_verify(one: Rig) -> None:
     code = one.settings.code.text()
     type_into(one, "freefall_time", "1.16")  # times 100 that is a little less than 116
     type_into(one, "freefall_acceleration", "0.4")
@@ -72,7 +61,7 @@ def test_edit_write_and_verify(one: Desk) -> None:
     assert meaning(one) is Meaning.INFORMATION
 
 
-def test_the_top_bar_says_whether_the_triggers_are_on(one: Desk) -> None:
+def test_the_top_bar_says_whether_the_triggers_are_on(one: Rig) -> None:
     chip = one.window.top_bar.triggers
     assert chip.word == "not known"
     for name, is_on, says in (
@@ -90,7 +79,7 @@ def test_the_top_bar_says_whether_the_triggers_are_on(one: Desk) -> None:
         assert (chip.meaning is Meaning.ATTENTION) is says.endswith("off")
 
 
-def test_a_row_tells_who_wrote_it_last_from_what_and_when(qtbot: QtBot, one: Desk) -> None:
+def test_a_row_tells_who_wrote_it_last_from_what_and_when(qtbot: QtBot, one: Rig) -> None:
     say_name(one, "M-07")
     type_into(one, "freefall_time", "1.16")
     one.settings.note.setText("Li Wei: heavier battery")
@@ -109,7 +98,7 @@ def test_a_row_tells_who_wrote_it_last_from_what_and_when(qtbot: QtBot, one: Des
     assert "Li Wei" not in cell.toolTip()
 
 
-def test_a_row_stays_failed_with_the_reason_until_it_is_written(one: Desk) -> None:
+def test_a_row_stays_failed_with_the_reason_until_it_is_written(one: Rig) -> None:
     end = refuse(one.bench)
     type_into(one, "attitude_threshold", "70")
     written(one)
@@ -124,7 +113,7 @@ def test_a_row_stays_failed_with_the_reason_until_it_is_written(one: Desk) -> No
     assert one.held("attitude_threshold") == 70
 
 
-def test_a_write_that_was_cancelled_shows_what_the_module_holds(one: Desk) -> None:
+def test_a_write_that_was_cancelled_shows_what_the_module_holds(one: Rig) -> None:
     for name, text in (("attitude_threshold", "70"), ("freefall_time", "1.2"), ("light_threshold", "1.9")):
         type_into(one, name, text)
     write(one)
@@ -137,7 +126,7 @@ def test_a_write_that_was_cancelled_shows_what_the_module_holds(one: Desk) -> No
     assert one.settings.work.count_unsent() == 3 - len(one.changes())
 
 
-def test_what_could_not_be_read_is_said(one: Desk) -> None:
+def test_what_could_not_be_read_is_said(one: Rig) -> None:
     end = lose(one.bench, BY_NAME["light_threshold"].code)
     one.click("settings_read")
     one.until(lambda: "Could not read: Light threshold." in notice(one))
@@ -147,7 +136,7 @@ def test_what_could_not_be_read_is_said(one: Desk) -> None:
 
 
 def test_against_the_advice_needs_a_second_click_and_is_warned_of_also_once_it_is_written(
-    qtbot: QtBot, one: Desk
+    qtbot: QtBot, one: Rig
 ) -> None:
     type_into(one, "attitude_threshold", "40")
     pick(one, FLAG, False)
@@ -173,7 +162,7 @@ def test_against_the_advice_needs_a_second_click_and_is_warned_of_also_once_it_i
 
 @pytest.mark.promise("d")
 @pytest.mark.module(active=True)
-def test_an_active_module_is_written_only_when_unlocked_for_this_once(one: Desk) -> None:
+def test_an_active_module_is_written_only_when_unlocked_for_this_once(one: Rig) -> None:
     type_into(one, "freefall_time", "1.2")
     write(one)
     one.until(lambda: notice(one).startswith("Nothing was written. The module is ACTIVE"))
@@ -189,7 +178,7 @@ def test_an_active_module_is_written_only_when_unlocked_for_this_once(one: Desk)
 # Edits
 
 
-def test_edits_are_discarded_one_or_all_and_a_default_is_an_edit(one: Desk) -> None:
+def test_edits_are_discarded_one_or_all_and_a_default_is_an_edit(one: Rig) -> None:
     box, line = one.find(QLineEdit, "attitude_threshold_wanted"), one.find(QLineEdit, "freefall_time_wanted")
     type_into(one, "attitude_threshold", "75")
     type_into(one, "freefall_time", "1.1")
@@ -204,14 +193,14 @@ def test_edits_are_discarded_one_or_all_and_a_default_is_an_edit(one: Desk) -> N
     one.settings.refresh()
     assert (box.text(), one.settings.write.text()) == ("60", "Write 1 change")
     assert not one.find(QWidget, "attitude_threshold_default").isVisible()
-    one.choose_rare("settings_defaults")
+    one.find(QAction, "settings_defaults").trigger()
     one.settings.refresh()
     assert (box.text(), line.text()) == ("60", "1.60")
     assert one.settings.write.text() == "Write 2 changes"  # the two flags: nobody knows how they stand
     assert not one.changes()
 
 
-def test_initial_values_can_be_restored(one: Desk) -> None:
+def test_initial_values_can_be_restored(one: Rig) -> None:
     assert not one.settings.as_found.isEnabled()
     one.bench.module.memory.freefall_time = 150
     one.click("settings_read")
@@ -221,13 +210,13 @@ def test_initial_values_can_be_restored(one: Desk) -> None:
         type_into(one, "freefall_time", text)
         written(one)
     one.settings.refresh()
-    one.choose_rare("settings_as_found")
+    one.find(QAction, "settings_as_found").trigger()
     written(one)
     assert (one.held("freefall_time"), state(one, TIME)) == (1.5, RowState.VERIFIED)
     assert [settings[TIME] for settings in kept_settings(store_of(one.assembly.storage))] == [1.5]
 
 
-def test_what_cannot_be_sent_stays_as_typed_and_nothing_is_written(qtbot: QtBot, one: Desk) -> None:
+def test_what_cannot_be_sent_stays_as_typed_and_nothing_is_written(qtbot: QtBot, one: Rig) -> None:
     page, box = one.settings, one.find(QLineEdit, "light_threshold_wanted")
     emptied = one.find(QLineEdit, "attitude_threshold_wanted")
     type_into(one, "attitude_threshold", "")
@@ -258,7 +247,7 @@ def test_what_cannot_be_sent_stays_as_typed_and_nothing_is_written(qtbot: QtBot,
 
 
 @pytest.mark.parametrize("is_inverted", [False, True])
-def test_the_light_threshold_by_measurement(is_inverted: bool, one: Desk, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_the_light_threshold_by_measurement(is_inverted: bool, one: Rig, monkeypatch: pytest.MonkeyPatch) -> None:
     if is_inverted:
         monkeypatch.setattr("app.simulator.module.LIGHT_BAY_OPEN_V", LIGHT_BAY_CLOSED_V)
         monkeypatch.setattr("app.simulator.module.LIGHT_BAY_CLOSED_V", LIGHT_BAY_OPEN_V)
@@ -278,7 +267,7 @@ def test_the_light_threshold_by_measurement(is_inverted: bool, one: Desk, monkey
     assert one.held("light_threshold") == edited
 
 
-def test_the_baud_rate_needs_two_clicks_and_the_port_follows(qtbot: QtBot, one: Desk) -> None:
+def test_the_baud_rate_needs_two_clicks_and_the_port_follows(qtbot: QtBot, one: Rig) -> None:
     baud, port = one.settings.baud, one.assembly.ports.current
     one.settings.refresh()
     assert not baud.confirm.ask.isEnabled()
@@ -304,7 +293,7 @@ def test_the_baud_rate_needs_two_clicks_and_the_port_follows(qtbot: QtBot, one: 
     assert one.find(QComboBox, "baud_rate_wanted").currentIndex() == -1, "it is no edit of the next conversation"
 
 
-def test_a_question_about_the_baud_rate_ends_with_another_choice_and_with_the_conversation(one: Desk) -> None:
+def test_a_question_about_the_baud_rate_ends_with_another_choice_and_with_the_conversation(one: Rig) -> None:
     confirm = one.settings.baud.confirm
     for rate in (19200, 9600):
         pick(one, "baud_rate", rate)
@@ -321,17 +310,17 @@ def test_a_question_about_the_baud_rate_ends_with_another_choice_and_with_the_co
 # Profiles
 
 
-def open_profile(one: Desk, path: Path, text: str = f"{walk.PROFILE}baud_rate = 9600\n") -> None:
+def open_profile(one: Rig, path: Path, text: str = f"{walk.PROFILE}baud_rate = 9600\n") -> None:
     path.write_text(text, encoding="utf-8")
     one.settings.ask_open = choosing(path)
     one.click("profile_open")
 
 
-def tick(one: Desk, name: str) -> QCheckBox:
+def tick(one: Rig, name: str) -> QCheckBox:
     return one.find(QCheckBox, f"profile_tick_{name}")
 
 
-def test_compare_tick_apply_verify(tmp_path: Path, one: Desk) -> None:
+def test_compare_tick_apply_verify(tmp_path: Path, one: Rig) -> None:
     type_into(one, "light_threshold", "1.9")
     open_profile(one, tmp_path / "H6.toml")
     assert one.find(QLabel, "profile_title").text() == "Survey hexacopter"
@@ -363,7 +352,7 @@ def test_a_profile_that_was_opened_first_is_compared_with_the_module_that_answer
     """As by `dps-s FILE.toml`; with the next conversation it closes."""
     path = tmp_path / "H6.toml"
     path.write_text(walk.PROFILE, encoding="utf-8")
-    with on_fake_time(Desk, qtbot, qapp, tmp_path, "first", page_entries("settings")) as one:
+    with on_fake_time(Rig, qtbot, qapp, tmp_path, "first", page_entries("settings")) as one:
         one.assembly.window.make_pages()
         one.until(lambda: one.root.findChild(SettingsPage) is not None)
         one.settings.open_file(path)
@@ -378,7 +367,7 @@ def test_a_profile_that_was_opened_first_is_compared_with_the_module_that_answer
         assert one.settings.panel is None
 
 
-def test_what_is_no_profile_is_refused_with_its_faults_and_replaces_nothing(tmp_path: Path, one: Desk) -> None:
+def test_what_is_no_profile_is_refused_with_its_faults_and_replaces_nothing(tmp_path: Path, one: Rig) -> None:
     open_profile(one, tmp_path / "bad.toml", 'name = "x"\nwhat = 1\n[settings]\nattitude_threshold_deg = 300\n')
     said = notice(one)
     assert said.startswith("bad.toml is not a profile")
@@ -387,7 +376,7 @@ def test_what_is_no_profile_is_refused_with_its_faults_and_replaces_nothing(tmp_
     assert one.settings.panel is None
 
 
-def test_current_settings_are_saved_and_unknown_ones_are_named(tmp_path: Path, one: Desk) -> None:
+def test_current_settings_are_saved_and_unknown_ones_are_named(tmp_path: Path, one: Rig) -> None:
     path = tmp_path / "as it is.toml"
     one.settings.ask_save = choosing(path)
     one.click("profile_save")
@@ -406,7 +395,7 @@ def test_current_settings_are_saved_and_unknown_ones_are_named(tmp_path: Path, o
 # Sizes
 
 
-def test_editors_stay_where_they_are_whatever_the_rows_say(one: Desk) -> None:
+def test_editors_stay_where_they_are_whatever_the_rows_say(one: Rig) -> None:
     page = one.settings
 
     def places() -> list[QPoint]:

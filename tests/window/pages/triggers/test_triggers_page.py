@@ -12,7 +12,8 @@ from pytestqt.qtbot import QtBot
 from app.preflight.verdict import Standing
 from app.store.rows import Judgement
 from tests.support.line.frames import lose
-from tests.support.window.desk import Desk, choose, confirm_name, desk
+from tests.support.window.desk import choose, confirm_name, desk
+from tests.support.window.rig import Rig
 from tests.support.window.steps import choosing, given, notice_text
 from ui.pages.triggers.page import COLUMNS
 from ui.style.theme import Meaning
@@ -22,35 +23,35 @@ EXAMPLE = bytes.fromhex("01 00 6C 02 3C 05 A0 00 01 03 EB".replace(" ", ""))
 """D4 to D14 of the vendor's worked example."""
 
 
-def name_kept(bench: Desk, name: str) -> None:
+def name_kept(bench: Rig, name: str) -> None:
     bench.assembly.ports.module.name_it(name)
     bench.until(lambda: not bench.triggers.work.is_busy)
 
 
-def read(bench: Desk) -> None:
+def read(bench: Rig) -> None:
     """Until it is kept, too."""
     bench.read_triggers()
     bench.until(lambda: not bench.triggers.work.is_busy)
 
 
-def texts(bench: Desk, row: int) -> list[str]:
+def texts(bench: Rig, row: int) -> list[str]:
     return [str(bench.triggers.table.filter.index(row, column).data()) for column in range(len(COLUMNS))]
 
 
-def told(bench: Desk, row: int) -> str:
+def told(bench: Rig, row: int) -> str:
     return str(bench.triggers.table.filter.index(row, 0).data(Qt.ItemDataRole.ToolTipRole))
 
 
-def said(bench: Desk) -> str:
+def said(bench: Rig) -> str:
     return notice_text(bench.triggers.strip)
 
 
-def fire(bench: Desk, number: int = 1) -> None:
+def fire(bench: Rig, number: int = 1) -> None:
     """Trigger records of the worked example, as if it had fired."""
     bench.bench.module.memory.records.extend([EXAMPLE] * number)
 
 
-def note(bench: Desk, row: int, text: str) -> None:
+def note(bench: Rig, row: int, text: str) -> None:
     page = bench.triggers
     page.table.selectRow(row)
     page.detail.note.setText(text)
@@ -61,7 +62,7 @@ def note(bench: Desk, row: int, text: str) -> None:
 
 
 @pytest.mark.module(is_connected=False)
-def test_without_a_module_of_one_that_never_fired_and_of_a_silent_one(one: Desk) -> None:
+def test_without_a_module_of_one_that_never_fired_and_of_a_silent_one(one: Rig) -> None:
     page, empty = one.triggers, one.triggers.list.empty
     assert "Connect or choose" in empty.text.text()
     assert (page.read.isEnabled(), page.export.isEnabled()) == (False, False)
@@ -79,7 +80,7 @@ def test_without_a_module_of_one_that_never_fired_and_of_a_silent_one(one: Desk)
 
 
 @pytest.mark.module("triggers", "preflight")
-def test_a_silent_module_is_told_from_one_that_had_records(one: Desk) -> None:
+def test_a_silent_module_is_told_from_one_that_had_records(one: Rig) -> None:
     empty = one.triggers.list.empty
     end = lose(one.bench, 0x35)
     one.read_triggers()
@@ -99,7 +100,7 @@ def test_a_silent_module_is_told_from_one_that_had_records(one: Desk) -> None:
 
 @pytest.mark.promise("g")
 @pytest.mark.module(reads_triggers=True, active=True)
-def test_the_records_are_read_once_in_sight_and_again_after_a_trigger(one: Desk) -> None:
+def test_the_records_are_read_once_in_sight_and_again_after_a_trigger(one: Rig) -> None:
     """With queries only, without a click, and not again after a cancel."""
     page = one.triggers
     one.until(lambda: page.work.reading is not None and not page.work.is_busy)
@@ -112,7 +113,7 @@ def test_the_records_are_read_once_in_sight_and_again_after_a_trigger(one: Desk)
 
 
 @pytest.mark.module(boots=37)
-def test_what_was_read_is_not_taken_for_the_records_of_what_answers_later(one: Desk) -> None:
+def test_what_was_read_is_not_taken_for_the_records_of_what_answers_later(one: Rig) -> None:
     page = one.triggers
     fire(one, 2)
     one.read_triggers()
@@ -127,7 +128,7 @@ def test_what_was_read_is_not_taken_for_the_records_of_what_answers_later(one: D
 
 
 @pytest.mark.module(history=4)
-def test_an_unconfirmed_reading_is_reported_and_one_can_be_cancelled(one: Desk) -> None:
+def test_an_unconfirmed_reading_is_reported_and_one_can_be_cancelled(one: Rig) -> None:
     one.bench.change(lag_ms=300.0)
     one.click(one.triggers.read)
     choose(one, "cancel", one.triggers.strip)
@@ -143,7 +144,7 @@ def test_an_unconfirmed_reading_is_reported_and_one_can_be_cancelled(one: Desk) 
 # What is shown
 
 
-def test_the_worked_example_as_a_row_and_a_sentence(one: Desk) -> None:
+def test_the_worked_example_as_a_row_and_a_sentence(one: Rig) -> None:
     fire(one)
     one.read_triggers()
     page = one.triggers
@@ -195,7 +196,7 @@ def test_another_module_under_the_same_name_is_not_mixed_in(qtbot: QtBot, qapp: 
 
 
 @pytest.mark.module("triggers", "preflight", history=1)
-def test_the_notice_leads_to_the_box_for_the_name(one: Desk) -> None:
+def test_the_notice_leads_to_the_box_for_the_name(one: Rig) -> None:
     one.read_triggers()
     one.click(given(one.triggers.strip.button("name_it")))
     one.until(one.preflight.form.name_field.isVisible)
@@ -228,7 +229,7 @@ def test_a_judgement_and_a_note_are_kept(qtbot: QtBot, qapp: QApplication, tmp_p
 
 
 @pytest.mark.module(history=3)
-def test_several_records_are_judged_at_once_and_keep_their_notes(one: Desk) -> None:
+def test_several_records_are_judged_at_once_and_keep_their_notes(one: Rig) -> None:
     name_kept(one, "M-07")
     one.read_triggers()
     page = one.triggers
@@ -242,7 +243,7 @@ def test_several_records_are_judged_at_once_and_keep_their_notes(one: Desk) -> N
 
 
 @pytest.mark.module(history=5)
-def test_what_is_searched_is_shown_sorted_and_saved(tmp_path: Path, one: Desk) -> None:
+def test_what_is_searched_is_shown_sorted_and_saved(tmp_path: Path, one: Rig) -> None:
     fire(one)
     page = one.triggers
     name_kept(one, "=M-07")
