@@ -1,9 +1,7 @@
 """What every test gets: no screen, no files of the user's, English, and no thread left behind."""
 
-import ctypes
 import gc
 import os
-import platform
 import signal
 import sys
 import threading
@@ -30,19 +28,12 @@ if TYPE_CHECKING:
     from PySide6.QtWidgets import QApplication
 
 LEAK_GRACE_S = PATIENCE_S
-_M_TRIM_THRESHOLD, _M_MMAP_THRESHOLD = -1, -3  # of malloc.h
 _CHINESE_FONTS = (
     "/usr/share/fonts/truetype/wqy/wqy-microhei.ttc",
     "/System/Library/Fonts/PingFang.ttc",
     "C:/Windows/Fonts/msyh.ttc",
     "C:/Windows/Fonts/simsun.ttc",
 )
-
-IS_GLIBC = platform.libc_ver()[0] == "glibc"
-if IS_GLIBC:
-    # Once a large block was freed, glibc takes all up to its size from the heap and keeps it: each window's samples.
-    for threshold in _M_TRIM_THRESHOLD, _M_MMAP_THRESHOLD:
-        ctypes.CDLL(None).mallopt(threshold, 256 * 1024)
 
 if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
     # A run that was begun in the background ignores Ctrl-C, and so would what a test starts and interrupts.
@@ -136,8 +127,6 @@ def nothing_is_left_behind(request: pytest.FixtureRequest) -> Iterator[None]:
         # Otherwise a closed window lives until an event loop runs, and each new style sheet is applied to it, too.
         QCoreApplication.sendPostedEvents(None, QEvent.Type.DeferredDelete)
         gc.collect()
-        if IS_GLIBC:
-            ctypes.CDLL(None).malloc_trim(0)  # else a window takes other pages than those that the last one left
     gc.enable()
     if leaked := leaked_threads(threads, LEAK_GRACE_S):
         names = ", ".join(f"{one.name}{' (daemon)' if one.daemon else ''}" for one in leaked)

@@ -7,6 +7,7 @@ what it does not hold, and no two places disagree. Old and unknown are always al
 import sys
 from collections.abc import Iterator
 from dataclasses import dataclass
+from functools import cached_property
 from pathlib import Path
 from typing import NamedTuple
 
@@ -16,7 +17,6 @@ from PySide6.QtWidgets import QApplication
 from pytestqt.qtbot import QtBot
 
 from app.diagnosis.link_state import Phase
-from app.engine.target import Target
 from app.engine.transport import PortError, PortErrorKind
 from app.engine.worker import Batch
 from app.preflight.verdict import Standing
@@ -69,11 +69,9 @@ class Desk(Rig):
 
     key: str = "live"
 
-    def begin(self, module: Module) -> None:
-        self.devices[PORT] = (module,)
-        self.assembly.ports.connect_to(Target(PORT, 115200))
-        self.pages = {key: given(self.root.findChild(kind)) for key, kind in PAGES.items()}
-        self.until(lambda: self.assembly.ports.module.is_read)
+    @cached_property
+    def pages(self) -> dict[str, Page]:
+        return {key: self.find(kind) for key, kind in PAGES.items()}
 
     @property
     def line(self) -> ModuleLine:
@@ -104,25 +102,6 @@ class Desk(Rig):
 
     def notices(self, part: str) -> list[Notice]:
         return [one for one in self.assembly.window.notice_bar.notices if part in one.text]
-
-    def replace_module(self, *, boots: int, **settings: int) -> None:
-        """Another one in its place, which is heard a moment later."""
-        port = self.assembly.ports.current
-        before = port.module.number
-        module = Module(now=self.clock())
-        module.readings.boots = boots
-        self.line.move(module, 0.0, is_announced=False)
-        self.until(lambda: port.module.number > before and port.module.is_read)
-
-    def check(self) -> None:
-        """Enable the triggers and check, as Li with M-01."""
-        page = self.pages["preflight"]
-        assert isinstance(page, PreflightPage)
-        self.assembly.ports.module.name_it("M-01")
-        self.go_to("preflight")
-        page.form.who.setText("Li")
-        page.check(is_enabling=True)
-        self.until(lambda: given(page.module.check).state.assessment is not None)
 
     def wrong(self, known: tuple[str, ...] = ()) -> list[str]:
         said, truth = self.said(), self.truth()
@@ -245,7 +224,7 @@ def _fleet(page: FleetPage) -> Iterator[tuple[str, str | None]]:
 def desk(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> Iterator[Desk]:
     with on_fake_time(Desk, qtbot, qapp, tmp_path, "unused", page_entries(*PAGES)) as desk:
         desk.window.resize(1024, 600)
-        desk.begin(Module(now=desk.clock()))
+        desk.plug_in(PORT)
         yield desk
 
 
@@ -273,7 +252,10 @@ def test_another_name_is_not_taken_before_what_speaks_against_it_was_shown(desk:
     """Also where it has a name already."""
     ports = desk.assembly.ports
     ports.module.name_it("M-01")
-    desk.replace_module(boots=200)
+    before, other = ports.module.number, Module(now=desk.clock())
+    other.readings.boots = 200
+    desk.line.move(other, 0.0, is_announced=False)
+    desk.until(lambda: ports.module.number > before and ports.module.is_read)
     ports.module.name_it("M-02")
     ports.module.name_it("M-01")
     assert ports.module.name == "M-02"
@@ -287,8 +269,7 @@ def test_another_name_is_not_taken_before_what_speaks_against_it_was_shown(desk:
 
 def test_an_activation_after_whose_frame_another_module_answers(desk: Desk) -> None:
     """The first one is left ACTIVE, wherever it is now: that the other one was locked does not end this."""
-    port, page = desk.assembly.ports.current, desk.pages["commands"]
-    assert isinstance(page, CommandsPage)
+    port, page = desk.port, desk.commands
     first, other = desk.module, Module(now=desk.clock())
     other.readings.boots = 77
 
@@ -342,6 +323,7 @@ def test_lock_that_is_pressed_before_the_window_hears_of_another_module(desk: De
 def test_a_verdict_goes_with_the_report_of_the_activation(desk: Desk) -> None:
     """A module that is there and no longer says whether it is ACTIVE is no GO."""
     ports = desk.assembly.ports
+    ports.module.name_it("M-01")
     desk.check()
     assert given(ports.module.check).state.standing is Standing.READY
     desk.go_to("fleet")
@@ -360,6 +342,7 @@ def test_a_verdict_goes_with_the_report_of_the_activation(desk: Desk) -> None:
 
 def test_on_the_way_through_everything_that_happens_to_a_module(desk: Desk) -> None:
     """Each on another page, and then the top bar agrees with all of them."""
+    desk.port.module.name_it("M-01")
     desk.check()
     desk.walk("flags", "cell")
     for key, happen, known in (

@@ -16,16 +16,17 @@ from app.store.fact_store import Store, StoreError, open_file
 from app.store.rows import Judgement
 from app.trigger_records.history import KeptTriggers
 from tests.support.records.stored import audit
-from tests.support.window.desk import Desk, desk
+from tests.support.window.desk import desk
 from tests.support.window.fakes_ui import simulated, window
 from tests.support.window.fakes_ui import store_of as window_store
+from tests.support.window.rig import Rig
 from tests.window.pages.triggers.test_triggers_page import JUDGED, fire, name_kept, said, texts
 
 WAITS_S = 20.0
 """Of SQLite: so long a write waits for the program that holds the store."""
 
 
-def store_of(bench: Desk) -> Store:
+def store_of(bench: Rig) -> Store:
     store = bench.assembly.storage.store
     assert isinstance(store, Store)
     return store

@@ -130,6 +130,10 @@ def test_a_lost_link_is_told_with_what_it_means_and_the_state_again_afterwards(o
     one.unplug(port)
     (lost,) = listener.heard(one)
     assert lost.endswith(f"treat it as ready to fire. {keep_away()}!")
+    activation = one.window.top_bar.activation
+    assert (activation.word, activation.meaning, activation.stale_age != "") == ("was ACTIVE", Meaning.ATTENTION, True)
+    assert any("Last heard ACTIVE" in notice.text for notice in one.window.notice_bar.notices)
+    assert one.window.top_bar.lock.isEnabled()  # it is owed
     module.trigger(one.clock(), BY_PWM)
     port.connect_to(given(port.target))
     assert listener.heard(one, 2) == ["TRIGGERED!", "ACTIVE"]
@@ -138,7 +142,7 @@ def test_a_lost_link_is_told_with_what_it_means_and_the_state_again_afterwards(o
 
 
 @ALONE
-@pytest.mark.promise("af")
+@pytest.mark.promise("a", "f")
 def test_neither_a_doubt_nor_a_name_nor_a_shutdown_is_said_of_another_adapter(one: Rig) -> None:
     port, module = one.plug_in(USB0, {ACTIVATION: 1})
     port.module.say_name("M-07")

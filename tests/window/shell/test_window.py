@@ -17,7 +17,7 @@ from app.modules.names import remember
 from app.safety.journal import Act
 from app.store.fact_store import FILE_NAME
 from app.system.files import data_folder
-from app.trigger_records.history import read_triggers
+from app.trigger_records.history import TriggersReading, read_triggers
 from tests.support.processes import ran_code
 from tests.support.window.desk import name_module
 from tests.support.window.fakes_ui import connect, simulated, store_of, window
@@ -28,7 +28,6 @@ from ui.core.preferences import Preferences
 from ui.files.file_dialogs import ask_path
 from ui.main import Assembly, WindowOptions
 from ui.session.module_field import ModuleField
-from ui.style.theme import Meaning
 
 
 def choose(assembly: Assembly, key: str) -> QPushButton:
@@ -82,17 +81,6 @@ def test_an_active_module_may_be_left_as_it_is(
         assert assembly.window.isVisible() is not is_closing
 
 
-def test_a_lost_active_is_said_with_its_age(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
-    with simulated("stale", active=True) as bench, window(qapp, tmp_path) as assembly:
-        connect(qtbot, assembly, "sim://stale")
-        bench.unplug()
-        activation = assembly.window.top_bar.activation
-        qtbot.waitUntil(lambda: "ago" in activation.accessibleName())
-        assert (activation.word, activation.meaning) == ("was ACTIVE", Meaning.ATTENTION)
-        qtbot.waitUntil(lambda: "Last heard ACTIVE" in notice_text(assembly.window.notice_bar))
-        assert assembly.window.top_bar.lock.isEnabled()  # it is owed
-
-
 def test_the_title_and_qts_own_texts_are_translated(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
     with window(qapp, tmp_path, options=WindowOptions(language="zh_CN")) as assembly:
         assert assembly.window.windowTitle() == qapp.applicationDisplayName() == "DPS-S 上位机"
@@ -135,7 +123,7 @@ def test_with_its_conversation_a_question_is_withdrawn_and_what_runs_is_cancelle
     question.setParent(one.window)
     question.is_asking = True  # it is in no page, so a click would only bring it into sight
     armed.act = Act.DEPLOY
-    ended = list[Job[object]]()
+    ended = list[Job[TriggersReading]]()
     module.job("night").run(read_triggers(), ended.append)
     if is_chosen:
         one.assembly.ports.choose(one.assembly.ports.add())

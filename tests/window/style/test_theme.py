@@ -1,31 +1,26 @@
-"""Contrast of every theme, icons, the style sheet; the theme is applied at once, language and text size at the next
+"""Contrast of every theme, icons; the theme is applied at once, language and text size at the next
 start.
 """
 
-import re
-from collections.abc import Mapping
 from pathlib import Path
 
 import pytest
 import shiboken6
 from PySide6.QtCore import Qt
-from PySide6.QtGui import QColor, QFont, QFontMetricsF, QPalette
-from PySide6.QtWidgets import QApplication, QComboBox, QDialog, QLabel, QPushButton, QVBoxLayout, QWidget
+from PySide6.QtGui import QColor, QPalette
+from PySide6.QtWidgets import QApplication, QComboBox, QDialog, QLabel, QPushButton, QVBoxLayout
 from pytestqt.qtbot import QtBot
 
 from app.text.i18n import language
 from tests.support.processes import ran_code
 from tests.support.window.fakes_ui import window
-from tests.support.window.steps import find, style_all
+from tests.support.window.steps import find
 from ui.main import WindowOptions
 from ui.preferences.dialog import PreferencesDialog
 from ui.style import appearance, theme
-from ui.style.appearance import Appearance, style_sheet
+from ui.style.appearance import Appearance
 from ui.style.icons import Icon, pixmap
-from ui.style.theme import DARK, LIGHT, SUNLIGHT, THEMES, Choice, Size, Theme, current
-
-DISABLED = 3.0
-"""Least contrast of disabled controls, for which WCAG requires none."""
+from ui.style.theme import DARK, LIGHT, SUNLIGHT, THEMES, Choice, Theme, current
 
 
 def wanted(theme: Theme) -> float:
@@ -62,33 +57,6 @@ def test_every_text_is_readable_and_every_line_stands_out(one: Theme) -> None:
     assert [pair for pair in pairs if contrast(*pair) < wanted(one)] == []
     lines = [(line, ground) for line in (one.border, *one.curves, *inks, one.primary) for ground in surfaces_of(one)]
     assert [pair for pair in lines if contrast(*pair) < 3] == []
-
-
-@pytest.mark.parametrize("count", [2, 8])
-def test_a_list_of_choices_shows_all_of_them(count: int, qtbot: QtBot, qapp: QApplication) -> None:
-    window, box = QWidget(), QComboBox()
-    qtbot.addWidget(window)
-    QVBoxLayout(window).addWidget(box)
-    box.addItems([f"Choice {number}" for number in range(count)])
-    Appearance(qapp, Choice.LIGHT).style(window)
-    window.show()
-    window.activateWindow()
-    box.setFocus()
-    qtbot.waitUntil(box.hasFocus)  # its wider border is what the list was too low for
-    box.showPopup()
-    qtbot.waitUntil(lambda: box.view().isVisible())
-    qapp.processEvents()
-    view = box.view()
-    assert view.viewport().height() >= count * view.sizeHintForRow(0)
-
-
-def test_figures_are_of_one_width(qapp: QApplication) -> None:
-    style_all(qapp, LIGHT)
-    for size in Size:
-        metrics = QFontMetricsF(theme.font(size, is_bold=True))
-        assert len({metrics.horizontalAdvance(digit * 4) for digit in "0123456789"}) == 1
-    assert theme.font().featureValue(QFont.Tag("tnum")) == 1
-    assert not theme.font().kerning()
 
 
 def test_auto_follows_the_system_and_a_choice_does_not(
@@ -151,54 +119,6 @@ def test_a_dialog_that_comes_later_or_was_closed_wears_the_theme(
             assert label.palette().color(QPalette.ColorRole.WindowText).name().upper() == theme.muted
             dialog.hide()
         assembly.appearance.choose(Choice.LIGHT)
-
-
-# The states that no walk sees: under the pointer, pressed, chosen, switched off.
-
-_PARTS = ("background", "background-color", "color", "selection-background-color", "selection-color")
-
-
-def rules_of(theme: Theme) -> dict[str, dict[str, str]]:
-    """What the style sheet says of each selector: colours only."""
-    rules: dict[str, dict[str, str]] = {}
-    for selectors, body in re.findall(r"([^{}]+)\{([^{}]*)\}", style_sheet(theme)):
-        colours = {
-            name.strip(): value.strip()
-            for name, _, value in (line.partition(":") for line in body.split(";"))
-            if name.strip() in _PARTS and re.fullmatch(r"#[0-9A-Fa-f]{6}", value.strip())
-        }
-        for selector in selectors.split(","):
-            rules.setdefault(selector.strip(), {}).update(colours)
-    return rules
-
-
-def cascaded(rules: Mapping[str, dict[str, str]], selector: str, theme: Theme) -> dict[str, str]:
-    """With what the selector takes over from the control without state, and without role."""
-    whole = {"color": theme.text, "background": theme.surface}
-    control = re.split(r"[\[:]", selector, maxsplit=1)[0]
-    role = re.match(r"[^:]*\[[^]]*\]", selector)
-    for one in (control, "" if role is None else role[0], selector):
-        whole |= rules.get(one, {})
-    return whole
-
-
-@pytest.mark.parametrize("theme", THEMES, ids=lambda theme: theme.name)
-def test_every_state_in_the_style_sheet_is_readable(theme: Theme) -> None:
-    rules = rules_of(theme)
-    assert 'QPushButton[role="danger"]:pressed' in rules
-    weak = []
-    for selector in rules:
-        whole = cascaded(rules, selector, theme)
-        least = DISABLED if ":disabled" in selector else wanted(theme)
-        pairs = [(whole["color"], whole["background"])]
-        if "selection-background-color" in whole:
-            pairs.append((whole.get("selection-color", whole["color"]), whole["selection-background-color"]))
-        if not any(
-            part in selector
-            for part in ("::indicator", "::chunk", "::handle", "::separator", "QProgressBar", 'role="line"')
-        ):
-            weak += [f"{selector}: {one} on {other}" for one, other in pairs if contrast(one, other) < least]
-    assert not weak, "\n".join(weak)
 
 
 def choose(box: QComboBox, data: object) -> None:

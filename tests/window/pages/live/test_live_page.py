@@ -70,10 +70,12 @@ class Live(Rig):
         known = {key: value for key, value in (KNOWN | values).items() if key != leave_out}
         state = known["triggered"] is True, known["active"] is True
         one = StatusSample(self.clock(), int(known["tilt_deg"]), float(known["acceleration_g"]), *state)
-        self.hand_over(*(samples or (one,)), hz=50.0, **known)
+        self.hand_over(known, *(samples or (one,)), hz=50.0)
 
-    def hand_over(self, *samples: StatusSample, hz: float = 0.0, ended: Ended | None = None, **values: Value) -> None:
-        view = talk(self.clock(), number=self.number, **values)
+    def hand_over(
+        self, known: dict[str, Value], *samples: StatusSample, hz: float = 0.0, ended: Ended | None = None
+    ) -> None:
+        view = talk(self.clock(), number=self.number, **known)
         view = view._replace(stream_hz=hz, is_streaming=hz > 0, ended=ended)
         self.port.bridge.batch.emit(batch(self.clock(), *samples, view=view, events=()))
         self.pass_time(0.0)
@@ -129,12 +131,12 @@ def test_what_comes_while_another_page_is_shown_is_kept(live: Live) -> None:
 def test_values_are_greyed_when_the_conversation_ends_and_nowhere_in_the_next(live: Live) -> None:
     live.say()
     panel = live.page.panel
-    live.hand_over(ended=Ended(EndReason.RESTARTED, live.clock()), **KNOWN)
+    live.hand_over(KNOWN, ended=Ended(EndReason.RESTARTED, live.clock()))
     shown = (panel.tilt, panel.acceleration, panel.light, panel.cell, panel.boot_count)
     assert {readout.freshness for readout in shown} == {Freshness.STALE}
     assert panel.tilt.accessibleName().startswith("Tilt: 12°")
     live.number += 1
-    live.hand_over(cell_voltage_v=4.1)
+    live.hand_over({"cell_voltage_v": 4.1})
     assert panel.cell.accessibleName().startswith("Cell voltage: 4.10 V")
     assert {readout.freshness for readout in shown if readout is not panel.cell} == {Freshness.UNKNOWN}
     names = [readout.accessibleName() for readout in shown] + [panel.gauge.accessibleName()]
