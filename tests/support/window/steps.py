@@ -11,7 +11,6 @@ from PySide6.QtWidgets import QApplication, QWidget
 from pytestqt.qtbot import QtBot
 
 from tests.support.window.controls import visible_in
-from ui.shell.main_window import MainWindow
 from ui.style import appearance
 from ui.style.theme import Theme
 from ui.widgets.notice_bar import NoticeBar
@@ -19,7 +18,6 @@ from ui.widgets.step_button import DEAD_FOR_S, StepButton, gestures
 
 Thing = TypeVar("Thing")
 Found = TypeVar("Found", bound=QObject)
-Shown = TypeVar("Shown", bound=QWidget)
 _POINTER_AT_START = QPoint(10, 10)
 """Of Qt's offscreen platform."""
 
@@ -126,20 +124,6 @@ def find(root: QObject, kind: type[Found], name: str = "") -> Found:
     found = root.findChild(kind, name) if name else root.findChild(kind)
     assert found is not None, name or kind
     return found
-
-
-def await_child(qtbot: QtBot, root: QObject, kind: type[Found], name: str = "") -> Found:
-    """The same, once it exists."""
-    qtbot.waitUntil(lambda: (root.findChild(kind, name) if name else root.findChild(kind)) is not None)
-    return find(root, kind, name)
-
-
-def show_page(qtbot: QtBot, window: MainWindow, key: str, kind: type[Shown]) -> Shown:
-    """The page of this key, once it is made and in sight."""
-    page = await_child(qtbot, window, kind)
-    window.go_to(key)
-    qtbot.waitUntil(page.isVisible)
-    return page
 
 
 def notice_text(bar: NoticeBar) -> str:

@@ -26,7 +26,7 @@ from tests.support.flights.made_flights import made_flight, write_csv
 from tests.support.processes import ran_code
 from tests.support.window import walk
 from tests.support.window.fakes_ui import page_entries, window
-from tests.support.window.steps import await_child, choosing, drop, find, notice_text
+from tests.support.window.steps import choosing, drop, find, notice_text
 from ui.files import file_dialogs
 from ui.main import Assembly, WindowOptions
 from ui.pages.logs.page import LogsPage
@@ -46,7 +46,8 @@ def test_the_window_begins_with_a_file_and_the_menu_opens_one(
     options = WindowOptions(language="en", file=profile)
     with window(qapp, tmp_path / "data", options=options, entries=page_entries("settings")) as assembly:
         main = assembly.window
-        page = await_child(qtbot, main, SettingsPage)
+        qtbot.waitUntil(lambda: main.has_pages)
+        page = find(main, SettingsPage)
         qtbot.waitUntil(page.compare.isVisible)
         assert not main.panel.isVisible()
         page.close_panels()
@@ -67,9 +68,8 @@ def test_several_files_dropped_on_any_page_open_all_and_each_that_cannot_be_read
     (tmp_path / "a.xyz").write_bytes(bytes(100))
     (tmp_path / "page.ulg").write_text("<html></html>", encoding="utf-8")
     with window(qapp, tmp_path, entries=page_entries("settings", "logs")) as assembly:
-        settings = await_child(qtbot, assembly.window, SettingsPage)
-        logs = await_child(qtbot, assembly.window, LogsPage)
-        qtbot.waitUntil(assembly.window.acceptDrops)
+        qtbot.waitUntil(lambda: assembly.window.has_pages)
+        settings, logs = find(assembly.window, SettingsPage), find(assembly.window, LogsPage)
         assembly.window.go_to("settings")
         refused = tmp_path / ("n" * 300 + ".csv")
         assert drop(assembly.window, profile, flight, tmp_path / "a.xyz", refused, tmp_path / "page.ulg")

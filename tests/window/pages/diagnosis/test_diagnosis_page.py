@@ -5,7 +5,6 @@ import socket
 import sys
 import zipfile
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager
 from pathlib import Path
 
 import pytest
@@ -26,25 +25,18 @@ from protocol.events import Answered, Counters, Event, Received, Rejected, Role,
 from protocol.messages import Direction, Frame, Heartbeat, Reason, Status, decode
 from protocol.stream import StreamParser
 from tests.support.line.frames import echo
-from tests.support.window.fakes_ui import connect, simulated, window
-from tests.support.window.rig import Rig, on_fake_time
-from tests.support.window.steps import choosing, given, press, show_page
-from ui.main import Assembly
+from tests.support.window.desk import desk
+from tests.support.window.fakes_ui import page_entries, simulated, window
+from tests.support.window.rig import Rig
+from tests.support.window.steps import choosing, find, given, press
 from ui.pages.diagnosis.page import DiagnosisPage
 from ui.pages.diagnosis.traffic import MAX_ROWS, Column, Filter, TrafficModel, TrafficView
 from ui.pages.diagnosis.why import SharingCard
-from ui.services.context import PageEntry
-from ui.style.icons import Icon
-
-ALONE = (PageEntry("diagnosis", "Diagnosis", Icon.DIAGNOSIS, DiagnosisPage),)
 
 
-@contextmanager
-def diagnosis(
-    qtbot: QtBot, qapp: QApplication, folder: Path, **more: object
-) -> Iterator[tuple[Assembly, DiagnosisPage]]:
-    with window(qapp, folder, entries=ALONE, **more) as assembly:  # type: ignore[arg-type]
-        yield assembly, show_page(qtbot, assembly.window, "diagnosis", DiagnosisPage)
+@pytest.fixture
+def page(one: Rig) -> DiagnosisPage:
+    return one.find(DiagnosisPage)
 
 
 def cause_of(page: DiagnosisPage) -> str | None:
@@ -72,10 +64,10 @@ def test_a_fault_of_the_line_has_one_cause_and_one_button(
     qtbot: QtBot, qapp: QApplication, tmp_path: Path, options: dict[str, object],
     also: Callable[[SimulatedBench], object] | None, cause: str, button: str,
 ) -> None:  # fmt: skip
-    with on_fake_time(Rig, qtbot, qapp, tmp_path, "why", ALONE, **options) as one:
+    with desk(qtbot, qapp, tmp_path, "diagnosis", is_connected=False, **options) as one:
         if also is not None:
             also(one.bench)
-        page = show_page(qtbot, one.assembly.window, "diagnosis", DiagnosisPage)
+        page = one.find(DiagnosisPage)
         one.assembly.ports.connect_to(Target(one.url, 115200))
         one.until(lambda: cause_of(page) == cause)
         assert page.why.act.isVisible()
@@ -93,7 +85,10 @@ def test_a_fault_of_the_line_has_one_cause_and_one_button(
 def test_a_port_that_cannot_be_opened_leads_to_a_command_or_to_the_list_of_ports(
     qtbot: QtBot, qapp: QApplication, tmp_path: Path
 ) -> None:
-    with diagnosis(qtbot, qapp, tmp_path) as (assembly, page):
+    with window(qapp, tmp_path, entries=page_entries("diagnosis")) as assembly:
+        qtbot.waitUntil(lambda: assembly.window.has_pages)
+        assembly.window.go_to("diagnosis")
+        page = find(assembly.window, DiagnosisPage)
         ports, panel = assembly.ports, assembly.window.panel
         assert cause_of(page) is None
         assert page.why.act.text() == "Choose a port"
@@ -121,42 +116,41 @@ def test_a_port_that_cannot_be_opened_leads_to_a_command_or_to_the_list_of_ports
         assert page.why.next_step.text().startswith("Keep away")
 
 
-def test_what_was_seen_of_the_port_before_is_no_evidence(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
+def test_what_was_seen_of_the_port_before_is_no_evidence(one: Rig, page: DiagnosisPage) -> None:
     """Of a module that has never answered it would be said that it fell silent."""
-    with simulated("heard"), simulated("mute", mute=True), diagnosis(qtbot, qapp, tmp_path) as (assembly, page):
-        connect(qtbot, assembly, "sim://heard")
-        qtbot.waitUntil(lambda: assembly.ports.current.evidence.seen.was_online)
-        assembly.ports.connect_to(Target("sim://mute", 115200))
-        qtbot.waitUntil(lambda: cause_of(page) is not None)
+    assert one.port.evidence.seen.was_online
+    with simulated("mute", mute=True):
+        one.port.connect_to(Target("sim://mute", 115200))
+        one.until(lambda: cause_of(page) is not None)
         assert cause_of(page) == "nothing"
-        assert not assembly.ports.current.evidence.seen.was_online
+        assert not one.port.evidence.seen.was_online
 
 
 # Figures
 
 
-def test_figures_are_those_of_the_link(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
-    with diagnosis(qtbot, qapp, tmp_path) as (assembly, page):
-        statistics, now = assembly.ports.module.statistics, assembly.ports.clock()
-        opened = Connection(PortState.OPEN, "sim://x", 115200)
-        counters = Counters(sent=10, frames=8, time_outs=2, restarts=1)
-        counters.rejected_bytes[Reason.CHECKSUM] = 12
-        trips = [Answered(HEARTBEAT.query(), (Heartbeat(),), 1, trip_s, now) for trip_s in (0.003, 0.003, 0.003, 0.05)]
-        for at, counted in ((now - 2, Counters(bytes_received=1000)), (now - 1, counters)):
-            statistics.on_batch(Batch(at, opened, ConversationView(), counted, events=tuple(trips)))
-        page.go_to("figures")
-        shown = {key: figure.text() for key, figure in page.statistics.figures.items()}
-        expected = {
-            "sent": "10",
-            "lost": "2 (20 %)",
-            "rejected": "12\nwrong checksum: 12",
-            "restarts": "1",
-            "trip": "3.0 ms",
-            "slowest": "50.0 ms",
-        }
-        assert shown.items() >= expected.items()
-        warned = {key for key, figure in page.statistics.figures.items() if figure.property("look") == "attention"}
-        assert warned == {"lost", "rejected"}
+@pytest.mark.module(is_connected=False)
+def test_figures_are_those_of_the_link(one: Rig, page: DiagnosisPage) -> None:
+    statistics, now = one.port.module.statistics, one.clock()
+    opened = Connection(PortState.OPEN, "sim://x", 115200)
+    counters = Counters(sent=10, frames=8, time_outs=2, restarts=1)
+    counters.rejected_bytes[Reason.CHECKSUM] = 12
+    trips = [Answered(HEARTBEAT.query(), (Heartbeat(),), 1, trip_s, now) for trip_s in (0.003, 0.003, 0.003, 0.05)]
+    for at, counted in ((now - 2, Counters(bytes_received=1000)), (now - 1, counters)):
+        statistics.on_batch(Batch(at, opened, ConversationView(), counted, events=tuple(trips)))
+    page.go_to("figures")
+    shown = {key: figure.text() for key, figure in page.statistics.figures.items()}
+    expected = {
+        "sent": "10",
+        "lost": "2 (20 %)",
+        "rejected": "12\nwrong checksum: 12",
+        "restarts": "1",
+        "trip": "3.0 ms",
+        "slowest": "50.0 ms",
+    }
+    assert shown.items() >= expected.items()
+    warned = {key for key, figure in page.statistics.figures.items() if figure.property("look") == "attention"}
+    assert warned == {"lost", "rejected"}
 
 
 # The support bundle
@@ -173,57 +167,46 @@ def log(tmp_path: Path) -> Iterator[Log]:
 
 @pytest.mark.promise("l")
 def test_the_saved_bundle_equals_the_preview_and_is_made_again_for_another_module(
-    qtbot: QtBot, qapp: QApplication, tmp_path: Path, log: Log
+    tmp_path: Path, log: Log, one: Rig, page: DiagnosisPage
 ) -> None:
     logging.getLogger("test").warning("the cable is loose, says /home/somebody/notes")
-    with simulated("bundle"), diagnosis(qtbot, qapp, tmp_path) as (assembly, page):
-        page.bundle.log = log
-        connect(qtbot, assembly, "sim://bundle")
-        port = assembly.ports.current
-        qtbot.waitUntil(lambda: "boot_count" in port.module.view.values)
-        page.go_to("bundle")
-        qtbot.waitUntil(lambda: page.bundle.files is not None)
-        qtbot.waitUntil(page.bundle.save.isEnabled)
-        promise = page.bundle.findChild(QLabel, "bundle_promise")
-        assert isinstance(promise, QLabel)
-        assert promise.isVisible()
-        for stays in ("modules", "files", "ports", "serial numbers", "addresses"):
-            assert stays in promise.text()
-        files = given(page.bundle.files)
-        seen = page.bundle.text.toPlainText()
-        assert all(name in seen and text in seen for name, text in files.items())
-        assert {"about.json", "log.txt", "capture.txt"} <= files.keys()
-        lines = seen.splitlines()
-        assert any("the cable is loose" in line and "/home/<user>/notes" in line for line in lines)
-        assert "boot_count" in seen
-        path = tmp_path / "support.zip"
-        page.bundle.ask_path = choosing(path)
-        press(qtbot, page.bundle.save)
-        qtbot.waitUntil(path.exists)
-        qtbot.waitUntil(lambda: "Saved to" in page.strip.accessibleName())
-        with zipfile.ZipFile(path) as archive:
-            assert {name: archive.read(name).decode() for name in archive.namelist()} == files
-        port.treat_as_another()
-        qtbot.waitUntil(lambda: page.bundle.files is not files and page.bundle.save.isEnabled())
-        assert given(page.bundle.files) is not files
+    page.bundle.log = log
+    page.go_to("bundle")
+    one.until(lambda: page.bundle.files is not None)
+    one.until(page.bundle.save.isEnabled)
+    promise = page.bundle.findChild(QLabel, "bundle_promise")
+    assert isinstance(promise, QLabel)
+    assert promise.isVisible()
+    for stays in ("modules", "files", "ports", "serial numbers", "addresses"):
+        assert stays in promise.text()
+    files = given(page.bundle.files)
+    seen = page.bundle.text.toPlainText()
+    assert all(name in seen and text in seen for name, text in files.items())
+    assert {"about.json", "log.txt", "capture.txt"} <= files.keys()
+    lines = seen.splitlines()
+    assert any("the cable is loose" in line and "/home/<user>/notes" in line for line in lines)
+    assert "boot_count" in seen
+    path = tmp_path / "support.zip"
+    page.bundle.ask_path = choosing(path)
+    one.click(page.bundle.save)
+    one.until(path.exists)
+    one.until(lambda: "Saved to" in page.strip.accessibleName())
+    with zipfile.ZipFile(path) as archive:
+        assert {name: archive.read(name).decode() for name in archive.namelist()} == files
+    one.port.treat_as_another()
+    one.until(lambda: page.bundle.files is not files and page.bundle.save.isEnabled())
+    assert given(page.bundle.files) is not files
 
 
 # Sharing
 
 
 @pytest.fixture
-def rig(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> Iterator[Rig]:
-    with on_fake_time(Rig, qtbot, qapp, tmp_path, "shared", ALONE) as one:
-        one.connect()
-        yield one
-
-
-@pytest.fixture
-def card(qtbot: QtBot, rig: Rig) -> SharingCard:
+def card(one: Rig) -> SharingCard:
     """Switched on, at a free port."""
-    card = show_page(qtbot, rig.assembly.window, "diagnosis", DiagnosisPage).why.sharing
+    card = one.find(DiagnosisPage).why.sharing
     card.address.setText("127.0.0.1:0")
-    rig.click(card.switch)
+    one.click(card.switch)
     assert card.switch.isChecked()
     return card
 
@@ -235,7 +218,7 @@ def reader(card: SharingCard) -> socket.socket:
     return client
 
 
-def hear(rig: Rig, client: socket.socket, length: int) -> bytes:
+def hear(one: Rig, client: socket.socket, length: int) -> bytes:
     heard = bytearray()
 
     def is_there() -> bool:
@@ -245,48 +228,48 @@ def hear(rig: Rig, client: socket.socket, length: int) -> bytes:
             return False
         return len(heard) >= length
 
-    rig.until(is_there)
+    one.until(is_there)
     return bytes(heard)
 
 
 @pytest.mark.promise("h")
-def test_a_reader_asks_and_changes_nothing(rig: Rig, card: SharingCard) -> None:
+def test_a_reader_asks_and_changes_nothing(one: Rig, card: SharingCard) -> None:
     with reader(card) as client:
         client.sendall(BOOT_COUNT.query().encode())
-        assert hear(rig, client, 6)[:3] == bytes.fromhex("41 75 23")
+        assert hear(one, client, 6)[:3] == bytes.fromhex("41 75 23")
         assert "readers: 1" in card.state.text()
         for change in (ACTIVATION.set(True), BY_NAME["freefall_time"].set(1.2)):
             client.sendall(change.encode() + STATUS.query().encode())
-            hear(rig, client, 8)
+            hear(one, client, 8)
             assert f"{change.encode().hex(' ').upper()}: Shared, read-only" in card.last.text()
-        assert rig.acts == []
-    rig.until(lambda: "readers: 0" in card.state.text())
+        assert one.acts == []
+    one.until(lambda: "readers: 0" in card.state.text())
 
 
-def test_a_readers_lock_is_that_of_the_window(rig: Rig, card: SharingCard) -> None:
-    rig.bench.module.activate(is_active=True)
-    rig.until(lambda: rig.assembly.ports.current.is_active)
+def test_a_readers_lock_is_that_of_the_window(one: Rig, card: SharingCard) -> None:
+    one.bench.module.activate(is_active=True)
+    one.until(lambda: one.assembly.ports.current.is_active)
     with reader(card) as client:
         client.sendall(LOCK.encode())
-        assert hear(rig, client, 6) == bytes.fromhex("41 75 10 01 00 11")
-        assert not rig.bench.module.state.is_active
+        assert hear(one, client, 6) == bytes.fromhex("41 75 10 01 00 11")
+        assert not one.bench.module.state.is_active
         assert "The module reports LOCKED." in card.last.text()
-        assert set(rig.acts) == {LOCK}
+        assert set(one.acts) == {LOCK}
         # A second one is sent as the first was.
         client.sendall(LOCK.encode())
-        hear(rig, client, 6)
+        hear(one, client, 6)
 
 
 @pytest.mark.parametrize("is_port_closed", [False, True])
-def test_it_ends_with_the_switch_and_with_the_port(rig: Rig, card: SharingCard, is_port_closed: bool) -> None:
+def test_it_ends_with_the_switch_and_with_the_port(one: Rig, card: SharingCard, is_port_closed: bool) -> None:
     with reader(card) as client:
-        rig.until(lambda: "readers: 1" in card.state.text())
+        one.until(lambda: "readers: 1" in card.state.text())
         if is_port_closed:
-            rig.assembly.ports.current.disconnect_port()
+            one.assembly.ports.current.disconnect_port()
         else:
-            rig.click(card.switch)
-        rig.until(lambda: not card.switch.isChecked())
-        assert hear(rig, client, 0) == b""
+            one.click(card.switch)
+        one.until(lambda: not card.switch.isChecked())
+        assert hear(one, client, 0) == b""
         assert card.switch.isEnabled() is not is_port_closed
 
 
@@ -294,10 +277,10 @@ def test_it_ends_with_the_switch_and_with_the_port(rig: Rig, card: SharingCard, 
     ("address", "is_on", "said"),
     [("nowhere", False, "HOST:PORT"), ("192.0.2.1:7001", False, "192.0.2.1"), ("0.0.0.0:0", True, "no authentication")],
 )
-def test_an_address_is_judged(rig: Rig, card: SharingCard, address: str, is_on: bool, said: str) -> None:
-    rig.click(card.switch)
+def test_an_address_is_judged(one: Rig, card: SharingCard, address: str, is_on: bool, said: str) -> None:
+    one.click(card.switch)
     card.address.setText(address)
-    rig.click(card.switch)
+    one.click(card.switch)
     assert card.switch.isChecked() is is_on
     assert said in card.last.text()
 
@@ -393,19 +376,15 @@ def test_rows_describe_their_frames_or_why_bytes_are_none_and_are_searched(traff
     assert traffic.shown.rowCount() == 15
 
 
-def test_the_frames_of_the_module_shown_are_searched_until_another_one_is(
-    qtbot: QtBot, qapp: QApplication, tmp_path: Path
-) -> None:
-    with simulated("frames"), diagnosis(qtbot, qapp, tmp_path) as (assembly, page):
-        page.go_to("traffic")
-        traffic = page.traffic
-        connect(qtbot, assembly, "sim://frames")
-        qtbot.keyClick(assembly.window, Qt.Key.Key_F, Qt.KeyboardModifier.ControlModifier)
-        assert traffic.search.hasFocus()
-        traffic.search.setText("heartbeat")
-        qtbot.waitUntil(lambda: traffic.shown.rowCount() > 1)
-        assembly.ports.choose(assembly.ports.add())
-        assert (traffic.count.text(), traffic.search.text()) == ("rows: 0", "")
+def test_the_frames_of_the_module_shown_are_searched_until_another_one_is(one: Rig, page: DiagnosisPage) -> None:
+    page.go_to("traffic")
+    traffic = page.traffic
+    one.qtbot.keyClick(one.window, Qt.Key.Key_F, Qt.KeyboardModifier.ControlModifier)
+    assert traffic.search.hasFocus()
+    traffic.search.setText("heartbeat")
+    one.until(lambda: traffic.shown.rowCount() > 1)
+    one.assembly.ports.choose(one.assembly.ports.add())
+    assert (traffic.count.text(), traffic.search.text()) == ("rows: 0", "")
 
 
 def test_the_list_scrolls_only_from_its_end_and_what_is_in_sight_stays_when_old_rows_go(

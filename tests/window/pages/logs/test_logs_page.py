@@ -25,7 +25,7 @@ from tests.support.window.controls import moved, places
 from tests.support.window.cut_off import cut_off
 from tests.support.window.fakes_ui import connect, page_entries, simulated, window
 from tests.support.window.rig import Rig, on_fake_time
-from tests.support.window.steps import await_child, choosing, given, let_lay_out, notice_text, press
+from tests.support.window.steps import choosing, find, given, let_lay_out, notice_text, press
 from ui.pages.live.page import LivePage
 from ui.pages.logs import rows as work_module
 from ui.pages.logs.page import LogsPage
@@ -524,7 +524,8 @@ def test_opened_with_the_program_it_is_shown_while_a_module_goes_on(
     """From a folder of somebody else's; Live stays live, and LOCK works."""
     with simulated("beside", tilt=33), window(qapp, tmp_path, entries=page_entries("live", "logs")) as assembly:
         main = assembly.window
-        live, page = await_child(qtbot, main, LivePage), await_child(qtbot, main, LogsPage)
+        qtbot.waitUntil(lambda: main.has_pages)
+        live, page = find(main, LivePage), find(main, LogsPage)
         connect(qtbot, assembly, "sim://beside")
         qtbot.waitUntil(lambda: live.data.has_samples)
         main.files.open(template)
