@@ -20,7 +20,6 @@ from app.engine.transport import PortError, PortErrorKind
 from app.engine.worker import Batch, Connection, PortState
 from app.procedures.read import READABLE
 from app.text.messages import UserError
-from protocol.catalogue import SERIAL_OUTPUT, Request
 from protocol.events import Received, Sent
 from tests.module.module import Module
 from tests.support.window.desk import desk
@@ -222,24 +221,20 @@ def test_only_the_same_adapter_is_opened_again_also_under_another_name(
         assert ([line.port for line in one.lines], port.key) == ([ADAPTER.device, "/dev/ttyUSB5"], whose)
 
 
-def test_it_comes_back_at_the_rate_at_which_it_answered_and_nothing_is_sent_again(
-    qtbot: QtBot, qapp: QApplication, tmp_path: Path
-) -> None:
-    with simulated("slow", baud=57600) as bench, window(qapp, tmp_path) as assembly:
-        port, sent = assembly.ports.current, list[Request]()
-        port.batch.connect(lambda batch: sent.extend(one.request for one in batch.events if isinstance(one, Sent)))
-        assembly.ports.connect_to(Target("sim://slow", 115200))
-        qtbot.waitUntil(lambda: port.is_open)
-        port.find_rate()
-        wait_online(qtbot, assembly)
-        bench.unplug()
-        qtbot.waitUntil(lambda: phase(assembly) is Phase.LOST)
-        sent.clear()
-        bench.plug()
-        qtbot.waitUntil(lambda: phase(assembly) is Phase.ONLINE and port.module.is_read)
-        assert port.connection.baud_rate == 57600
-        assert {request for request in sent if not request.is_repeatable} <= {SERIAL_OUTPUT.set(True)}
-        assert {command.query() for command in READABLE} <= set(sent)
+@pytest.mark.module(baud=57600, is_connected=False)
+def test_it_comes_back_at_the_rate_at_which_it_answered_and_nothing_is_sent_again(one: Rig) -> None:
+    one.port.connect_to(Target(one.url, 115200))
+    one.until(lambda: one.port.is_open)
+    one.port.find_rate()
+    one.until(lambda: one.port.module.is_read)
+    one.bench.unplug()
+    one.until(lambda: phase(one.assembly) is Phase.LOST)
+    one.requests.clear()
+    one.bench.plug()
+    one.until(lambda: phase(one.assembly) is Phase.ONLINE and one.port.module.is_read)
+    assert one.port.connection.baud_rate == 57600
+    assert one.acts == []
+    assert {command.query() for command in READABLE} <= set(one.requests)
 
 
 def test_no_page_misses_data_of_a_port_that_is_chosen_early(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:

@@ -19,7 +19,7 @@ from tests.support.records.recordings_made import batch, talk
 from tests.support.window import screen_reader
 from tests.support.window.controls import covered, moved, places, visible_in
 from tests.support.window.cut_off import cut_off
-from tests.support.window.fakes_ui import connect, page_entries, simulated, window
+from tests.support.window.fakes_ui import window
 from tests.support.window.rig import Rig
 from tests.support.window.screen_reader import announced
 from tests.support.window.steps import given, let_lay_out, notice_text
@@ -225,35 +225,29 @@ def test_the_close_button_never_takes_the_place_of_another(qtbot: QtBot) -> None
     assert moved(shown[2], shown[3]) == []
 
 
-def test_notices_after_a_trigger_and_a_restart(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
-    with (
-        simulated("next", active=True) as bench,
-        window(qapp, tmp_path, entries=page_entries("triggers", "preflight")) as assembly,
-    ):
-        main = assembly.window
-        connect(qtbot, assembly, "sim://next")
-        main.go_to("preflight")
-        bench.pulse_pwm()
-        qtbot.waitUntil(lambda: main.notice_bar.button("after_trigger") is not None)
-        notice = given(main.notice_bar.notice)
-        assert notice.meaning is Meaning.DANGER
-        notice.choices[0].act()
-        assert main.navigation.chosen == "triggers"
-        assert main.notice_bar.button("after_trigger") is None  # it leads to the page that is shown
-        given(notice.dismiss)()
-        assert main.notice_bar.notice is None  # it was read; the top bar still says TRIGGERED
-        port = assembly.ports.current
-        qtbot.waitUntil(lambda: port.module.is_read)
-        main.go_to("preflight")
-        bench.restart()
-        qtbot.waitUntil(lambda: "reported TRIGGERED before" in notice_text(main.notice_bar))
-        notice = given(main.notice_bar.notice)
-        assert notice.meaning is Meaning.DANGER
-        given(notice.dismiss)()
-        qtbot.waitUntil(lambda: given(main.notice_bar.notice).cause == "interruptions")  # once it answers again
-        assert "The module restarted." in notice_text(main.notice_bar)
-        given(given(main.notice_bar.notice).dismiss)()
-        assert main.notice_bar.notice is None
+@pytest.mark.module("triggers", "preflight", active=True)
+def test_notices_after_a_trigger_and_a_restart(one: Rig) -> None:
+    main = one.window
+    main.go_to("preflight")
+    one.bench.pulse_pwm()
+    one.until(lambda: main.notice_bar.button("after_trigger") is not None)
+    notice = given(main.notice_bar.notice)
+    assert notice.meaning is Meaning.DANGER
+    notice.choices[0].act()
+    assert main.navigation.chosen == "triggers"
+    assert main.notice_bar.button("after_trigger") is None  # it leads to the page that is shown
+    given(notice.dismiss)()
+    assert main.notice_bar.notice is None  # it was read; the top bar still says TRIGGERED
+    main.go_to("preflight")
+    one.bench.restart()
+    one.until(lambda: "reported TRIGGERED before" in notice_text(main.notice_bar))
+    notice = given(main.notice_bar.notice)
+    assert notice.meaning is Meaning.DANGER
+    given(notice.dismiss)()
+    one.until(lambda: given(main.notice_bar.notice).cause == "interruptions")  # once it answers again
+    assert "The module restarted." in notice_text(main.notice_bar)
+    given(given(main.notice_bar.notice).dismiss)()
+    assert main.notice_bar.notice is None
 
 
 @ALONE

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 from PySide6.QtCore import Qt
-from PySide6.QtWidgets import QApplication, QFileDialog, QLabel, QPushButton
+from PySide6.QtWidgets import QApplication, QFileDialog, QLabel
 from pytestqt.qtbot import QtBot
 
 from app.diagnosis.link_state import Phase
@@ -20,65 +20,53 @@ from app.system.files import data_folder
 from app.trigger_records.history import TriggersReading, read_triggers
 from tests.support.processes import ran_code
 from tests.support.window.desk import name_module
-from tests.support.window.fakes_ui import connect, simulated, store_of, window
+from tests.support.window.fakes_ui import store_of, window
 from tests.support.window.rig import Rig
-from tests.support.window.steps import find, given, notice_text, press
+from tests.support.window.steps import find, given, notice_text
 from ui.acts.confirm import Confirm
 from ui.core.preferences import Preferences
 from ui.files.file_dialogs import ask_path
-from ui.main import Assembly, WindowOptions
+from ui.main import WindowOptions
 from ui.session.module_field import ModuleField
 
 
-def choose(assembly: Assembly, key: str) -> QPushButton:
-    """The notice's button of this key."""
-    button = assembly.window.notice_bar.button(key)
-    assert button is not None, assembly.window.notice_bar.notice
-    return button
-
-
 @pytest.mark.promise("l")
-def test_leaving_an_active_module_asks_and_locks(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
-    with simulated("leave", active=True) as bench, window(qapp, tmp_path) as assembly:
-        main, bar = assembly.window, assembly.window.notice_bar
-        connect(qtbot, assembly, "sim://leave")
-        qtbot.waitUntil(main.panel.isHidden)
-        assert not main.close()
-        assert not main.close()  # the second half of a double click, or a key that is held, is no answer
-        qtbot.keyClick(choose(assembly, "lock_and_leave"), Qt.Key.Key_Escape)
-        assert bar.notice is None
-        assert not main.close()
-        press(qtbot, choose(assembly, "stay"))
-        assert bar.notice is None
-        assert assembly.ports.current.is_open
-        assert not main.close()
-        given(bar.notice).choices[0].act()  # LOCK first; no event is processed before it is cancelled
-        main.leaving.stay()
-        qtbot.waitUntil(lambda: main.top_bar.activation.word == "LOCKED")
-        qtbot.waitUntil(lambda: not assembly.ports.current.lock.is_unproven)
-        assert main.isVisible()
-        bench.module.activate(is_active=True)
-        qtbot.waitUntil(lambda: assembly.ports.current.is_active)
-        assert not main.close()
-        given(bar.notice).choices[0].act()
-        assert not main.close()  # LOCK is on its way
-        qtbot.waitUntil(lambda: not main.isVisible())
-        assert not bench.module.state.is_active
+@pytest.mark.module(active=True)
+def test_leaving_an_active_module_asks_and_locks(one: Rig) -> None:
+    main, bar = one.window, one.window.notice_bar
+    assert not main.close()
+    assert not main.close()  # the second half of a double click, or a key that is held, is no answer
+    one.qtbot.keyClick(given(bar.button("lock_and_leave")), Qt.Key.Key_Escape)
+    assert bar.notice is None
+    assert not main.close()
+    one.click(bar.button("stay"))
+    assert bar.notice is None
+    assert one.port.is_open
+    assert not main.close()
+    given(bar.notice).choices[0].act()  # LOCK first; no event is processed before it is cancelled
+    main.leaving.stay()
+    one.until(lambda: main.top_bar.activation.word == "LOCKED")
+    one.until(lambda: not one.port.lock.is_unproven)
+    assert main.isVisible()
+    one.bench.module.activate(is_active=True)
+    one.until(lambda: one.port.is_active)
+    assert not main.close()
+    given(bar.notice).choices[0].act()
+    assert not main.close()  # LOCK is on its way
+    one.until(lambda: not main.isVisible())
+    assert not one.bench.module.state.is_active
 
 
 @pytest.mark.parametrize("is_closing", [True, False])
-def test_an_active_module_may_be_left_as_it_is(
-    qtbot: QtBot, qapp: QApplication, tmp_path: Path, is_closing: bool
-) -> None:
-    with simulated("part", active=True) as bench, window(qapp, tmp_path) as assembly:
-        connect(qtbot, assembly, "sim://part")
-        key = Qt.Key.Key_Q if is_closing else Qt.Key.Key_D
-        qtbot.keyClick(assembly.window, key, Qt.KeyboardModifier.ControlModifier)
-        assert assembly.ports.current.is_open
-        press(qtbot, choose(assembly, "leave_active"))
-        qtbot.waitUntil(lambda: assembly.ports.current.state.phase is Phase.CLOSED or not assembly.window.isVisible())
-        assert bench.module.state.is_active
-        assert assembly.window.isVisible() is not is_closing
+@pytest.mark.module(active=True)
+def test_an_active_module_may_be_left_as_it_is(one: Rig, is_closing: bool) -> None:
+    key = Qt.Key.Key_Q if is_closing else Qt.Key.Key_D
+    one.qtbot.keyClick(one.window, key, Qt.KeyboardModifier.ControlModifier)
+    assert one.port.is_open
+    one.click(one.window.notice_bar.button("leave_active"))
+    one.until(lambda: one.port.state.phase is Phase.CLOSED or not one.window.isVisible())
+    assert one.bench.module.state.is_active
+    assert one.window.isVisible() is not is_closing
 
 
 def test_the_title_and_qts_own_texts_are_translated(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
