@@ -31,7 +31,7 @@ from protocol.fields import Value
 from tests.campaigns.ledger import DEAD_S, DEPLOY, ENABLED, GO, HOLD, HOLD_S, UNLOCKED, WATCHED, Ledger
 from tests.support.line.frames import echo
 from tests.support.window.hand import NO_BUTTON, NO_KEY, Hand, hand_at
-from tests.support.window.rig import TURN_S
+from tests.support.window.rig import TURN_S, is_act
 from tests.support.window.steps import given
 from ui.acts.confirm import Confirm
 from ui.widgets.step_button import bring_into_sight, gestures
@@ -76,6 +76,7 @@ class Hands(Hand):
 
     def begin(self, report: Report, dice: random.Random) -> None:
         self.report, self.dice, self._is_begun = report, dice, True
+        self.on_leaving = self.note
         self.put_in_order()
         self.wait(DEAD_S)  # what the window shows has been there for a while
 
@@ -96,8 +97,7 @@ class Hands(Hand):
 
     def note(self, request: Request) -> None:
         """Compare a frame, as it is sent, with the gestures before it."""
-        super().note(request)
-        if self.sent and self.sent[-1] is request:
+        if is_act(request):
             self._look()
             kind, wrong = self.ledger.feed(request, is_active=self.bench.module.state.is_active)
             self.report.frames[kind] += 1

@@ -1,7 +1,7 @@
 """A window with some of its pages on a simulated module, of which every frame is recorded."""
 
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, nullcontext
 from pathlib import Path
 from typing import Final
 from unittest.mock import patch
@@ -33,20 +33,11 @@ def desk(
     listed: ListedPorts | None = None,
     **options: object,
 ) -> Iterator[Rig]:
-    """Open a window with these pages, connect, and show the first of them."""
-    made: list[Rig] = []
-    read_unasked = TriggerReading.read_unasked
-
-    def read_where_wanted(reading: TriggerReading) -> None:
-        if made and made[0].reads_triggers:
-            read_unasked(reading)
-
+    """Open a window with these pages, connect, and show the first of them. `reads_triggers`: Triggers by itself."""
     with (
-        patch.object(TriggerReading, "read_unasked", read_where_wanted),
+        nullcontext() if reads_triggers else patch.object(TriggerReading, "read_unasked"),
         on_fake_time(Rig, qtbot, qapp, folder, name, page_entries(*pages) or EMPTY_PAGE, listed, **options) as one,
     ):
-        made.append(one)
-        one.reads_triggers = reads_triggers
         if is_connected:
             one.connect()
         if pages:

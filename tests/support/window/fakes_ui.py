@@ -1,6 +1,5 @@
 """Opens windows for tests, with fake lists of ports and without saved preferences."""
 
-import threading
 from collections.abc import Iterator
 from concurrent.futures import wait
 from contextlib import contextmanager
@@ -39,24 +38,15 @@ def page_entries(*keys: str) -> tuple[PageEntry, ...]:
 
 
 class ListedPorts:
-    """A list of ports in place of the system's; after `hold`, `poll` blocks until `release`."""
+    """A list of ports in place of the system's."""
 
     def __init__(self, *ports: PortInfo) -> None:
         self.now: list[PortInfo] = list(ports)
         self.looks = 0
-        self._may_answer = threading.Event()
-        self._may_answer.set()
 
     def poll(self, deadline_s: float) -> list[PortInfo]:
         self.looks += 1
-        self._may_answer.wait(PATIENCE_S)  # as long as any test waits
         return list(self.now)
-
-    def hold(self) -> None:
-        self._may_answer.clear()
-
-    def release(self) -> None:
-        self._may_answer.set()
 
 
 @contextmanager
@@ -82,24 +72,16 @@ def window(
         start(assembly, options)
         yield assembly
     finally:
-        if listed is not None:
-            listed.release()
-        close_window(assembly)
-
-
-def close_window(assembly: Assembly) -> None:
-    """Closes and deletes the window and everything that runs behind it."""
-    assembly.window.close_now()
-    assembly.ports.stop(2.0)
-    assembly.watcher.stop(2.0)
-    assembly.storage.close()
-    app = QApplication.instance()
-    if language() != ENGLISH and isinstance(app, QApplication):
-        use_language(app, ENGLISH)
-        for qt_texts in app.findChildren(QTranslator):
-            app.removeTranslator(qt_texts)
-    assembly.window.deleteLater()
-    QApplication.processEvents()
+        assembly.window.close_now()
+        assembly.ports.stop(2.0)
+        assembly.watcher.stop(2.0)
+        assembly.storage.close()
+        if language() != ENGLISH:
+            use_language(qapp, ENGLISH)
+            for qt_texts in qapp.findChildren(QTranslator):
+                qapp.removeTranslator(qt_texts)
+        assembly.window.deleteLater()
+        QApplication.processEvents()
 
 
 def store_of(storage: Storage) -> Store:

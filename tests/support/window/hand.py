@@ -12,7 +12,6 @@ from PySide6.QtCore import QCoreApplication, QEvent, QPoint, QPointF, Qt, QTimer
 from PySide6.QtGui import QInputEvent, QKeyEvent, QMouseEvent
 from PySide6.QtWidgets import QApplication, QMenu, QWidget
 
-from protocol.catalogue import SERIAL_OUTPUT, Hazard, Request
 from tests.support.journals import FakeJournal
 from tests.support.window.fakes_ui import page_entries
 from tests.support.window.rig import TURN_S, Rig, on_fake_time
@@ -26,18 +25,10 @@ Made = TypeVar("Made", bound="Hand")
 
 @dataclass
 class Hand(Rig):
-    """`sent`: what left and was no question."""
-
-    sent: list[Request] = field(default_factory=list)
     journal: FakeJournal = field(default_factory=FakeJournal)
     pointer: QPoint = field(default_factory=lambda: QPoint(1, 1))
     is_down: bool = False
     _event_ms: int = 0
-
-    def note(self, request: Request) -> None:
-        """Called with each frame as it leaves."""
-        if request.hazard is not Hazard.NONE and request.command is not SERIAL_OUTPUT:
-            self.sent.append(request)
 
     # Time
 
@@ -123,7 +114,7 @@ class Hand(Rig):
             self.commands.ritual.cancel.click()
         self.move(QPoint(1, 1))
         self.wait(1.0)
-        self.sent.clear()
+        self.requests.clear()
 
 
 def _close_menu() -> None:
@@ -141,7 +132,7 @@ def hand_at(kind: type[Made], qapp: QApplication, folder: Path, *pages: str) -> 
         patch("ui.files.file_dialogs._open_file_dialog", lambda dialog, _then: dialog.deleteLater()),
         on_fake_time(kind, no_bot, qapp, folder, "hand", page_entries(*pages)) as hand,  # type: ignore[arg-type]
     ):
-        hand.journal, hand.on_leaving = journal, hand.note
+        hand.journal = journal
         hand.window.resize(1024, 600)
         if "preflight" in pages:  # a menu of this button would wait for a person
             hand.preflight.form.choose.setMenu(None)  # type: ignore[arg-type]

@@ -52,6 +52,11 @@ TURN_S = 0.08
 """Less than the ritual goes without a tick."""
 
 
+def is_act(request: Request) -> bool:
+    """Whether it is no query, and no `serial_output`."""
+    return request.hazard is not Hazard.NONE and request.command is not SERIAL_OUTPUT
+
+
 @dataclass
 class Rig:
     """The window, the module, and every frame that left for it, on a clock that only `wait` and `until` move."""
@@ -68,8 +73,6 @@ class Rig:
     """Every opening of a port, the last one last."""
     devices: dict[str, tuple[Module, ...]]
     """By port: independent modules, in place of the simulated one."""
-    reads_triggers: bool = True
-    """Whether the page Triggers reads by itself."""
     on_leaving: Callable[[Request], None] = lambda _request: None
     """Called with each frame as it is sent."""
     _due_s: dict[QTimer, float] = field(default_factory=dict)
@@ -109,9 +112,7 @@ class Rig:
 
     @property
     def acts(self) -> list[Request]:
-        """The requests that were not queries, except `serial_output`."""
-        acts = [request for request in self.requests if request.hazard is not Hazard.NONE]
-        return [request for request in acts if request.command is not SERIAL_OUTPUT]
+        return list(filter(is_act, self.requests))
 
     @cached_property
     def triggers(self) -> TriggersPage:

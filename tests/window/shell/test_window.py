@@ -171,21 +171,16 @@ os._exit(0)
 """
 
 
-def offscreen(folder: Path, width: int, height: int) -> str:
-    """What `QT_QPA_PLATFORM` has to be for one screen of so many pixels; written into `folder`."""
-    path = folder / f"screen-{width}x{height}.json"
-    screen = {"name": "test", "x": 0, "y": 0, "width": width, "height": height,
-              "logicalDpi": 96, "logicalBaseDpi": 96, "dpr": 1}  # fmt: skip
-    path.write_text(json.dumps({"screens": [screen]}), encoding="utf-8")
-    return f"offscreen:configfile={path}"
-
-
 @pytest.mark.parametrize(("width", "height", "scale"), [(1024, 600, 1.0), (1920, 1080, 2.0)])
 @pytest.mark.promise("l")
 def test_lock_is_on_the_screen_at_every_scale(width: int, height: int, scale: float, tmp_path: Path) -> None:
     """At the first start, and where the window was larger when it was last closed."""
-    screen = offscreen(tmp_path, width, height)
-    ended = ran_code(SHOWN, tmp_path, QT_QPA_PLATFORM=screen, QT_SCALE_FACTOR=f"{scale}")
+    screen = {"name": "test", "x": 0, "y": 0, "width": width, "height": height,
+              "logicalDpi": 96, "logicalBaseDpi": 96, "dpr": 1}  # fmt: skip
+    path = tmp_path / "screen.json"
+    path.write_text(json.dumps({"screens": [screen]}), encoding="utf-8")
+    platform = f"offscreen:configfile={path}"
+    ended = ran_code(SHOWN, tmp_path, QT_QPA_PLATFORM=platform, QT_SCALE_FACTOR=f"{scale}")
     assert ended.returncode == 0, ended.stdout + ended.stderr
 
 

@@ -1,6 +1,6 @@
 """Readout, gauge, number line, elided text, the panel "Simulated module"; the wheel turns only what has the focus."""
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from functools import partial
 from pathlib import Path
 
@@ -200,33 +200,6 @@ def test_a_dial_keeps_its_value_while_what_is_typed_cannot_be_used(qtbot: QtBot)
     assert (dial.is_wrong, dial.range.isVisible(), turned[-1]) == (False, False, 65)
 
 
-@pytest.fixture
-def clock() -> FakeClock:
-    return FakeClock()
-
-
-@pytest.fixture
-def bench(clock: FakeClock) -> SimulatedBench:
-    return SimulatedBench(clock=clock)
-
-
-@pytest.fixture
-def panel(qtbot: QtBot, bench: SimulatedBench) -> Iterator[SimulatorPanel]:
-    # Inside a window, as in its dock: offscreen, Qt warns of windows that have a smallest size of their own.
-    window = QWidget()
-    qtbot.addWidget(window)
-    panel = SimulatorPanel()
-    panel.setParent(window)
-    panel.use_bench(bench)
-    window.resize(320, 520)
-    panel.resize(320, 520)
-    window.show()
-    window.activateWindow()
-    qtbot.waitUntil(window.isActiveWindow)
-    yield panel
-    window.close()
-
-
 def click(qtbot: QtBot, button: QWidget) -> None:
     """With the mouse, at the left, where the box of a check box is."""
     qtbot.mouseClick(button, Qt.MouseButton.LeftButton, pos=QPoint(10, button.height() // 2))
@@ -239,9 +212,18 @@ def type_into(qtbot: QtBot, box: QAbstractSpinBox | QLineEdit, text: str) -> Non
     qtbot.keyClick(box, Qt.Key.Key_Return)
 
 
-def test_every_control_does_what_it_says(
-    qtbot: QtBot, panel: SimulatorPanel, bench: SimulatedBench, clock: FakeClock
-) -> None:
+def test_every_control_does_what_it_says(qtbot: QtBot) -> None:
+    # Inside a window, as in its dock: offscreen, Qt warns of windows that have a smallest size of their own.
+    window, panel, clock = QWidget(), SimulatorPanel(), FakeClock()
+    qtbot.addWidget(window)
+    bench = SimulatedBench(clock=clock)
+    panel.setParent(window)
+    panel.use_bench(bench)
+    for one in (window, panel):
+        one.resize(320, 520)
+    window.show()
+    window.activateWindow()
+    qtbot.waitUntil(window.isActiveWindow)
     panel.tilt.slider.setFocus()
     qtbot.keyClick(panel.tilt.slider, Qt.Key.Key_Right)
     assert bench.world.tilt_deg == 1

@@ -66,7 +66,7 @@ def repeat(bench: Hand, times: int = 10, *, is_marked: bool = True, every_s: flo
 
 
 def codes(bench: Hand) -> list[str]:
-    return [one.encode()[2:5].hex() for one in bench.sent]
+    return [one.encode()[2:5].hex() for one in bench.acts]
 
 
 def forbidding(bench: Hand) -> Confirm:
@@ -82,14 +82,14 @@ def ask_to_forbid(bench: Hand) -> StepButton:
     bench.click(confirm.ask)
     assert confirm.is_asking
     bench.wait(1.0)
-    bench.sent.clear()
+    bench.requests.clear()
     bench.move(bench.at(confirm.go))
     return confirm.go
 
 
 def is_nothing_sent(bench: Hand) -> bool:
     bench.wait(0.5)
-    return not bench.sent
+    return not bench.acts
 
 
 def are_apart(*buttons: QWidget) -> bool:
@@ -228,7 +228,7 @@ def test_a_step_is_dead_for_half_a_second_after_it_appeared(bench: Hand, is_key:
     confirm = forbidding(bench)
     bring_into_sight(confirm)
     bench.click(confirm.ask)
-    bench.sent.clear()
+    bench.requests.clear()
     confirm.go.setFocus()
     bench.move(bench.at(confirm.go))
     bench.wait(0.3)
@@ -241,7 +241,7 @@ def test_a_step_is_dead_for_half_a_second_after_it_appeared(bench: Hand, is_key:
             bench.click()
         assert confirm.is_asking is is_dead
         bench.wait(0.3)
-    bench.until(lambda: bench.sent)
+    bench.until(lambda: bench.acts)
     assert codes(bench) == ["110200"]
 
 
@@ -391,7 +391,7 @@ def test_a_second_press_ends_a_hold(bench: Hand) -> None:
             bench.press()
         assert bench.commands.ritual.ritual.stage is Stage.IDLE, is_key
         bench.wait(2.5)
-        assert bench.sent == [], is_key
+        assert bench.acts == [], is_key
         bench.key(SPACE, is_press=False)
         bench.reset()
 
@@ -415,7 +415,7 @@ def test_a_repeat_that_x11_does_not_mark_is_no_release(
         ritual._tick()
         assert ritual.ritual.stage is Stage.HOLDING
         bench.wait(1.0)
-        assert (bench.sent, ritual.ritual.stage) == ([], Stage.IDLE)
+        assert (bench.acts, ritual.ritual.stage) == ([], Stage.IDLE)
     else:
         bench.wait(1.5)
         assert codes(bench) == ["110201"]

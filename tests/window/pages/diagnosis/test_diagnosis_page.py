@@ -156,21 +156,14 @@ def test_figures_are_those_of_the_link(one: Rig, page: DiagnosisPage) -> None:
 # The support bundle
 
 
-@pytest.fixture
-def log(tmp_path: Path) -> Iterator[Log]:
-    one = Log(tmp_path / "logs")
-    try:
-        yield one
-    finally:
-        one.stop()
-
-
 @pytest.mark.promise("l")
 def test_the_saved_bundle_equals_the_preview_and_is_made_again_for_another_module(
-    tmp_path: Path, log: Log, one: Rig, page: DiagnosisPage
+    request: pytest.FixtureRequest, tmp_path: Path, one: Rig, page: DiagnosisPage
 ) -> None:
+    log = Log(tmp_path / "logs")
     logging.getLogger("test").warning("the cable is loose, says /home/somebody/notes")
     page.bundle.log = log
+    request.addfinalizer(log.stop)
     page.go_to("bundle")
     one.until(lambda: page.bundle.files is not None)
     one.until(page.bundle.save.isEnabled)

@@ -111,13 +111,13 @@ def test_each_test_can_be_done_on_the_simulated_module(bench: Hand) -> None:
     acts = {GuidedKind.TILT: [ACTIVATE, LOCK]}
     page = bench.guided
     for number, kind in enumerate(KINDS, start=1):
-        bench.sent.clear()
+        bench.requests.clear()
         bench.bench.set_world(tilt_deg=0)
         outcome = run(bench, kind)
         assert outcome.verdict is GuidedVerdict.PASSED, outcome
         bench.until(lambda: not page.work.owes_lock)
         assert is_locked(bench)
-        assert list(dict.fromkeys(bench.sent)) == acts.get(kind, [])
+        assert list(dict.fromkeys(bench.acts)) == acts.get(kind, [])
         kept(bench, kind)
         last = page.work.last[kind]
         assert (last.verdict, last.who, last.is_simulated) == (GuidedVerdict.PASSED, "Li", True)
@@ -146,7 +146,7 @@ def test_what_can_fire_is_said_and_confirmed_each_time_and_start_sends_nothing_b
         start(bench, kind)
         bench.guided.work.choose(next(other for other in KINDS if other is not kind))
         assert (bench.guided.work.kind, bench.guided.work.is_running) == (kind, True)
-        assert bench.sent == []
+        assert bench.acts == []
         bench.guided.work.cancel()
     assert bench.guided.work.owes_lock is False
 
@@ -214,15 +214,15 @@ WAYS_OUT: dict[str, Callable[[Hand], object]] = {
 def test_the_module_is_locked_whatever_ends_the_tilt(bench: Hand, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("app.guided.guided_tests.PERSON_LIMIT_S", 5.0)
     for way, leave in WAYS_OUT.items():
-        bench.sent.clear()
+        bench.requests.clear()
         activated(bench)
         leave(bench)
         bench.wait(1.0)
         assert is_locked(bench), way
-        assert LOCK in bench.sent, way
+        assert LOCK in bench.acts, way
         assert not bench.guided.work.is_running, way
         bench.until(lambda: not bench.guided.work.owes_lock)
-        assert bench.sent.count(ACTIVATE) == 1, way
+        assert bench.acts.count(ACTIVATE) == 1, way
         bench.bench.module.state.attitude_is_enabled = True
         bench.bench.set_world(tilt_deg=0)
 
@@ -258,7 +258,7 @@ def test_a_pulled_plug_is_said_and_lock_waits_for_the_port(bench: Hand) -> None:
     bench.wait(1.0)
     assert isinstance(bench.guided.work.outcome, UserError)
     bench.until(lambda: "LOCK not confirmed: treat the module as ACTIVE" in said(bench))
-    assert LOCK not in bench.sent
+    assert LOCK not in bench.acts
     (report,) = port.interruptions.remainders
     assert (report.text is not None, report.module) == (True, "M-07")
     bench.bench.plug()
@@ -277,7 +277,7 @@ def test_an_activation_that_is_not_confirmed_locks(bench: Hand) -> None:
     confirm(bench)
     bench.wait(16.0)
     assert isinstance(bench.guided.work.outcome, UserError)
-    assert bench.sent.count(LOCK) > 1
+    assert bench.acts.count(LOCK) > 1
     assert is_locked(bench)
     assert bench.assembly.ports.current.lock.failed is not None
 
@@ -294,7 +294,7 @@ def test_an_order_that_was_refused_leaves_the_test_where_it_is(bench: Hand) -> N
     confirm(bench)
     bench.guided.work.cancel()
     bench.wait(3.0)
-    assert ACTIVATE not in bench.sent
+    assert ACTIVATE not in bench.acts
     assert is_locked(bench)
 
 
