@@ -136,20 +136,10 @@ class Desk(Rig):
     # What the window says
 
     def said(self) -> list[Said]:
-        page = self.pages[self.key]
-        said = [Said("bar", subject, word) for subject, word in self._bar()]
-        match page:
-            case LivePage() if not page.is_empty:
-                said += [Said("live", subject, word) for subject, word in _live(page)]
-            case SettingsPage():
-                said += [Said("settings", subject, word) for subject, word in _settings(page)]
-            case PreflightPage():
-                said += [Said("preflight", subject, word) for subject, word in _preflight(page)]
-            case CommandsPage():
-                said += [Said("commands", subject, word) for subject, word in _commands(page)]
-            case FleetPage():
-                said += [Said("fleet", subject, word) for subject, word in _fleet(page)]
-        return said
+        told = {"live": _live, "settings": _settings, "preflight": _preflight, "commands": _commands, "fleet": _fleet}
+        on_page: Iterator[tuple[str, str | None]] = told[self.key](self.pages[self.key])  # type: ignore[operator]
+        said = [Said(self.key, subject, word) for subject, word in on_page]
+        return said + [Said("bar", subject, word) for subject, word in self._bar()]
 
     def _bar(self) -> Iterator[tuple[str, str | None]]:
         bar = self.assembly.window.top_bar
@@ -166,6 +156,8 @@ class Desk(Rig):
 
 
 def _live(page: LivePage) -> Iterator[tuple[str, str | None]]:
+    if page.is_empty:
+        return
     panel = page.panel
     cell = panel.cell
     yield "cell", f"{cell.text} V" if cell.freshness is Freshness.FRESH else None

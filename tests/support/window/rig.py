@@ -46,8 +46,6 @@ from ui.shell.main_window import MainWindow
 from ui.widgets.step_button import gestures
 
 Made = TypeVar("Made", bound="Rig")
-READ_LAST = ("active", "freefall_time_s", "boot_count")
-"""Where these are known, everything was read."""
 TURN_S = 0.08
 """Less than the ritual goes without a tick."""
 
@@ -76,10 +74,6 @@ class Rig:
     on_leaving: Callable[[Request], None] = lambda _request: None
     """Called with each frame as it is sent."""
     _due_s: dict[QTimer, float] = field(default_factory=dict)
-
-    @property
-    def root(self) -> QWidget:
-        return self.assembly.window
 
     @property
     def window(self) -> MainWindow:
@@ -119,7 +113,7 @@ class Rig:
         return self.find(TriggersPage)
 
     def find(self, kind: type[Found], name: str = "") -> Found:
-        return find(self.root, kind, name)
+        return find(self.window, kind, name)
 
     def click(self, widget: QWidget | str | None) -> None:
         """A widget, or a button given by its name, once it is visible and enabled."""
@@ -145,12 +139,12 @@ class Rig:
             pass
         self.clock.now_s = max(self.clock.now_s, end_s)
         wait_for_disk(self.assembly)
-        for task in self.root.findChildren(BackgroundTask):
+        for task in self.window.findChildren(BackgroundTask):
             if task.is_running:
                 task.wait(PATIENCE_S)
         QCoreApplication.sendPostedEvents()
         QApplication.processEvents()
-        for owner in (self.root, self.assembly.ports, gestures()):
+        for owner in (self.window, self.assembly.ports, gestures()):
             for timer in owner.findChildren(QTimer):
                 self._tick(timer)
 
@@ -195,10 +189,8 @@ class Rig:
 
     def connect(self) -> None:
         """Until everything was read."""
-        ports = self.assembly.ports
-        ports.connect_to(Target(self.url, 115200))
-        self.until(lambda: all(ports.module.view.known(key, self.clock()) is not None for key in READ_LAST))
-        self.until(lambda: self.port.state.phase is Phase.ONLINE)
+        self.assembly.ports.connect_to(Target(self.url, 115200))
+        self.until(lambda: self.port.module.is_read and self.port.state.phase is Phase.ONLINE)
         self.window.panel.hide()
 
     def restart(self) -> None:

@@ -19,9 +19,8 @@ from app.store.fact_store import Store, StoreError
 from protocol.events import Ended, EndReason
 from tests.support.patience import PATIENCE_S
 from tests.support.processes import ran_code
-from tests.support.window.fakes_ui import page_entries, window
 from tests.support.window.rig import Rig
-from tests.support.window.steps import find, given
+from tests.support.window.steps import given
 from ui.core.background_task import BackgroundTask, ExportCancelled, Running
 from ui.core.bridge import Bridge, garbage_freed_here
 from ui.pages.logs.page import LogsPage
@@ -221,13 +220,12 @@ def test_progress_is_said_until_it_ends(one: Rig) -> None:
     assert job.notices == []
 
 
-def test_trouble_with_files_outlives_another_module(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
-    with window(qapp, tmp_path, entries=page_entries("logs")) as assembly:
-        qtbot.waitUntil(lambda: assembly.window.has_pages)
-        page = find(assembly.window, LogsPage)
-        page.result.notify(Meaning.ATTENTION, "Not saved")
-        assembly.ports.shown.emit(assembly.ports.module)
-        assert page.result.notices != []
+@pytest.mark.module("logs", is_connected=False)
+def test_trouble_with_files_outlives_another_module(one: Rig) -> None:
+    result = one.find(LogsPage).result
+    result.notify(Meaning.ATTENTION, "Not saved")
+    one.assembly.ports.shown.emit(one.port.module)
+    assert result.notices != []
 
 
 def test_what_a_person_has_to_act_on_outlives_the_page(qtbot: QtBot) -> None:

@@ -12,8 +12,7 @@ from pytestqt.qtbot import QtBot
 
 from app.text import i18n
 from app.text.i18n import CHINESE, ENGLISH, LANGUAGES, read_translations
-from tests.support.window.fakes_ui import ListedPorts, window
-from tests.support.window.steps import given, press
+from tests.support.window.rig import Rig
 from ui.help.windows import GUIDE, GuideViewer, anchor_of
 from ui.main import PAGES
 
@@ -91,20 +90,15 @@ def test_the_viewer_shows_it_and_leads_to_every_chapter(language: str, qtbot: Qt
         assert entry is PAGES[-1] or viewer.text.verticalScrollBar().value() > 0
 
 
-def test_each_page_leads_to_the_list_of_ports(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
+@pytest.mark.module(*(entry.key for entry in PAGES), is_connected=False)
+def test_each_page_leads_to_the_list_of_ports(one: Rig) -> None:
     """Every page, with nothing connected: one sentence on it, and a button in sight that leads on."""
-    with window(qapp, tmp_path, listed=ListedPorts(), entries=PAGES) as assembly:
-        main = assembly.window
-        with qtbot.waitSignal(main.pages_made):
-            main.resize(1024, 600)
-        qtbot.waitUntil(main.panel.isVisible)
+    main, own = one.window, {"live": "live_choose_port", "diagnosis": "why_act"}  # the page says it itself
+    main.resize(1024, 600)
+    for entry in PAGES:
         main.panel.hide()
-        own = {"live": "live_choose_port", "diagnosis": "why_act"}  # the page says it itself
-        for entry in PAGES:
-            main.go_to(entry.key)
-            assert main.panel.isHidden(), entry.key  # it would lie over the page
-            name = own.get(entry.key)
-            button = main.findChild(QPushButton, name) if name else main.notice_bar.button("choose_port")
-            qtbot.waitUntil(given(button).isVisible)
-            press(qtbot, button)
-            assert main.panel.isVisible(), entry.key
+        main.go_to(entry.key)
+        assert main.panel.isHidden(), entry.key  # it would lie over the page
+        name = own.get(entry.key)
+        one.click(main.findChild(QPushButton, name) if name else main.notice_bar.button("choose_port"))
+        assert main.panel.isVisible(), entry.key

@@ -32,8 +32,9 @@ from tests.support.processes import ROOT
 from tests.support.thorough import IS_THOROUGH
 from tests.support.window.controls import controls_in, takes_tab
 from tests.support.window.cut_off import cut_off, texts_of
-from tests.support.window.desk import desk, type_into
+from tests.support.window.desk import type_into
 from tests.support.window.fakes_ui import window
+from tests.support.window.rig import Rig
 from tests.support.window.screen_reader import name_of
 from tests.support.window.steps import given
 from tests.support.window.walk import PROFILE, SMALL_SCREEN, Walk, walking
@@ -349,38 +350,38 @@ def test_keys(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
         assert {name for name in repeated if not name.endswith(("_fit", "_live"))} == set()  # of plots
 
 
-def test_no_key_writes_edits_that_are_not_in_sight(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
-    with desk(qtbot, qapp, tmp_path, "settings") as one:
-        type_into(one, "attitude_threshold", "75")
-        path = tmp_path / "H6.toml"
-        path.write_text(PROFILE, encoding="utf-8")
-        one.settings.open_file(path)
-        for is_written in (False, True):
-            qtbot.keyClick(one.settings, Qt.Key.Key_Return, Qt.KeyboardModifier.ControlModifier)
-            assert one.settings.work.job.is_running is is_written
-            one.settings.on_escape()
-        one.until(lambda: one.held("attitude_threshold") == 75)
+@pytest.mark.module("settings")
+def test_no_key_writes_edits_that_are_not_in_sight(qtbot: QtBot, tmp_path: Path, one: Rig) -> None:
+    type_into(one, "attitude_threshold", "75")
+    path = tmp_path / "H6.toml"
+    path.write_text(PROFILE, encoding="utf-8")
+    one.settings.open_file(path)
+    for is_written in (False, True):
+        qtbot.keyClick(one.settings, Qt.Key.Key_Return, Qt.KeyboardModifier.ControlModifier)
+        assert one.settings.work.job.is_running is is_written
+        one.settings.on_escape()
+    one.until(lambda: one.held("attitude_threshold") == 75)
 
 
-def test_esc_leads_back_to_where_one_came_from(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
+@pytest.mark.module("settings")
+def test_esc_leads_back_to_where_one_came_from(qtbot: QtBot, one: Rig) -> None:
     """From the list of ports and from a question, which are no windows of their own."""
-    with desk(qtbot, qapp, tmp_path, "settings") as one:
-        type_into(one, "attitude_threshold", "75")
-        main = one.assembly.window
-        main.activateWindow()
-        qtbot.waitUntil(main.isActiveWindow)
-        field = one.find(QLineEdit, "freefall_time_wanted")
-        for act in ("connect", "disconnect", "connect"):
-            field.setFocus()
-            main.menus[act].trigger()
-            opened = given(QApplication.focusWidget())
-            assert opened is not field
-            qtbot.keyClick(opened, Qt.Key.Key_Escape)
-            assert QApplication.focusWidget() is field, act
-        field.clearFocus()
-        main.panel.show()
-        main.panel.hide()
-        assert QApplication.focusWidget() is not None  # also where it came from nowhere
+    type_into(one, "attitude_threshold", "75")
+    main = one.assembly.window
+    main.activateWindow()
+    qtbot.waitUntil(main.isActiveWindow)
+    field = one.find(QLineEdit, "freefall_time_wanted")
+    for act in ("connect", "disconnect", "connect"):
+        field.setFocus()
+        main.menus[act].trigger()
+        opened = given(QApplication.focusWidget())
+        assert opened is not field
+        qtbot.keyClick(opened, Qt.Key.Key_Escape)
+        assert QApplication.focusWidget() is field, act
+    field.clearFocus()
+    main.panel.show()
+    main.panel.hide()
+    assert QApplication.focusWidget() is not None  # also where it came from nowhere
 
 
 def keys_of(widget: QWidget) -> dict[str, str]:

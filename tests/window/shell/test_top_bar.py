@@ -36,6 +36,15 @@ ALONE = pytest.mark.module(is_connected=False)
 """No module but those that the test plugs in."""
 
 
+@ALONE
+def test_a_cell_that_runs_down_and_its_charger_are_shown_each_by_itself(one: Rig) -> None:
+    (_port, module), cell = one.plug_in(USB0), one.window.top_bar.cell
+    module.readings.cell = 0x9B
+    one.until(lambda: "3.10 V" in cell.accessibleName())
+    module.readings.charging = 1
+    one.until(lambda: "charging" in cell.accessibleName())
+
+
 FIRES = r"(?:fires?|deploys?)\b"
 REASSURES = re.compile(
     rf"\b(?:does not|do not|will not|won't|cannot|never|nothing can|no longer|not going to) {FIRES}|neither arms"

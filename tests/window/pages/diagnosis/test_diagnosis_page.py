@@ -6,6 +6,7 @@ import sys
 import zipfile
 from collections.abc import Callable, Iterator
 from pathlib import Path
+from typing import Any
 
 import pytest
 from PySide6.QtCore import QAbstractItemModel, Qt
@@ -61,7 +62,7 @@ def stream(bench: SimulatedBench) -> None:
     ],
 )
 def test_a_fault_of_the_line_has_one_cause_and_one_button(
-    qtbot: QtBot, qapp: QApplication, tmp_path: Path, options: dict[str, object],
+    qtbot: QtBot, qapp: QApplication, tmp_path: Path, options: dict[str, Any],
     also: Callable[[SimulatedBench], object] | None, cause: str, button: str,
 ) -> None:  # fmt: skip
     with desk(qtbot, qapp, tmp_path, "diagnosis", is_connected=False, **options) as one:

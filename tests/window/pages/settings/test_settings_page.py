@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 from PySide6.QtCore import QPoint, Qt
 from PySide6.QtGui import QAction
-from PySide6.QtWidgets import QApplication, QCheckBox, QComboBox, QLabel, QLineEdit, QPushButton, QWidget
+from PySide6.QtWidgets import QCheckBox, QComboBox, QLabel, QLineEdit, QPushButton, QWidget
 from pytestqt.qtbot import QtBot
 
 from app.procedures.act import Armed
@@ -19,10 +19,9 @@ from tests.support.line.frames import lose, refuse
 from tests.support.records.stored import kept_settings
 from tests.support.window import walk
 from tests.support.window.desk import choose, notice, pick, reason, row, say_name, state, type_into, write, written
-from tests.support.window.fakes_ui import page_entries, store_of
-from tests.support.window.rig import Rig, on_fake_time
+from tests.support.window.fakes_ui import store_of
+from tests.support.window.rig import Rig
 from tests.support.window.steps import choosing, given, let_lay_out, notice_text
-from ui.pages.settings.page import SettingsPage
 from ui.style.theme import Meaning
 
 TILT, TIME, LIGHT, FLAG = "attitude_threshold_deg", "freefall_time_s", "light_threshold_v", "attitude_trigger"
@@ -346,25 +345,20 @@ def test_compare_tick_apply_verify(tmp_path: Path, one: Rig) -> None:
     assert one.settings.work.wanted == {LIGHT: 1.9}, "what was not shown stays an edit"
 
 
-def test_a_profile_that_was_opened_first_is_compared_with_the_module_that_answers(
-    qtbot: QtBot, qapp: QApplication, tmp_path: Path
-) -> None:
+@pytest.mark.module(is_connected=False)
+def test_a_profile_that_was_opened_first_is_compared_with_the_module_that_answers(tmp_path: Path, one: Rig) -> None:
     """As by `dps-s FILE.toml`; with the next conversation it closes."""
     path = tmp_path / "H6.toml"
     path.write_text(walk.PROFILE, encoding="utf-8")
-    with on_fake_time(Rig, qtbot, qapp, tmp_path, "first", page_entries("settings")) as one:
-        one.assembly.window.make_pages()
-        one.until(lambda: one.root.findChild(SettingsPage) is not None)
-        one.settings.open_file(path)
-        one.connect()
-        one.go_to("settings")
-        one.settings.refresh()
-        assert one.settings.panel is one.settings.compare
-        assert one.find(QLabel, "profile_match_attitude_threshold").text() == "different"
-        module = one.assembly.ports.module
-        one.bench.restart()
-        one.until(lambda: one.settings.module is not module)
-        assert one.settings.panel is None
+    one.settings.open_file(path)
+    one.connect()
+    one.settings.refresh()
+    assert one.settings.panel is one.settings.compare
+    assert one.find(QLabel, "profile_match_attitude_threshold").text() == "different"
+    module = one.port.module
+    one.bench.restart()
+    one.until(lambda: one.settings.module is not module)
+    assert one.settings.panel is None
 
 
 def test_what_is_no_profile_is_refused_with_its_faults_and_replaces_nothing(tmp_path: Path, one: Rig) -> None:
