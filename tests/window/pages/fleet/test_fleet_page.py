@@ -25,10 +25,9 @@ from tests.module.module import ACTIVATION, ATTITUDE, ATTITUDE_OFF, BY_PWM, FREE
 from tests.support.patience import PATIENCE_S
 from tests.support.records.stored import add, open_store
 from tests.support.thorough import some
-from tests.support.window.fakes_ui import ADAPTER, SECOND_ADAPTER, ListedPorts, page_entries, store_of, window
+from tests.support.window.fakes_ui import ADAPTER, SECOND_ADAPTER, ListedPorts, page_entries, store_of
 from tests.support.window.rig import Rig, on_fake_time
 from tests.support.window.steps import given, let_lay_out, notice_text
-from ui.main import Assembly
 from ui.pages.fleet.archive_panel import ArchivePanel
 from ui.pages.fleet.board import LOCK, MODULE, NEXT, STATE, TRIGGERS_CELL, VERDICT, Board
 from ui.pages.fleet.members import target_of
@@ -430,63 +429,52 @@ def test_a_check_that_is_void_on_its_page_is_void_here(desk: Desk) -> None:
     assert second.module.check is None
 
 
-@pytest.fixture
-def assembly(qapp: QApplication, tmp_path: Path) -> Iterator[Assembly]:
-    with window(qapp, tmp_path, entries=page_entries("fleet")) as assembly:
-        yield assembly
+def shown(desk: Desk) -> ArchivePanel:
+    desk.window.go_to("archive")
+    assert desk.page.archive.isVisible()
+    return desk.page.archive
 
 
-def shown(qtbot: QtBot, assembly: Assembly) -> ArchivePanel:
-    qtbot.waitUntil(lambda: "fleet" in assembly.window._pages)
-    assembly.window.go_to("archive")
-    page = assembly.window._pages["fleet"]
-    assert isinstance(page, FleetPage)
-    assert page.archive.isVisible()
-    return page.archive
-
-
-def test_a_file_brings_what_another_station_knows(qtbot: QtBot, assembly: Assembly, tmp_path: Path) -> None:
+def test_a_file_brings_what_another_station_knows(desk: Desk, tmp_path: Path) -> None:
     stick = tmp_path / "all.dps-s"
     with closing(open_store(tmp_path / "other")) as store:
         file_one(store, "M-07", port="/dev/ttyUSB0")
         add(store, TriggerRecordSeen(place=0, raw="41 75 35 01 01 00 6C 02 3C 05 A0 00 01 0C EB 7E"), "M-07").result()
         sync(store, str(stick))
-    add(store_of(assembly.storage), SaidNew(is_new=True), "M-01").result(PATIENCE_S)
-    assembly.window.resize(1024, 600)
-    panel = shown(qtbot, assembly)
+    add(store_of(desk.assembly.storage), SaidNew(is_new=True), "M-01").result(PATIENCE_S)
+    desk.assembly.window.resize(1024, 600)
+    panel = shown(desk)
     panel.ask_file = lambda *given, **_options: given[-1](stick)
-    qtbot.waitUntil(panel.carry.isEnabled)
-    let_lay_out(assembly.window)
+    desk.until(panel.carry.isEnabled)
+    let_lay_out(desk.assembly.window)
     before = [table.geometry() for table in (panel.modules, panel.life)]
     panel.carry.click()
     model = panel.modules.model()
-    qtbot.waitUntil(lambda: "Received: " in panel.state.text())  # the list may be read before the exchange has ended
-    qtbot.waitUntil(lambda: model.rowCount() == 2)
+    desk.until(lambda: "Received: " in panel.state.text())  # the list may be read before the exchange has ended
+    desk.until(lambda: model.rowCount() == 2)
     rows = [[model.index(row, column).data() for column in range(model.columnCount())] for row in range(2)]
     assert [row[0] for row in rows] == ["M-01", "M-07"]
     assert "READY" in rows[1][1]
     assert "Unjudged trigger records: 1." in rows[1][3]
-    let_lay_out(assembly.window)
+    let_lay_out(desk.assembly.window)
     assert [table.geometry() for table in (panel.modules, panel.life)] == before, "a table moved under the hand"
     panel.modules.selectRow(1)
-    qtbot.waitUntil(lambda: panel.life.model().rowCount() > 2)
+    desk.until(lambda: panel.life.model().rowCount() > 2)
     with closing(sqlite3.connect(stick)) as altered, altered:
         row = "SELECT ?, kind, module, station, made_at, content FROM facts LIMIT 1"
         altered.execute(f"INSERT INTO facts {row}", ("f" * 40,))
     panel.carry.click()
-    qtbot.waitUntil(lambda: "ffffffffffff: altered." in panel.state.text())
+    desk.until(lambda: "ffffffffffff: altered." in panel.state.text())
 
 
-def test_a_long_history_does_not_hold_the_window_and_what_is_in_sight_of_it_wraps(
-    qtbot: QtBot, assembly: Assembly
-) -> None:
+def test_a_long_history_does_not_hold_the_window_and_what_is_in_sight_of_it_wraps(desk: Desk) -> None:
     """Two thousand entries held it for seconds, LOCK with it, as each was measured several times."""
     intents = [
         ActIntended(act="write", port="p", frame="", detail={"attitude_threshold_deg": number % 90}, note="why " * 60)
         for number in range(2000)
     ]
-    store_of(assembly.storage).write(lambda facts: [facts.add(intent, "M-07") for intent in intents]).result()
-    panel = shown(qtbot, assembly)
+    store_of(desk.assembly.storage).write(lambda facts: [facts.add(intent, "M-07") for intent in intents]).result()
+    panel = shown(desk)
     longest_s, ends_at = 0.0, time.monotonic() + PATIENCE_S
     while panel.life.model().rowCount() < len(intents) and time.monotonic() < ends_at:
         began_s = time.thread_time()
@@ -500,12 +488,12 @@ def test_a_long_history_does_not_hold_the_window_and_what_is_in_sight_of_it_wrap
         assert panel.life.rowHeight(panel.life.rowAt(1)) > least_px
 
 
-def test_a_service_is_kept_under_the_module_for_which_it_was_begun(qtbot: QtBot, assembly: Assembly) -> None:
-    store = store_of(assembly.storage)
+def test_a_service_is_kept_under_the_module_for_which_it_was_begun(desk: Desk) -> None:
+    store = store_of(desk.assembly.storage)
     for name in ("M-01", "M-02"):
         add(store, SaidNew(is_new=True), name).result(PATIENCE_S)
-    panel = shown(qtbot, assembly)
-    qtbot.waitUntil(lambda: panel.modules.model().rowCount() == 2)
+    panel = shown(desk)
+    desk.until(lambda: panel.modules.model().rowCount() == 2)
     panel.modules.selectRow(1)
     panel.enter_service.click()
     assert "M-02" in panel.service.title.text()
@@ -513,35 +501,35 @@ def test_a_service_is_kept_under_the_module_for_which_it_was_begun(qtbot: QtBot,
     add(store, SaidNew(is_new=True), "M-00").result(PATIENCE_S)  # the table is read again meanwhile
     panel.service.save.click()
     kept = lambda: store.read(lambda facts: facts.of_module(Serviced, "M-02"))  # noqa: E731
-    qtbot.waitUntil(lambda: len(kept()) == 1)
+    desk.until(lambda: len(kept()) == 1)
     assert (kept()[0].content.service, kept()[0].content.who) == (ServiceKind.REPACK, "Li Wei")
-    qtbot.waitUntil(lambda: panel.modules.model().rowCount() == 3)
+    desk.until(lambda: panel.modules.model().rowCount() == 3)
     assert [row.name for row in panel.modules.chosen()] == ["M-02"]
 
 
-def test_a_server_that_is_away_is_said_without_the_password(qtbot: QtBot, assembly: Assembly) -> None:
+def test_a_server_that_is_away_is_said_without_the_password(desk: Desk) -> None:
     told: list[str] = []
-    assembly.ports.notified.connect(told.append)
-    panel = shown(qtbot, assembly)
-    qtbot.waitUntil(panel.sync.isEnabled)
+    desk.assembly.ports.notified.connect(told.append)
+    panel = shown(desk)
+    desk.until(panel.sync.isEnabled)
     panel.server.setText("postgresql://li:secret@127.0.0.1:1/x")
     panel.sync.click()
     assert panel.server.text() == "postgresql://li@127.0.0.1:1/x"
-    qtbot.waitUntil(lambda: "cannot be used" in panel.state.text())
-    qtbot.waitUntil(lambda: any("cannot be used" in text for text in told))  # on every page
+    desk.until(lambda: "cannot be used" in panel.state.text())
+    desk.until(lambda: any("cannot be used" in text for text in told))  # on every page
     assert "secret" not in panel.state.text() + "".join(told)
-    assembly.window.close_now()
-    files = [path for path in assembly.storage.folder.rglob("*") if path.is_file()]
+    desk.assembly.window.close_now()
+    files = [path for path in desk.assembly.storage.folder.rglob("*") if path.is_file()]
     assert all(b"secret" not in path.read_bytes() for path in files)
 
 
-def test_earlier_settings_are_compared_and_used_as_edits(qtbot: QtBot, assembly: Assembly) -> None:
-    store = store_of(assembly.storage)
+def test_earlier_settings_are_compared_and_used_as_edits(desk: Desk) -> None:
+    store = store_of(desk.assembly.storage)
     for count, angle in ((4, 60), (5, 65)):
         seen = SettingsSeen(port="P", boot_count=count, settings={"attitude_threshold_deg": angle})
         add(store, seen, "M-07").result(PATIENCE_S)
-    panel = shown(qtbot, assembly)
-    qtbot.waitUntil(lambda: panel.life.model().rowCount() == 2)
+    panel = shown(desk)
+    desk.until(lambda: panel.life.model().rowCount() == 2)
     assert panel.settings.text().startswith("Choose an entry")
     assert not panel.use.isEnabled(), "none is chosen"
     panel.life.selectRow(1)
