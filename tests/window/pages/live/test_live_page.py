@@ -21,6 +21,7 @@ from app.procedures.light import LightDirection
 from app.procedures.stream import StreamSwitch
 from app.recordings.excerpt import ACTIVE, TRIGGERED
 from app.recordings.library import RecordingLibrary
+from app.recordings.recorder import Recorder
 from app.samples.samples import Series
 from app.system.clock import steady_time
 from protocol.events import Began, Ended, EndReason
@@ -398,9 +399,13 @@ def test_all_is_handed_on_and_one_opening_of_the_port_is_one_recording(
     session: Session, connections: tuple[Connection, ...], counts: list[int]
 ) -> None:
     batches = [some(1.0 + number, connection=one, begins=number == 0) for number, one in enumerate(connections)]
+    recorders = set[Recorder]()
     for one in batches:
         session.say(one)
         session.name("Left wing")
+        recorders.add(given(session.recording._recorder))
+        for recorder in recorders:  # a recording does not wait for the file of the one before
+            settle(recorder)
     assert session.handed_on == batches
     assert session.listed() == [("/dev/ttyUSB0", ("Left wing",), count) for count in counts]
     assert session.library.entries()[0].is_running is (connections[-1] is not CLOSED)
