@@ -1,7 +1,8 @@
-"""Contrast of every theme, icons; the theme is applied at once, language and text size at the next
-start.
+"""Contrast of every theme and of the style sheet, icons; the theme is applied at once, language and text size at the
+next start.
 """
 
+import re
 from pathlib import Path
 
 import pytest
@@ -18,7 +19,7 @@ from tests.support.window.steps import find
 from ui.main import WindowOptions
 from ui.preferences.dialog import PreferencesDialog
 from ui.style import appearance, theme
-from ui.style.appearance import Appearance
+from ui.style.appearance import Appearance, style_sheet
 from ui.style.icons import Icon, pixmap
 from ui.style.theme import DARK, LIGHT, SUNLIGHT, THEMES, Choice, Theme, current
 
@@ -57,6 +58,17 @@ def test_every_text_is_readable_and_every_line_stands_out(one: Theme) -> None:
     assert [pair for pair in pairs if contrast(*pair) < wanted(one)] == []
     lines = [(line, ground) for line in (one.border, *one.curves, *inks, one.primary) for ground in surfaces_of(one)]
     assert [pair for pair in lines if contrast(*pair) < 3] == []
+
+
+@pytest.mark.parametrize("one", THEMES, ids=lambda one: one.name)
+def test_each_rule_of_the_style_sheet_that_colours_text_and_its_ground_is_readable(one: Theme) -> None:
+    weak = []
+    for selectors, body in re.findall(r"([^{}]+)\{([^{}]*)\}", style_sheet(one)):
+        colours = dict(re.findall(r"(?<![\w-])(background|color): (#\w{6});", body))
+        least = 3.0 if ":disabled" in selectors else wanted(one)  # WCAG requires none of what is disabled
+        if len(colours) == 2 and contrast(*colours.values()) < least:
+            weak.append(selectors.strip())
+    assert weak == []
 
 
 def test_auto_follows_the_system_and_a_choice_does_not(
