@@ -55,11 +55,6 @@ class PortEvidence(NamedTuple):
         is_one = self.trouble is not None and self.trouble.kind in kinds
         return is_one and (not is_address or is_network_address(self.port))
 
-    @property
-    def holder(self) -> str:
-        """The program that has the port open; empty where unknown."""
-        return "" if self.trouble is None else self.trouble.holder
-
     def is_silent(self) -> bool:
         """Whether requests were sent on the open port and no module answers."""
         return self.is_open and not self.is_answering and self.counters.time_outs > 0
@@ -184,7 +179,6 @@ def diagnose(evidence: PortEvidence) -> Diagnosis | None:
     values: dict[str, object] = {
         "port": evidence.port or ("" if trouble is None else trouble.port),
         "rate": evidence.baud_rate,
-        "program": evidence.holder,
         "bytes": evidence.counters.bytes_received,
         "rejected": evidence.counters.rejected,
         "command": row.command,
@@ -237,10 +231,7 @@ _PASSTHROUGH = marked(
 _OF_A_NETWORK = PortErrorKind.MISSING, PortErrorKind.UNUSABLE, PortErrorKind.LOST, PortErrorKind.STUCK
 CAUSES: tuple[CauseRow, ...] = (
     # The port cannot be opened
-    CauseRow("held", lambda seen: seen.has(PortErrorKind.BUSY) and bool(seen.holder),
-             marked("{port} is in use by {program}."), marked("Close it and connect again.")),
-    # Of a program of another user, as ModemManager is one, the system does not tell the name.
-    CauseRow("held by another user", lambda seen: _is_on_linux(seen, PortErrorKind.BUSY),
+    CauseRow("held", lambda seen: _is_on_linux(seen, PortErrorKind.BUSY),
              marked("{port} is in use by another program, perhaps ModemManager."),
              marked("Close it, or type: {command} — then plug the adapter in again."),
              "sudo systemctl stop ModemManager"),

@@ -13,7 +13,6 @@ import sys
 import time
 from contextlib import suppress
 from enum import Enum
-from pathlib import Path
 from threading import Lock
 from typing import Protocol
 
@@ -53,15 +52,13 @@ class PortErrorKind(Enum):
 
 
 class PortError(Exception):
-    """The port could not be opened, or was lost. `detail` is the driver's text, for the log; `holder` the program that
-    has the port open, "" where the system does not tell."""
+    """The port could not be opened, or was lost. `detail` is the driver's text, for the log."""
 
-    def __init__(self, kind: PortErrorKind, port: str, detail: str, holder: str = "") -> None:
+    def __init__(self, kind: PortErrorKind, port: str, detail: str) -> None:
         super().__init__(f"{port}: {kind.value}: {detail}")
         self.kind = kind
         self.port = port
         self.detail = detail
-        self.holder = holder
 
 
 class Line(Protocol):
@@ -80,24 +77,6 @@ class Line(Protocol):
     def use_rate(self, baud_rate: int) -> None: ...
 
     def close(self) -> None: ...
-
-
-def holder_of(port: str, proc: Path = Path("/proc")) -> str:
-    """The one other program that has this device open, as far as this user can see; else "". Linux only."""
-    if not sys.platform.startswith("linux"):
-        return ""
-    try:
-        device = Path(port).stat()
-    except OSError:  # unplugged meanwhile
-        return ""
-    holders: set[str] = set()
-    for link in proc.glob("[0-9]*/fd/*"):
-        process = link.parents[1]
-        with suppress(OSError, ValueError):  # it has ended meanwhile, or is another user's
-            # In another namespace the name may be another device's.
-            if int(process.name) != os.getpid() and os.path.samestat(link.stat(), device):
-                holders.add((process / "comm").read_text(errors="replace", encoding="utf-8").strip())
-    return holders.pop() if len(holders) == 1 else ""
 
 
 def refuse_unsupported(port: str) -> None:
@@ -274,9 +253,7 @@ def open_line(port: str, baud_rate: int) -> SerialLine:
         opened.rts = False
         opened.open()
     except Exception as error:
-        trouble = _trouble_at_opening(error)
-        holder = holder_of(port) if trouble is PortErrorKind.BUSY else ""
-        raise PortError(trouble, port, str(error), holder) from error
+        raise PortError(_trouble_at_opening(error), port, str(error)) from error
     line = SerialLine(port, opened)
     try:
         line.begin()

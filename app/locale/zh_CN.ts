@@ -4574,10 +4574,6 @@
         <translation>{port} 正被其他程序占用。</translation>
     </message>
     <message>
-        <source>{port} is in use by {program}.</source>
-        <translation>{port} 正被 {program} 占用。</translation>
-    </message>
-    <message>
         <source>{port} is no serial port.</source>
         <translation>{port} 不是串口。</translation>
     </message>

@@ -65,7 +65,7 @@ CONTENTS = partial(
         PortState.CLOSED,
         "/dev/ttyUSB0",
         115200,
-        PortError(PortErrorKind.BUSY, "/dev/ttyUSB0", "held by Wolfgang", "minicom"),
+        PortError(PortErrorKind.BUSY, "/dev/ttyUSB0", "held by Wolfgang"),
     ),
     conversation=ConversationView(number=1, values={"tilt_deg": Known(7, How.STREAMED, 10.0)}),
     statistics=LinkStatistics(),
@@ -126,7 +126,7 @@ def test_a_bundle_contains_what_support_needs() -> None:
     files = CONTENTS()
     about = json.loads(files["about.json"])
     assert about["link"]["trouble"] == "busy"
-    assert "minicom" in about["link"]["what"]
+    assert "in use" in about["link"]["what"]
     assert about["link"]["sent"] == 0
     assert about["program"] == "DPS-S Configurator 1.2"
     assert about["last_values"] == {"tilt_deg": 7}

@@ -7,7 +7,6 @@ import struct
 import sys
 import termios
 from collections.abc import Callable, Iterator
-from pathlib import Path
 from typing import Any
 
 import pytest
@@ -16,7 +15,7 @@ import serial
 from app.engine import transport
 from app.engine.conversation import Interrupted
 from app.engine.procedure import Job
-from app.engine.transport import PortError, PortErrorKind, SerialLine, holder_of, open_line
+from app.engine.transport import PortError, PortErrorKind, SerialLine, open_line
 from app.engine.worker import Batch, Worker
 from app.procedures.read import read_everything
 from app.procedures.stream import StreamSwitch, watch
@@ -27,7 +26,6 @@ from tests.support.processes import Running
 from tests.unit.engine.terminals import STATUS_FRAME, Batches, Terminal
 
 pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="pseudo-terminals are POSIX")
-HOLDER = "other"
 
 
 class FakeSerial:
@@ -61,15 +59,13 @@ class FakeSerial:
         (ValueError("Not a valid baudrate"), PortErrorKind.UNUSABLE),
     ],
 )
-def test_a_port_that_does_not_open_says_why_and_who_has_it_if_it_is_busy(
+def test_a_port_that_does_not_open_says_why(
     error: Exception, trouble: PortErrorKind, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(serial, "serial_for_url", lambda *_args, **_more: FakeSerial(error))
-    monkeypatch.setattr(transport, "holder_of", lambda _port: HOLDER)
     with pytest.raises(PortError) as failed:
         open_line("/dev/ttyS9", 115200)
     assert failed.value.kind is trouble
-    assert failed.value.holder == (HOLDER if trouble is PortErrorKind.BUSY else "")
 
 
 @pytest.mark.parametrize(("port", "is_exclusive"), [("/dev/ttyS9", True), ("socket://127.0.0.1:9", None)])
@@ -80,29 +76,6 @@ def test_a_port_is_opened_for_this_program_only_and_with_its_control_lines_low(
     monkeypatch.setattr(serial, "serial_for_url", lambda *_port, **_options: fake)
     open_line(port, 9600).close()
     assert fake.opened_with == {"exclusive": is_exclusive, "dtr": False, "rts": False}
-
-
-LINUX_ONLY = pytest.mark.skipif(not sys.platform.startswith("linux"), reason="/proc is Linux's")
-
-
-@LINUX_ONLY
-def test_the_only_other_program_that_has_it_open_is_named(tmp_path: Path) -> None:
-    device, namesake, folder = tmp_path / "ttyUSB0", tmp_path / "elsewhere", tmp_path / "proc"
-    device.touch()
-    namesake.touch()  # another device, which has this name in another namespace
-
-    def runs(number: int, name: str, opened: Path) -> None:
-        (folder / str(number) / "fd").mkdir(parents=True)
-        (folder / str(number) / "comm").write_text(f"{name}\n", encoding="utf-8")
-        (folder / str(number) / "fd" / "3").symlink_to(opened)
-
-    runs(os.getpid(), "dps-s", device)
-    runs(77, "other", namesake)
-    assert holder_of(str(device), folder) == ""
-    runs(42, "minicom", device)
-    assert holder_of(str(device), folder) == "minicom"
-    runs(43, "screen", device)
-    assert holder_of(str(device), folder) == "", "it is not certain which one"
 
 
 @pytest.fixture
