@@ -29,13 +29,10 @@ from app.flights.flight_log import (
     Floats,
     RawLog,
     force_of_axes,
-    kept_apart,
     tilt_of_quaternion,
     tilt_of_roll_and_pitch,
     unreadable,
 )
-from app.recordings.excerpt import HEAD
-from app.recordings.markers import STATE_LOST, Marker
 from app.text.messages import UserError, UserMessage, clean, message
 from protocol.translatable import marked
 
@@ -162,17 +159,9 @@ class Head(NamedTuple):
     # The index of the line of the first row.
     first_row: int
 
-    @property
-    def is_export(self) -> bool:
-        """This program wrote it; its last column is the event."""
-        return self.names == HEAD.split(",")
-
 
 def read_table(data: bytes, name: str, chosen: CsvColumns | None = None) -> RawLog:
-    """`chosen`: columns by quantity, instead of those that are recognised. Raises `UserError`.
-
-    The rows of an export of this program are reports of a module.
-    """
+    """`chosen`: columns by quantity, instead of those that are recognised. Raises `UserError`."""
     if len(data) > _MAX_BYTES:
         raise unreadable(marked("too large"))
     head = _head_of(_lines_of(data))
@@ -190,12 +179,7 @@ def read_table(data: bytes, name: str, chosen: CsvColumns | None = None) -> RawL
         unread = UnreadTable(error.message)
         unread.head = tuple(head.names)
         raise unread from error
-    if head.is_export and chosen is None:
-        raw.is_of_module = True
-        resets = {kind.value: kind for kind in STATE_LOST}
-        raw.resets = tuple(Marker(float(time_s[row]), resets[word]) for row, word in rows.events if word in resets)
-        time_s = kept_apart(time_s)
-    elif len(known_s):
+    if len(known_s):
         raw.span_s = float(known_s.min()), float(known_s.max())
 
     def channels(choices: Mapping[tuple[str, ...], Callable[..., Floats]]) -> Iterator[Channel]:
@@ -434,8 +418,6 @@ class _Rows:
         self._places = {quantity: head.names.index(name) for quantity, (name, _) in columns.items()}
         self._parts: dict[str, list[Floats]] = {quantity: [] for quantity in columns}
         self._characters = _PLAIN
-        # Of an export: the row of each event, and its word.
-        self.events: list[tuple[int, str]] = []
         self._count = 0
         # Cells that are no numbers: how many, and the first of them with its line.
         self._bad_count = 0
@@ -482,9 +464,6 @@ class _Rows:
                 self._note_bad(number, "")
                 row.extend([""] * (needed - len(row)))
         numbers, rows = zip(*numbered, strict=True)
-        if self._head.is_export:
-            words = [row[-1].partition(":")[0].strip().lower() for row in rows]
-            self.events += enumerate(words, self._count)
         cells_of = {quantity: [row[place] for row in rows] for quantity, place in self._places.items()}
         if not self._count and _are_decimal(chain(*cells_of.values())):
             self._characters = _DECIMAL

@@ -12,7 +12,6 @@ from app.flights.flight_log import Channel, FlightLog, RawLog, assembled, tilt_o
 from app.flights.judge import TriggerLimits
 from app.flights.judging import Answer, summarise
 from app.flights.read_log import find_logs, read_flight_log
-from app.recordings.excerpt import HEAD
 from app.recordings.library import entry_of
 from app.recordings.recording import export
 from app.text.messages import UserError
@@ -85,7 +84,9 @@ def test_a_slow_log_is_judged_at_its_own_samples(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("kind", ["named", "restarted", "another module"])
-def test_recordings_and_their_exports_are_judged_alike_and_a_restart_ends_a_fall(tmp_path: Path, kind: str) -> None:
+def test_a_recording_and_its_export_are_judged_alike_and_a_restart_ends_a_recorded_fall(
+    tmp_path: Path, kind: str
+) -> None:
     path, table, restarted_s = tmp_path / "restarted.mcap", tmp_path / "out.csv", FALLS_S + 1.0
     samples = [
         StatusSample(at_s, int(tilt), force, triggered=False, active=True)
@@ -94,22 +95,26 @@ def test_recordings_and_their_exports_are_judged_alike_and_a_restart_ends_a_fall
     notes = [(0.0, {"event": "connected", "port": PORT}), (restarted_s, {"event": kind})]
     write_session(path, samples, notes, start_s=0.0)
     export(entry_of(path), table)
-    for log in map(read_flight_log, (path, table)):
-        assert len(log.time_s) == len(FAST)
-        assert log.problems == ()
-        if kind == "named":
-            assert fires(log) == EXPECTED
-        else:
-            assert [source for _, source in fires(log)] == [Source.ATTITUDE] * 2
-            assert [reset.kind.value for reset in log.resets] == ["connected", kind]
+    log = read_flight_log(path)
+    assert len(log.time_s) == len(FAST)
+    assert log.problems == ()
+    if kind == "named":
+        assert fires(log) == fires(read_flight_log(table)) == EXPECTED
+    else:
+        assert [source for _, source in fires(log)] == [Source.ATTITUDE] * 2
+        assert [reset.kind.value for reset in log.resets] == ["connected", kind]
     export(entry_of(path), table, appends=True)
     with pytest.raises(UserError, match="begin again"):
         read_flight_log(table)
 
 
 def test_of_several_reports_of_one_time_none_is_lost(tmp_path: Path) -> None:
-    rows = "".join(f"x,{row / 50:.2f},{tilt},1.0,false,true,,,\r\n" for row in range(100) for tilt in (5, 70, 5))
-    assert len(fires(read(tmp_path / "out.csv", f"{HEAD}\r\n{rows}".encode()))) == 100
+    samples = [
+        StatusSample(row / 50, tilt, 1.0, triggered=False, active=True) for row in range(100) for tilt in (5, 70, 5)
+    ]
+    path = tmp_path / "session.mcap"
+    write_session(path, samples, [(0.0, {"event": "connected", "port": PORT})], start_s=0.0)
+    assert len(fires(read_flight_log(path))) == 100
 
 
 def test_a_folder_gives_its_logs_and_recordings(tmp_path: Path) -> None:
