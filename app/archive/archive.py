@@ -12,9 +12,9 @@ from collections.abc import Iterator, Mapping
 from contextlib import closing, contextmanager
 from datetime import UTC, datetime
 from pathlib import Path
-from typing import NamedTuple
+from typing import Annotated
 
-from msgspec import Struct, field
+from msgspec import Meta, Struct, field
 
 from app.archive.places import FilePlace, PostgresPlace, digests, is_server, lengths_in, rows_in
 from app.records.verification import StationNames, is_of_row
@@ -34,6 +34,7 @@ from app.store.rows import (
     AHEAD,
     MAX_CONTENT_BYTES,
     BadRow,
+    Count,
     PreflightCheck,
     Row,
     StationNamed,
@@ -41,6 +42,7 @@ from app.store.rows import (
     content_of,
     time_in_id,
 )
+from app.store.station import shown_key
 from app.text.messages import clean
 from protocol.translatable import marked
 
@@ -61,14 +63,26 @@ PAGE_BYTES = 8_000_000
 NAMED = 20
 
 
-class ArchiveStatus(NamedTuple):
-    """`stations`: what they call themselves, by key. `ahead`: stations with facts of more than a day from now, which
-    count for nothing."""
+class StationName(Struct, forbid_unknown_fields=True):
+    """`name`: what the station calls itself, which is no trust."""
 
-    facts: int
-    own: int
-    stations: dict[str, str]
-    ahead: list[str]
+    station: str
+    name: str
+
+
+class ArchiveStatus(Struct, forbid_unknown_fields=True):
+    """As `dps-s archive status --json` prints it. `own`: facts of this station; `not_shared`: of these the ones that
+    are not known to be on the server. `stations_ahead`: with facts of more than a day from now, which count for
+    nothing."""
+
+    station: str
+    facts: Count
+    own: Count
+    stations: list[StationName]
+    server: str | None
+    not_shared: Count
+    last_sync_at: Annotated[str, Meta(extra_json_schema={"format": "date-time"})] | None
+    stations_ahead: list[str]
 
 
 @contextmanager
@@ -102,13 +116,24 @@ def _error_of(error: sqlite3.Error, path: Path, store: Store) -> StoreError:
 
 
 def status_of(store: Store) -> ArchiveStatus:
+    server = store.state("server")
+    last_at, not_shared = exchanged(store, server or "")
     with all_facts(store) as facts:
         query = "SELECT (SELECT count(*) FROM main.facts), (SELECT count(*) FROM own.facts)"
         others, own = facts.connection.execute(query).fetchone()
         later = "SELECT DISTINCT station FROM facts WHERE id > ? ORDER BY station"
         # Only the ids of facts that were made later are greater.
         ahead = facts.connection.execute(later, (f"{time_in_id(datetime.now(UTC) + AHEAD)}g",))
-        return ArchiveStatus(others + own, own, dict(introductions(facts)), [station for (station,) in ahead])
+        return ArchiveStatus(
+            station=shown_key(store.station),
+            facts=others + own,
+            own=own,
+            stations=[StationName(shown_key(key), name) for key, name in sorted(dict(introductions(facts)).items())],
+            server=server,
+            not_shared=not_shared,
+            last_sync_at=last_at,
+            stations_ahead=[shown_key(station) for (station,) in ahead],
+        )
 
 
 def exchanged(store: Store, place: str) -> tuple[str | None, int]:
@@ -153,14 +178,15 @@ class LeftOut(Struct, forbid_unknown_fields=True):
     why: str
 
 
-class Synced(Struct):
-    """The result of an exchange. `left_out` are rows that are no facts, named when they are first met; `left_out_count`
-    counts all of the place, also those that were named before that day."""
+class Synced(Struct, forbid_unknown_fields=True):
+    """The result of an exchange, as `dps-s archive sync --json` prints it. `left_out` are rows that are no facts, named
+    when they are first met; `left_out_count` counts all of the place, also those that were named before that day."""
 
-    sent: int = 0
-    received: int = 0
+    place: str
+    sent: Count = 0
+    received: Count = 0
     left_out: list[LeftOut] = field(default_factory=list)
-    left_out_count: int = 0
+    left_out_count: Count = 0
 
 
 def sync(store: Store, address: str) -> Synced:
@@ -180,7 +206,7 @@ def sync(store: Store, address: str) -> Synced:
         ours = digests(here, "main.facts", "own.facts", "temp.left_out")
         theirs = place.buckets()
         differing = {one for one in ours.keys() | theirs.keys() if ours.get(one) != theirs.get(one)}
-        done = Synced()
+        done = Synced(place.name)
         for bucket in sorted(differing & theirs.keys()):
             there_ids = place.lengths(bucket)
             for ids in _pages(there_ids, there_ids.keys() - lengths_in(here, bucket).keys() - left_out):

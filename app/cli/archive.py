@@ -10,8 +10,7 @@ from typing import Any
 
 from msgspec import field
 
-from app.archive.archive import LeftOut, exchanged, status_of, sync
-from app.archive.places import is_server, server_url
+from app.archive.archive import status_of, sync
 from app.archive.report import HistoryEvent, module_history, report
 from app.modules.service import service_summary, serviced
 from app.records.filing import local_now
@@ -32,36 +31,6 @@ REPORT_HEAD = (
     *("module", "last_at", "verdict", "void", "simulated", "check_at", "who", "aircraft"),
     *("checks", "trigger_records", "not_judged", "due"),
 )
-
-
-class ArchiveStationJson(Result):
-    """`name`: what the station calls itself, which is no trust."""
-
-    station: str
-    name: str
-
-
-class ArchiveStatusJson(Result):
-    """`own`: facts of this station; `not_shared`: of these the ones that are not known to be on the server."""
-
-    station: str
-    facts: Count
-    own: Count
-    stations: list[ArchiveStationJson]
-    server: str | None
-    not_shared: Count
-    last_sync_at: Time | None
-    stations_ahead: list[str]
-
-
-class SyncJson(Result):
-    """`left_out`: rows of the other side that are no facts, where they are met for the first time that day."""
-
-    place: str
-    sent: Count
-    received: Count
-    left_out: list[LeftOut]
-    left_out_count: Count
 
 
 class ArchiveCheckJson(Result):
@@ -147,29 +116,19 @@ def run(args: argparse.Namespace) -> int:
 
 
 def run_status(args: argparse.Namespace, store: Store) -> int:
-    place, status = store.state("server"), status_of(store)
-    last_at, not_shared = exchanged(store, place or "")
-    answer = ArchiveStatusJson(
-        station=shown_key(store.station),
-        facts=status.facts,
-        own=status.own,
-        stations=[ArchiveStationJson(shown_key(key), named) for key, named in sorted(status.stations.items())],
-        server=place,
-        not_shared=not_shared,
-        last_sync_at=last_at,
-        stations_ahead=list(map(shown_key, status.ahead)),
-    )
+    status = status_of(store)
     page = [
         labelled(tr("Records"), status.facts),
         labelled(tr("Stations"), len(status.stations)),
-        labelled(tr("Server"), place or "–"),
-        tr("This station: {fingerprint}", fingerprint=answer.station),
+        labelled(tr("Server"), status.server or "–"),
+        tr("This station: {fingerprint}", fingerprint=status.station),
     ]
-    if place is not None:  # of no other place it is told
-        page.append(tr("Not shared: {count}. Last: {time}.", count=not_shared, time=local_time(last_at or "–")))
+    if status.server is not None:  # of no other place it is told
+        last_at = local_time(status.last_sync_at or "–")
+        page.append(tr("Not shared: {count}. Last: {time}.", count=status.not_shared, time=last_at))
     ahead = marked("{station} wrote with a clock that is ahead: that counts for nothing.")
-    page += [tr(ahead, station=station) for station in answer.stations_ahead]
-    return console.emit(args, answer, page)
+    page += [tr(ahead, station=station) for station in status.stations_ahead]
+    return console.emit(args, status, page)
 
 
 def run_sync(args: argparse.Namespace, store: Store) -> int:
@@ -177,9 +136,7 @@ def run_sync(args: argparse.Namespace, store: Store) -> int:
     if address is None:
         raise console.Refused(tr("No server is set: give {example}.", example=SERVER))
     done = sync(store, address)
-    shown = server_url(address).shown if is_server(address) else address
-    answer = SyncJson(shown, done.sent, done.received, done.left_out, done.left_out_count)
-    console.emit(args, answer, [tr("Sent: {sent}. Received: {received}.", sent=done.sent, received=done.received)])
+    console.emit(args, done, [tr("Sent: {sent}. Received: {received}.", sent=done.sent, received=done.received)])
     if not done.left_out_count:
         return console.SUCCESS
     named = (f"  {one.id}: {one.why}" for one in done.left_out)

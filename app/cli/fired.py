@@ -169,12 +169,12 @@ def _defaults_lines(logs: Sequence[SummarisedLog], *, is_must: bool) -> list[str
     total, unread = len(logs), len(logs) - len(flights)
     if unread:  # a folder that was thinned out proves nothing
         return [tr("{count} of {total} not read: no statement on the vendor's defaults.", count=unread, total=total)]
-    result = defaults_result(flights, FlightGroup.MUST if is_must else FlightGroup.MUST_NOT)
-    wrong = len(result.unexpected)
+    unexpected, not_judged = defaults_result(flights, FlightGroup.MUST if is_must else FlightGroup.MUST_NOT)
+    wrong = len(unexpected)
     line = tr("The vendor's defaults fire in {count} of {total}", count=wrong, total=total)
     if is_must:
         line = tr("The vendor's defaults miss {count} of {total}", count=wrong, total=total)
-    lines = [line, *result.unexpected]
-    if result.not_judged:
-        lines.append(tr("Not judged: {names}", names=join_names(result.not_judged)))
+    lines = [line, *unexpected]
+    if not_judged:
+        lines.append(tr("Not judged: {names}", names=join_names(not_judged)))
     return lines

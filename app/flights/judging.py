@@ -408,15 +408,6 @@ class FlightMargin(NamedTuple):
     freefall_s: float | None
 
 
-class DefaultsResult(NamedTuple):
-    """The effect of the vendor's defaults in the flights of one side."""
-
-    # The flights that fire and must not, or that must and do not fire in time.
-    unexpected: tuple[str, ...]
-    # The flights that do not fire, but hold too little to say so.
-    not_judged: tuple[str, ...]
-
-
 class ThresholdProposal(NamedTuple):
     """`limits` is None where no thresholds separate the lists; `conflicts` then says why. It is None, too, where one
     side is empty."""
@@ -493,8 +484,9 @@ class _Reached:
         return np.maximum(1 / _FULL_TILT - tilts, 1 / _FULL_TIME - times)
 
 
-def defaults_result(flights: Sequence[FlightSummary], group: FlightGroup) -> DefaultsResult:
-    """Judges the flights of one side with the vendor's defaults."""
+def defaults_result(flights: Sequence[FlightSummary], group: FlightGroup) -> tuple[list[str], list[str]]:
+    """Judges the flights of one side with the vendor's defaults: those that fire and must not, or that must and do not
+    fire in time; and those that do not fire, but hold too little to say so."""
     unexpected: list[str] = []
     not_judged: list[str] = []
     for flight in flights:
@@ -505,4 +497,4 @@ def defaults_result(flights: Sequence[FlightSummary], group: FlightGroup) -> Def
             unexpected.append(flight.name)
         if outcome.answer is Answer.NOT_JUDGED:
             not_judged.append(flight.name)
-    return DefaultsResult(tuple(unexpected), tuple(not_judged))
+    return unexpected, not_judged

@@ -26,6 +26,7 @@ from app.store.rows import (
     fact_id,
     make_row,
 )
+from app.store.station import shown_key
 from app.text.messages import UserError
 from app.trigger_records.history import KeptTriggers
 from tests.files.records.test_filing import file_one
@@ -87,7 +88,7 @@ def test_all_get_the_same_rows_through_one_file(desk: Desk) -> None:
     assert len(desk.ids(0)) == 3 + 6
     known = known_names(desk.stores[0])
     assert all(known.of_key(store.station) for store in desk.stores)
-    assert desk.exchange(0) == Synced()
+    assert desk.exchange(0) == Synced(str(desk.stick))
 
 
 @pytest.mark.parametrize("page", ["add", "rows"])
@@ -323,9 +324,9 @@ def test_a_wrong_clock_counts_for_nothing_and_is_named_and_so_is_a_station_only_
     assert desk.exchange(0).received == 2
     with all_facts(here) as facts:
         assert facts.of_module(SaidNew, "M-99") == []
-    assert status_of(here).ahead == [STRANGER]
+    assert status_of(here).stations_ahead == [shown_key(STRANGER)]
     assert report(here, NOW) == []
-    assert "another" not in status_of(here).stations.values()
+    assert "another" not in [one.name for one in status_of(here).stations]
 
 
 def test_an_own_row_that_was_altered_in_place_is_sent_to_nobody_who_believes_it(desk: Desk) -> None:

@@ -256,9 +256,9 @@ def test_flights_of_one_side_propose_nothing_and_tell_what_the_defaults_do_in_th
     tilt_only = made_flight(ORDINARY.tilt_deg, np.full(len(ORDINARY.time_s), np.nan), name="tilt only")
     assert proposed([ORDINARY, LOST, tilt_only], []).limits is None
     must_not = [summarise(log) for log in (ORDINARY, LOST, tilt_only)]
-    assert defaults_result(must_not, FlightGroup.MUST_NOT) == (("crash",), ("tilt only",))
+    assert defaults_result(must_not, FlightGroup.MUST_NOT) == (["crash"], ["tilt only"])
     assert proposed([], [ORDINARY, LOST]).limits is None
-    assert defaults_result(must_not[:2], FlightGroup.MUST) == (("calm",), ())
+    assert defaults_result(must_not[:2], FlightGroup.MUST) == (["calm"], [])
     assert proposed([], []).limits is None
 
 
