@@ -137,16 +137,9 @@ _MAX_COLUMNS: Final = 2000
 _MAX_BYTES: Final = 1 << 28
 _MAX_LINE_LENGTH: Final = 1 << 18
 _PARTERS: Final = "\t;,"
-_FLAGS: Final = {
-    "true": 1.0,
-    "yes": 1.0,
-    "on": 1.0,
-    "armed": 1.0,
-    "false": 0.0,
-    "no": 0.0,
-    "off": 0.0,
-    "disarmed": 0.0,
-}
+_FLAGS: Final = dict.fromkeys(("true", "yes", "on", "armed"), 1.0) | dict.fromkeys(
+    ("false", "no", "off", "disarmed"), 0.0
+)
 # Signs of units in Windows' western encoding.
 _SIGNS: Final = frozenset(b"\xb0\xb2\xb3\xb5\xa0")
 

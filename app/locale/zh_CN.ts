@@ -3446,14 +3446,6 @@
         <translation>已变化：自行变化，还是另一个模块？</translation>
     </message>
     <message>
-        <source>charger connected</source>
-        <translation>外接供电已接通</translation>
-    </message>
-    <message>
-        <source>charger removed</source>
-        <translation>外接供电已断开</translation>
-    </message>
-    <message>
         <source>charger unknown</source>
         <translation>充电状态未知</translation>
     </message>

@@ -33,8 +33,6 @@ class MarkerKind(Enum):
     LOCKED = "locked"
     TRIGGERED = "triggered"
     TRIGGER_ENDED = "trigger ended"
-    CHARGER_CONNECTED = "charger connected"
-    CHARGER_REMOVED = "charger removed"
     DAMAGED = "damaged data left out"  # from here on
 
 
@@ -73,7 +71,6 @@ class MarkerTracker:
         self._before: StatusSample | None = None
         # The next report is the first one of a conversation, perhaps of another module.
         self._is_first = False
-        self._is_charging: bool | None = None
 
     def on_batch(self, batch: Batch) -> list[Marker]:
         """The marks of this batch, in order of detection; times may differ slightly from that order."""
@@ -88,7 +85,7 @@ class MarkerTracker:
                 # A shorter break has one mark, a longer one also one where the module answers again.
                 if self._ended_at is not None and event.at - self._ended_at > 1.0:
                     new.append(Marker(event.at, MarkerKind.ANSWERS))
-                self._ended_at, self._is_first, self._is_charging = None, True, None
+                self._ended_at, self._is_first = None, True
         for sample in batch.samples:
             before, is_first = self._before, self._is_first
             self._before, self._is_first = sample, False
@@ -102,12 +99,6 @@ class MarkerTracker:
             ):
                 if now is not then and (now or not is_first):
                     new.append(Marker(sample.at, on if now else off))
-        known = batch.conversation.known("charging", batch.at)
-        if known is not None and not known.is_stale:
-            was_charging, self._is_charging = self._is_charging, known.value is True
-            if was_charging is not None and was_charging is not self._is_charging:
-                kind = MarkerKind.CHARGER_CONNECTED if self._is_charging else MarkerKind.CHARGER_REMOVED
-                new.append(Marker(known.at, kind))
         is_lost = self._is_open and not is_open and batch.connection.trouble is not None
         for event in batch.events:
             if isinstance(event, Ended):

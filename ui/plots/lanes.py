@@ -89,8 +89,6 @@ _MARKS: Final[dict[MarkerKind, tuple[str, Icon, Meaning | None]]] = {
     MarkerKind.RATE_CHANGED: (marked("baud rate changed"), Icon.LINK, None),
     MarkerKind.TRIGGER_ENDED: (marked("trigger ended"), Icon.NOT_TRIGGERED, None),
     MarkerKind.CONNECTED: (marked("connected"), Icon.LINK, Meaning.INFORMATION),
-    MarkerKind.CHARGER_CONNECTED: (marked("charger connected"), Icon.BOLT, None),
-    MarkerKind.CHARGER_REMOVED: (marked("charger removed"), Icon.PLUG, None),
 }
 
 
