@@ -49,8 +49,6 @@ from protocol.fields import Value
 from protocol.translatable import marked
 
 CHECK_DAYS = 30
-# The clocks of two stations may differ by this much.
-CLOCKS = timedelta(minutes=15)
 # A contradiction that is older is history: nobody can answer for it any more.
 DOUBT_DAYS = 180
 _OUTCOMES: Mapping[Outcome, str] = {
@@ -145,13 +143,9 @@ def two_modules(facts: Facts, name: str, now: datetime) -> UserMessage | None:
     explained = max(parts).isoformat() if parts else ""
     since = time_text(now - timedelta(days=DOUBT_DAYS))
     recent = takewhile(lambda visit: visit.at >= since, facts.back_from_newest(ModuleVisited, name))
-    visits = ((one.at, one.row.station, one.content.boot_count) for one in recent)
-    counted = ((at, station, count) for at, station, count in visits if count is not None)
-    for (at, station, count), (at_before, station_before, before) in pairwise(counted):
-        has_gone_back = (count - before) % BOOTS > BOOTS // 2
-        # The time of two stations may differ by minutes: what they read so close together contradicts nothing.
-        apart = datetime.fromisoformat(at) - datetime.fromisoformat(at_before)
-        if has_gone_back and at[:10] > explained and (station == station_before or apart > CLOCKS):
+    counted = ((one.at, one.content.boot_count) for one in recent if one.content.boot_count is not None)
+    for (at, count), (at_before, before) in pairwise(counted):
+        if (count - before) % BOOTS > BOOTS // 2 and at[:10] > explained:
             text = marked("Two modules? Boot count {before} on {then}, {now} on {day}.")
             return message(text, before=before, then=at_before[:10], now=count, day=at[:10])
     return None

@@ -113,15 +113,12 @@ def test_two_modules_are_asked_about_where_the_boot_count_went_back(
     assert not asks(here), "also on the same day"
 
 
-@pytest.mark.parametrize(("minutes", "is_asked"), [(10, False), (20, True)])
-def test_the_clocks_of_two_stations_may_differ_by_minutes(
-    here: Store, other: Store, tmp_path: Path, minutes: float, is_asked: bool
-) -> None:
-    add(here, visit(40), 1.0)
-    add(other, visit(39), 1.0 - minutes / 24 / 60)
+def test_two_modules_are_asked_about_where_two_stations_read_it(here: Store, other: Store, tmp_path: Path) -> None:
+    add(here, visit(40), 2.0)
+    add(other, visit(39), 1.0)
     for store in (other, here):
         sync(store, str(tmp_path / "stick"))
-    assert asks(here) is is_asked
+    assert asks(here)
 
 
 def test_a_trigger_record_that_two_stations_read_is_one_and_judged_by_either(
