@@ -6,7 +6,7 @@ from collections.abc import Callable, Mapping
 from contextlib import suppress
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any, Final, Literal
+from typing import Annotated, Any, Final, Literal
 
 import msgspec
 from msgspec import Meta
@@ -19,10 +19,6 @@ from app.text.messages import UserError, clean, error_text, message, visible
 from protocol.catalogue import Command
 from protocol.fields import Value
 from protocol.translatable import marked
-
-if TYPE_CHECKING:
-    from tomlkit.container import Container
-    from tomlkit.items import Table
 
 _log = logging.getLogger(__name__)
 FORMAT = 1
@@ -185,7 +181,7 @@ def parse_profile(data: bytes) -> Profile:
 
 
 def save_profile(path: Path, profile: Profile, *, source: Path | None = None) -> None:
-    """Write a profile. `source` is the file that was edited; its comments and its order are kept.
+    """Write a profile. `source` is the file that was edited; what did not change is kept, with its comments.
 
     Raises OSError, or `ProfileRefused` for a profile that could not be read again.
     """
@@ -200,8 +196,8 @@ def save_profile(path: Path, profile: Profile, *, source: Path | None = None) ->
 
 
 def profile_text(profile: Profile, source: str = "") -> str:
-    """Return the text of a file, without what need not be said. `source`: the former one, whose comments and order are
-    kept, if it is TOML."""
+    """Return the text of a file, without what need not be said. `source`: the former one, of which what did not change
+    is kept, with its comments."""
     import tomlkit  # to load it takes longer than a reply of the module
     from tomlkit.exceptions import TOMLKitError
 
@@ -222,32 +218,15 @@ def profile_text(profile: Profile, source: str = "") -> str:
     wanted = {"format": FORMAT} | {key: value for key, value in tables.items() if value or key == "settings"}
     if source:
         try:
+            # What is the same stays as it is written; a part that changed is written anew.
             document = tomlkit.parse(source)
-            _change(document, wanted)
+            before = document.unwrap()
+            for key in before.keys() - wanted.keys():
+                del document[key]
+            document.update({key: value for key, value in wanted.items() if before.get(key) != value})
             text = tomlkit.dumps(document)
             if parse_profile(text.encode()) == profile:
                 return text
         except (TOMLKitError, ProfileRefused, ValueError, RecursionError) as error:
             _log.warning("The comments of the profile are not kept: %s", error)
     return tomlkit.dumps(wanted)
-
-
-def _change(table: "Container | Table", wanted: Mapping[str, Any]) -> None:
-    """Make a table hold what is wanted. What is the same stays as it is written, with its comments."""
-    from tomlkit.items import Item, Table
-
-    for key in [key for key in table if key not in wanted]:
-        del table[key]
-    for key, value in wanted.items():
-        old = table.get(key)
-        if isinstance(old, Table):
-            _change(old, value)
-        elif old is None:
-            # Before the comments at the end of a table: those are about the next one.
-            body, tail = table.value.body if isinstance(table, Table) else [], []
-            while body and body[-1][0] is None:
-                tail.append(body.pop())
-            table[key] = value
-            body.extend(reversed(tail))
-        elif (old.unwrap() if isinstance(old, Item) else old) != value:
-            table[key] = value
