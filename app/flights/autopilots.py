@@ -67,26 +67,13 @@ _APPENDED: Final = 0x01
 _ULOG_ARMED: Final = 2
 
 
-def _force_of_changes(x_m_s: Floats, y_m_s: Floats, z_m_s: Floats, took_us: Floats) -> Floats:
-    """Return the force from changes of velocity, and how long each took."""
-    took_s = np.where(took_us > 0, took_us * 1e-6, np.nan)
-    return force_of_axes(x_m_s / took_s, y_m_s / took_s, z_m_s / took_s)
-
-
 _ULOG_TILTS: Final = (ChannelSource("vehicle_attitude", ("q[0]", "q[1]", "q[2]", "q[3]"), tilt_of_quaternion),)
 # What the estimator uses, and each sensor; of both the first that is there.
 _ESTIMATOR_FORCES: Final = (
     ChannelSource("sensor_combined", tuple(f"accelerometer_m_s2[{axis}]" for axis in range(3)), force_of_axes),
     ChannelSource("vehicle_acceleration", ("xyz[0]", "xyz[1]", "xyz[2]"), force_of_axes),
 )
-_SENSOR_FORCES: Final = (
-    ChannelSource(
-        "vehicle_imu",
-        ("delta_velocity[0]", "delta_velocity[1]", "delta_velocity[2]", "delta_velocity_dt"),
-        _force_of_changes,
-    ),
-    ChannelSource("sensor_accel", ("x", "y", "z"), force_of_axes),
-)
+_SENSOR_FORCES: Final = (ChannelSource("sensor_accel", ("x", "y", "z"), force_of_axes),)
 _ULOG_ALTITUDES: Final = (
     ChannelSource("vehicle_local_position", ("z",), np.negative),
     ChannelSource("vehicle_air_data", ("baro_alt_meter",)),
