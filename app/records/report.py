@@ -5,8 +5,6 @@ it is the document alone.
 """
 
 import hashlib
-import re
-import unicodedata
 from contextlib import suppress
 from pathlib import Path
 
@@ -27,7 +25,6 @@ from protocol.translatable import marked
 
 # More manual items, or more checks against it, crowd the page.
 ONE_COLUMN = 8
-MAX_NAME_LENGTH = 60
 
 
 def report_html(signed: SignedRecord) -> str:
@@ -107,12 +104,3 @@ def write_report(path: Path, signed: SignedRecord, printer: Printer) -> tuple[Pa
     write_whole(json_path, plain)
     write_whole(path, printer([report_html(signed)], A4, plain))
     return json_path, path
-
-
-def suggested_name(record: Record) -> str:
-    """A valid file name without suffix for any module name: "M-07 2026-11-21 1403 GO"."""
-    words = []
-    for part in (record.module or "", f"{record.at:%Y-%m-%d %H%M}", record.verdict.value):
-        word = unicodedata.normalize("NFKC", part[:MAX_NAME_LENGTH])
-        words.append(re.sub(r"[^\w\-]+", "_", word).strip("_"))
-    return " ".join(word for word in words if word)[:MAX_NAME_LENGTH]

@@ -18,8 +18,8 @@ from app.modules.labels import Printer
 from app.preflight.checks import Person
 from app.preflight.verdict import CheckState, Standing
 from app.records.filing import aircraft_of, document_of
-from app.records.record import SignedRecord, stored_record
-from app.records.report import suggested_name, write_report
+from app.records.record import Record, SignedRecord, stored_record
+from app.records.report import write_report
 from app.records.verification import RecordState, Verification, verify_file
 from app.safety.journal import Act
 from app.settings.profile_file import save_profile
@@ -30,7 +30,7 @@ from app.text.i18n import tr
 from app.text.messages import MAX_TEXT_LENGTH, UserError, clean, error_text, join_sentences, labelled, not_written
 from ui.acts.act_row import ActRow
 from ui.core.background_task import Running
-from ui.files.file_dialogs import AskOpen, AskPath, ThenPath, add_recent, ask_open, ask_path, ask_profile
+from ui.files.file_dialogs import AskOpen, AskPath, ThenPath, add_recent, ask_open, ask_path, ask_profile, default_name
 from ui.files.report_printer import print_pages
 from ui.pages.preflight.checks import CheckList
 from ui.pages.preflight.guided import GuidedPanel
@@ -156,6 +156,11 @@ class PreflightForm(QWidget):
         menu.addSeparator()
         named(menu.addAction(tr("Open profile…"), self.choose_file), "preflight_profile_open")
         named(menu.addAction(edit, self.edit_wanted.emit), "preflight_profile_edit")
+
+
+def _name_of(record: Record) -> str:
+    """The name of the report's file."""
+    return default_name(f"{record.verdict.value} {record.module or ''}".strip(), ".pdf", record.at)
 
 
 class PreflightPage(Page):
@@ -357,14 +362,14 @@ class PreflightPage(Page):
             saved = tr("Saved to {path}.", path=f"{path}, {path.with_suffix('.json')}")
             self._write_report(signed, path, lambda: self.result.notify_saved(path, saved))
 
-        self.ask_path(self, tr("Export report…"), Path(f"{suggested_name(signed.record)}.pdf"), "*.pdf", write)
+        self.ask_path(self, tr("Export report…"), Path(_name_of(signed.record)), "*.pdf", write)
 
     def _print(self) -> None:
         """Open the report in the system's own viewer, which knows the printers."""
         self._poll()
         signed = self.signed
         if signed is not None:
-            path = Path(mkdtemp(prefix="dps-s-")) / f"{suggested_name(signed.record)}.pdf"
+            path = Path(mkdtemp(prefix="dps-s-")) / _name_of(signed.record)
             self._write_report(signed, path, lambda: self.result.open_file(path))
 
     def _write_report(self, signed: SignedRecord, path: Path, then: Callable[[], object]) -> None:
