@@ -230,7 +230,6 @@ def test_comments_and_order_of_a_persons_file_survive(tmp_path: Path, newline: s
     lines = other.read_bytes().decode().replace(newline, "\n").splitlines()
     lost = [line for line in COMMENTED.splitlines() if line not in lines]
     limits = [
-        "[limits]  # ours",
         "tilt_max_deg = 3  # the tail is heavy",
         "cell_voltage_min_v = 3.90",
         "# settings last",
