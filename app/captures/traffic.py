@@ -169,7 +169,6 @@ class TextReader:
         self._explainer = Explainer(asked)
         self._is_timed: bool | None = None
         self._number = 0
-        self._last_s = 0.0
 
     def feed(self, line: str) -> list[Explained]:
         """Take a line, and return what it completes. Raises `NotHex` where the text has no times."""
@@ -186,14 +185,11 @@ class TextReader:
         if found is not None:
             try:
                 raw, fault = hex_bytes(found[3]), ""
-                if float(found[1]) < self._last_s:
-                    fault = marked("the time runs backwards")  # its bytes count all the same
-                self._last_s = max(self._last_s, float(found[1]))
             except NotHex:
                 fault = marked("no pairs of hex digits")
         if fault and len(self.faults) < MAX_FAULTS:
             self.faults.append((self._number, fault))
-        return self._explainer.feed(CaptureEntry(self._last_s, Way(found[2]), raw)) if found and raw else []
+        return self._explainer.feed(CaptureEntry(float(found[1]), Way(found[2]), raw)) if found and raw else []
 
     def end(self) -> list[Explained]:
         return self._explainer.end()
