@@ -1792,10 +1792,6 @@
         <translation>无法记录到 {folder}：{why}。</translation>
     </message>
     <message>
-        <source>Not recording: the disk is full. Free some space, then connect again.</source>
-        <translation>已停止记录：磁盘已满。请清理空间后重新连接。</translation>
-    </message>
-    <message>
         <source>Not shared: {count}. Last: {time}.</source>
         <translation>未共享：{count} 条。上次：{time}。</translation>
     </message>
@@ -3354,10 +3350,6 @@
         <translation>按住期间有其他按键</translation>
     </message>
     <message>
-        <source>answers again</source>
-        <translation>恢复应答</translation>
-    </message>
-    <message>
         <source>as read with the bay open</source>
         <translation>等于伞仓打开时的读数</translation>
     </message>
@@ -4160,10 +4152,6 @@
     <message>
         <source>the same throughout; GO: active</source>
         <translation>检查期间不变；激活后才可以飞行</translation>
-    </message>
-    <message>
-        <source>the time runs backwards</source>
-        <translation>时间倒退</translation>
     </message>
     <message>
         <source>this line repeats answers: not known</source>

@@ -27,7 +27,6 @@ class MarkerKind(Enum):
     SLEPT = "computer slept"
     ANOTHER = "another module"
     RATE_CHANGED = "baud rate changed"
-    ANSWERS = "answers again"
     NAMED = "named"
     ACTIVATED = "activated"
     LOCKED = "locked"
@@ -67,7 +66,6 @@ class MarkerTracker:
     def __init__(self) -> None:
         self._is_open = False
         self._port = ""
-        self._ended_at: float | None = None
         self._before: StatusSample | None = None
         # The next report is the first one of a conversation, perhaps of another module.
         self._is_first = False
@@ -80,12 +78,7 @@ class MarkerTracker:
             self._port = batch.connection.port
             new.append(Marker(batch.at, MarkerKind.CONNECTED, self._port))
         # A batch is of one conversation, so what it brings lies between its beginning and its end.
-        for event in batch.events:
-            if isinstance(event, Began):
-                # A shorter break has one mark, a longer one also one where the module answers again.
-                if self._ended_at is not None and event.at - self._ended_at > 1.0:
-                    new.append(Marker(event.at, MarkerKind.ANSWERS))
-                self._ended_at, self._is_first = None, True
+        self._is_first |= any(isinstance(event, Began) for event in batch.events)
         for sample in batch.samples:
             before, is_first = self._before, self._is_first
             self._before, self._is_first = sample, False
@@ -102,7 +95,6 @@ class MarkerTracker:
         is_lost = self._is_open and not is_open and batch.connection.trouble is not None
         for event in batch.events:
             if isinstance(event, Ended):
-                self._ended_at = event.at
                 is_of_port = event.reason is EndReason.PORT_LOST
                 is_lost &= not is_of_port
                 if event.reason in _END_MARKS:

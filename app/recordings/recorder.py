@@ -43,7 +43,6 @@ NAMES_TRIED = 256
 MAX_WAITING = 10_000
 # After this, with a fifth of what the library may hold, or where it is full, it goes on in the next file.
 MAX_SESSION_S = 24 * 3600.0
-_DISK_FULL = frozenset({errno.ENOSPC, getattr(errno, "EDQUOT", errno.ENOSPC)})
 
 
 class Recorder:
@@ -127,12 +126,9 @@ class Recorder:
             if not isinstance(error, OSError):
                 _log.exception("The recorder met an error it did not expect")
             _log.warning("Not recorded any more: %s", error)
-            if isinstance(error, OSError) and error.errno in _DISK_FULL:
-                text = marked("Not recording: the disk is full. Free some space, then connect again.")
-                self.trouble = message(text)
-            else:
-                text = marked("Not recording to {folder}: {why}.")
-                self.trouble = message(text, folder=self._library.folder, why=error_text(error))
+            is_full = isinstance(error, OSError) and error.errno == errno.ENOSPC
+            why = message(marked("the disk is full")) if is_full else error_text(error)
+            self.trouble = message(marked("Not recording to {folder}: {why}."), folder=self._library.folder, why=why)
             self.is_recording = False
             self._acts.clear()
             if self._writer is not None:

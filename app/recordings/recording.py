@@ -5,7 +5,6 @@ from collections.abc import Callable, Iterable
 from itertools import chain
 from operator import itemgetter
 from pathlib import Path
-from typing import NamedTuple
 
 import msgspec
 import numpy as np
@@ -108,12 +107,6 @@ Progress = Callable[[float], object]
 _BLOCK_BYTES = 1 << 20
 
 
-class Exported(NamedTuple):
-    rows: int
-    # What is missing in the file, because it is damaged in the recording.
-    damage: UserMessage | None
-
-
 def write_parts(path: Path, parts: Iterable[bytes], count: int, on_progress: Progress = bool) -> None:
     """Writes a file atomically. `count`: about how many parts. Raises OSError, and what `on_progress` raises."""
     with whole_file(path) as file:
@@ -123,15 +116,18 @@ def write_parts(path: Path, parts: Iterable[bytes], count: int, on_progress: Pro
         on_progress(1.0)
 
 
-def export(entry: RecordingEntry, path: Path, *, appends: bool = False, on_progress: Progress = bool) -> Exported:
+def export(
+    entry: RecordingEntry, path: Path, *, appends: bool = False, on_progress: Progress = bool
+) -> tuple[int, UserMessage | None]:
     """Copies the session into a file of its kind, else writes a CSV table, with `appends` behind the rows of the file.
-    Raises OSError, `UserError`, and what `on_progress` raises."""
+    Returns the rows, and what is missing, because it is damaged in the recording. Raises OSError, `UserError`, and what
+    `on_progress` raises."""
     recording = open_recording(entry)
     if path.suffix.lower() == SUFFIX:
         with entry.path.open("rb") as file:
             blocks = iter(lambda: file.read(_BLOCK_BYTES), b"")
             write_parts(path, blocks, entry.size_bytes // _BLOCK_BYTES + 1, on_progress)
-        return Exported(len(recording.tilt), recording.damage)
+        return len(recording.tilt), recording.damage
     excerpt = recording.excerpt(recording.start_s, recording.end_s)
     rows = csv_parts(excerpt, wall_offset_s=recording.wall_offset_s)
     if appends and path.exists() and path.stat().st_size:
@@ -139,4 +135,4 @@ def export(entry: RecordingEntry, path: Path, *, appends: bool = False, on_progr
         before = path.read_bytes()
         rows = chain((before, b"" if before.endswith(b"\n") else b"\r\n"), rows)
     write_parts(path, rows, part_count(excerpt), on_progress)
-    return Exported(excerpt.row_count, recording.damage)
+    return excerpt.row_count, recording.damage

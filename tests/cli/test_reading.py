@@ -110,7 +110,7 @@ def test_where_nothing_can_be_recorded_it_ends_at_once(
     monkeypatch.setattr("app.recordings.recorder.RESERVE_BYTES", 2**70)
     with in_time(1.0):
         said = record(dps_s, port, tmp_path / "a.csv", code=4, seconds="60")
-    assert "Not recording: the disk is full." in said
+    assert "the disk is full." in said
     assert not open_bench(port).module.is_streaming
 
 

@@ -84,7 +84,6 @@ _MARKS: Final[dict[MarkerKind, tuple[str, Icon, Meaning | None]]] = {
     MarkerKind.SILENT: (marked("silent"), Icon.LINK_LOST, Meaning.ATTENTION),
     MarkerKind.SLEPT: (marked("computer slept"), Icon.LINK_LOST, Meaning.ATTENTION),
     MarkerKind.DAMAGED: (marked("damaged data left out"), Icon.WARNING, Meaning.DANGER),
-    MarkerKind.ANSWERS: (marked("answers again"), Icon.LINK, Meaning.INFORMATION),
     MarkerKind.NAMED: (marked("named"), Icon.LABEL, None),
     MarkerKind.RATE_CHANGED: (marked("baud rate changed"), Icon.LINK, None),
     MarkerKind.TRIGGER_ENDED: (marked("trigger ended"), Icon.NOT_TRIGGERED, None),

@@ -114,12 +114,10 @@ def test_each_break_is_a_mark_in_the_one_recording(tmp_path: Path) -> None:
             ("triggered", 1001.5),
             ("restarted", 1002.0),
             ("silent", 1003.0),
-            ("answers again", 1010.0),
             ("triggered", 1010.0),
             ("another module", 1011.0),
             ("port lost", 1011.5),
             ("connected", 1013.0),
-            ("answers again", 1013.0),
             ("activated", 1013.0),
             ("locked", 1013.5),
         ]

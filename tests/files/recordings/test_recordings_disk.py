@@ -71,7 +71,7 @@ def test_a_disk_that_is_full_at_any_byte(tmp_path: Path, monkeypatch: pytest.Mon
         assert not bench.recorder.is_recording
         assert bench.recorder.started_at is None
         assert bench.recorder.trouble is not None
-        assert bench.recorder.trouble.text.startswith("Not recording: the disk is full.")
+        assert bench.recorder.trouble.in_english().endswith(": the disk is full.")
         (entry,) = bench.library.entries()
         assert entry.trouble is not None or (entry.was_cut_off, entry.is_running) == (True, False)
         if entry.trouble is None:
@@ -204,7 +204,7 @@ def test_csv_holds_every_value_and_is_appended_to(tmp_path: Path) -> None:
         )
         bench.finish()
         recording = opened(bench.path)
-    counts = [export(recording.entry, path, appends=True).rows for _ in range(2)]
+    counts = [export(recording.entry, path, appends=True)[0] for _ in range(2)]
     text = path.read_bytes().decode("utf-8-sig")
     assert (text.splitlines()[0], text.count(HEAD)) == (HEAD, 1)
     rows = list(csv.DictReader(io.StringIO(text)))

@@ -27,10 +27,11 @@ from app.flights.judging import FlightGroup, fire_map
 from app.flights.read_log import SUFFIXES
 from app.flights.table import CsvColumns
 from app.recordings.library import RecordingEntry, entry_text, size_text, when_text
-from app.recordings.recording import Exported, export
+from app.recordings.recording import export
 from app.text.i18n import tr
 from app.text.messages import (
     UserError,
+    UserMessage,
     capitalised,
     clean,
     error_text,
@@ -292,13 +293,13 @@ class LogsPage(Page):
         name = default_name(entry.module or entry.port, ".csv", entry.started_at.astimezone())
 
         def save(path: Path) -> None:
-            def work(running: Running) -> Exported:
+            def work(running: Running) -> tuple[int, UserMessage | None]:
                 return export(entry, path, on_progress=running.set_progress_or_end)
 
-            def end(done: Exported) -> None:
-                damage = [] if done.damage is None else [done.damage.translated()]
-                text = join_sentences([saved_text(path, done.rows), *damage])
-                self.result.notify_saved(path, text, Meaning.ATTENTION if damage else Meaning.GOOD)
+            def end(done: tuple[int, UserMessage | None]) -> None:
+                rows, damage = done
+                text = join_sentences([saved_text(path, rows), "" if damage is None else damage.translated()])
+                self.result.notify_saved(path, text, Meaning.GOOD if damage is None else Meaning.ATTENTION)
 
             doing = tr("Exporting {name}", name=path.name)
             self.result.begin(doing, work, end, partial(not_written, path), cause=str(path))
