@@ -108,7 +108,8 @@ def warn(wishes: Sequence[SettingChange]) -> None:
     for wish in wishes:
         for consequence in consequences(wish.command, wish.value):
             if consequence.is_risk:
-                console.notify(tr("Warning: {name}: {what}", name=wish.command.key, what=consequence.sentence))
+                what = consequence.message.translated()
+                console.notify(tr("Warning: {name}: {what}", name=wish.command.key, what=what))
 
 
 def _show(wishes: Sequence[SettingChange], args: argparse.Namespace) -> int:

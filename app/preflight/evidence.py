@@ -87,7 +87,7 @@ class Evidence:
     # Why it holds no more; set while it still runs, it is void when it ends.
     void: Void | None = None
     # The module may have fired before it restarted, and the notice about that is still open. See
-    # `app.safety.firing_doubt`.
+    # `app.safety.left_active`.
     may_have_fired: bool = False
     heartbeats_sent: int = 0
     # Not answered, or only when they were asked again.

@@ -27,11 +27,6 @@ class Consequence(NamedTuple):
     message: UserMessage
     is_risk: bool = False
 
-    @property
-    def sentence(self) -> str:
-        """The sentence in the language in use now."""
-        return self.message.translated()
-
 
 def consequences(command: Command, value: Value) -> tuple[Consequence, ...]:
     """The consequence of `value`, followed by the vendor's advice where it is not followed."""

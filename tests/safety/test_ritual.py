@@ -192,7 +192,7 @@ def test_a_hold_is_known_while_ticks_come_a_quarter_of_a_second_apart(gap_s: flo
     ],
 )
 def test_sentences(name: str, value: Value, sentences: list[str]) -> None:
-    assert [consequence.sentence for consequence in consequences(BY_NAME[name], value)] == sentences
+    assert [consequence.message.translated() for consequence in consequences(BY_NAME[name], value)] == sentences
 
 
 @pytest.mark.parametrize(
@@ -217,5 +217,5 @@ def test_every_value_of_a_byte_has_a_consequence() -> None:
         for raw in sorted(command.write.allowed):
             value = command.write.decode(raw)
             said = consequences(command, value)
-            assert all(one.sentence for one in said)
+            assert all(one.message.translated() for one in said)
             assert said

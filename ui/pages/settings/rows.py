@@ -218,7 +218,7 @@ class SettingRow(QObject):
         reason = row.reason
         if row.state is RowState.IMPOSSIBLE and isinstance(self.editor, NumberLine):
             reason = self.editor.kind.range_text
-        meaning = with_units(join_sentences(consequence.sentence for consequence in row.consequences))
+        meaning = with_units(join_sentences(consequence.message.translated() for consequence in row.consequences))
         self.reason.setText(meaning if is_loud else reason if is_bad else reason or meaning)
         set_role(self.reason, "danger" if is_bad else "attention" if is_loud else "small")
         tip = (reason, meaning, tr(self.command.explanation), capitalised(advice_text(self.command)), last_write)
@@ -258,7 +258,7 @@ class BaudRow(QObject):
         if port.is_changing_rate:
             text = tr("Changing the baud rate…")
         elif refusals:
-            text = join_sentences(refusal.sentence for refusal in refusals)
+            text = join_sentences(refusal.message.translated() for refusal in refusals)
         self.message.setText(text)
         set_role(self.message, "attention" if refusals and not port.is_changing_rate else "small")
         is_free = port.module.is_going and not port.is_changing_rate
