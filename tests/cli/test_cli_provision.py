@@ -19,8 +19,9 @@ from app.store.rows import Content, ModuleProvisioned, Row
 from app.terminal import console
 from app.terminal.console import Refused
 from tests.support.cli_line import run_here, sets
-from tests.support.line.frames import at_frame
+from tests.support.line.frames import at_frame, refuse
 from tests.support.records.stored import checks_of, open_store
+from tests.support.thorough import some
 
 pytest_plugins = ["tests.support.cli_fixtures"]
 pytestmark = pytest.mark.usefixtures("speaks_english", "no_waiting", "qapp")  # it prints
@@ -42,6 +43,10 @@ def new(boots: int, then: Plug = lambda bench: None) -> Plug:
 
 def active(bench: SimulatedBench) -> None:
     bench.module.activate(is_active=True)
+
+
+def stop(_bench: SimulatedBench) -> None:
+    signal.raise_signal(signal.SIGINT)
 
 
 @pytest.fixture
@@ -134,7 +139,6 @@ def test_all_new_is_every_module_but_the_one_that_was_just_named(batch: Batch, p
     assert [line for line in lines if line.startswith("SET ASIDE:")] == [known.format("M-001"), known.format("M-002")]
     assert (_verdicts("M-002"), _verdicts("M-003")) == (["READY"], ["READY"])
     # The last one is not unplugged; the next batch does not take it for one of its own.
-    stop = lambda bench: signal.raise_signal(signal.SIGINT)  # noqa: E731
     lines = batch(*ALLOWED, "--all-new", "--names", "N-001", plugs=[stop], code=130)
     assert [line for line in lines if line.startswith("SET ASIDE:")] == [known.format("M-003")]
     open_bench(port).module.memory.boot_count += 1  # of another one with these settings
@@ -162,11 +166,25 @@ def test_a_name_that_another_program_gives_meanwhile_is_not_given_twice(
     assert (_verdicts("M-001"), _verdicts("M-002"), _verdicts("M-003")) == (["READY"], [], ["READY"])
 
 
-def test_the_next_one_is_waited_for_until_the_one_that_was_named_has_gone(batch: Batch) -> None:
+def pulled(bench: SimulatedBench) -> None:
+    """The cable is in nobody's hands for a while; then another module is at its end."""
+    bench.change(mute=True)
+    bench.module.memory = Memory(boot_count=2)
+    bench.module.plan(bench.clock() + 0.7, lambda _at_s: bench.change(mute=False))
+
+
+def replugged(bench: SimulatedBench) -> None:
+    bench.unplug()
+    new(2)(bench)
+    bench.plug()
+
+
+@pytest.mark.parametrize("goes", [new(2), pulled, replugged])
+def test_the_next_one_is_waited_for_until_the_one_that_was_named_has_gone(batch: Batch, goes: Plug) -> None:
     """It stays plugged in for some seconds, and would be the next one otherwise."""
 
     def slowly(bench: SimulatedBench) -> None:
-        at_frame(bench, 30, lambda: new(2)(bench), is_lost=True)
+        at_frame(bench, 30, lambda: goes(bench), is_lost=True)
 
     lines = batch(*ALLOWED, plugs=[slowly])
     assert [line for line in lines if line.startswith("SET ASIDE")] == []
@@ -174,7 +192,7 @@ def test_the_next_one_is_waited_for_until_the_one_that_was_named_has_gone(batch:
 
 
 def test_it_goes_on_where_it_was_interrupted(batch: Batch) -> None:
-    lines = batch(*ALLOWED, plugs=[lambda bench: signal.raise_signal(signal.SIGINT)], code=130)
+    lines = batch(*ALLOWED, plugs=[stop], code=130)
     assert [line.split()[:2] for line in lines[-2:]] == [["M-001", "READY"], ["M-002", "open"]]
     lines = batch(*ALLOWED, plugs=[new(2)])
     assert "PLUG IN: M-001" not in lines
@@ -182,7 +200,7 @@ def test_it_goes_on_where_it_was_interrupted(batch: Batch) -> None:
     assert batch(*ALLOWED)[2].startswith("M-002  READY")  # nothing is left, and nothing is waited for
 
 
-@pytest.mark.parametrize("frame", [24, 34, 60])
+@pytest.mark.parametrize("frame", some(range(2, 170, 4), one_in=4))
 @pytest.mark.promise("i")
 def test_a_module_that_is_exchanged_meanwhile_gets_no_name(batch: Batch, port: str, frame: int) -> None:
     """Another one with the same settings, from its restart on."""
@@ -191,13 +209,18 @@ def test_a_module_that_is_exchanged_meanwhile_gets_no_name(batch: Batch, port: s
         open_bench(port).module.memory.attitude_threshold, open_bench(port).module.memory.freefall_time = 65, 140
         open_bench(port).restart()
 
-    stop = lambda bench: signal.raise_signal(signal.SIGINT)  # noqa: E731
     at_frame(open_bench(port), frame, exchange, is_lost=True)
     lines = batch(*ALLOWED, plugs=[stop], code=130)
-    assert any(line.startswith("SET ASIDE") for line in lines)
+    assert next(line for line in lines if line.startswith("SET ASIDE")) == "SET ASIDE: The module restarted."
     assert _verdicts("M-001") == []
     with closing(open_store()) as store:
         assert not store.read(modules)
+
+
+def test_a_setting_that_the_module_refuses_sets_it_aside_and_is_named(batch: Batch, port: str) -> None:
+    refuse(open_bench(port))
+    lines = batch(*ALLOWED, plugs=[stop], code=130)
+    assert any(line.startswith("SET ASIDE: Attitude threshold: ") for line in lines)
 
 
 @pytest.mark.promise("i")
