@@ -1,4 +1,4 @@
-"""The simulated module against the vendor's table: frames, power, triggers, records; faults of its line; options."""
+"""The simulated module: what fires it, its records and its options. What it answers: the tests of all that asks it."""
 
 from typing import Any
 
@@ -7,10 +7,8 @@ import pytest
 from app.simulator.module import Memory, Physics, SimulatedModule
 from app.simulator.setup import Setup, parse_options
 from app.text.messages import UserError
-from protocol.catalogue import TRIGGER_RECORDS
-from protocol.messages import Frame, Status, TriggerRecord, decode, decode_record
-from protocol.stream import StreamParser
-from tests.vendor.frames import FROM_HOST
+from protocol.catalogue import HEARTBEAT_REPLY, TRIGGER_RECORDS
+from protocol.messages import TriggerRecord, decode_record
 
 
 def running(world: Physics | None = None, memory: Memory | None = None, **options: Any) -> SimulatedModule:
@@ -37,9 +35,6 @@ def say(module: SimulatedModule, frame: str, now_s: float = 0.0) -> str:
     return receive(module, bytes.fromhex(frame), now_s).hex(" ")
 
 
-HEARTBEAT_REPLY = "41 75 01 a5 5a 00"
-
-
 def records(module: SimulatedModule, now_s: float) -> list[TriggerRecord]:
     raw = receive(module, TRIGGER_RECORDS.query().encode(), now_s)
     found = [decode_record(raw[at : at + 16]) for at in range(0, len(raw), 16)]
@@ -47,54 +42,20 @@ def records(module: SimulatedModule, now_s: float) -> list[TriggerRecord]:
     return [one for one in found if isinstance(one, TriggerRecord)]
 
 
-@pytest.mark.parametrize("asked", [one.hex for one in FROM_HOST if one.is_set and one.command != "deploy"])
-def test_each_set_is_acknowledged_with_its_value(asked: str) -> None:
-    """But 17, which the table answers as 16 (E4)."""
-    code, value = bytes.fromhex(asked)[2], bytes.fromhex(asked)[4]
-    body = bytes((0x16 if code == 0x17 else code, 0x01, value))
-    assert say(running(), asked) == (b"\x41\x75" + body + bytes((sum(body) % 256,))).hex(" ")
-
-
 def test_two_heartbeats_50_ms_apart_after_power_up_and_then_silence() -> None:
     module = SimulatedModule(Physics())
     module.power_on(10.0)
-    assert tick(module, 10.0).hex(" ") == HEARTBEAT_REPLY
+    assert tick(module, 10.0) == HEARTBEAT_REPLY
     assert tick(module, 10.049) == b""
     assert module.next_due(10.049) == pytest.approx(10.05)
-    assert tick(module, 10.06).hex(" ") == HEARTBEAT_REPLY
+    assert tick(module, 10.06) == HEARTBEAT_REPLY
     assert tick(module, 3600.0) == b""
     assert module.next_due(3600.0) is None
 
 
-def test_a_new_baud_rate_holds_behind_its_acknowledgement() -> None:
-    module = running()
-    module.receive(bytes.fromhex("42 61 24 02 02 28 42 61 23 01 00 24"), 0.0)
-    assert [sent.baud_rate for sent in module.collect(1.0)] == [115200, 9600]
-    module.power_on(2.0)
-    assert module.baud_rate == 9600
-
-
-def test_the_stream_keeps_its_rate_and_ends() -> None:
-    module = running(rate=100)
-    say(module, "42 61 13 02 01 16")
-    frames = StreamParser().feed(tick(module, 2.005))
-    assert len(frames) == 200
-    assert {decode(frame.raw) for frame in frames if isinstance(frame, Frame)} == {Status(0, 1.0, False, False)}
-    assert say(module, "42 61 13 02 00 15", 2.006) == "41 75 13 01 00 14"
-    assert tick(module, 10.0) == b""
-
-
-def test_tilting_an_active_module_fires_and_it_resets_ten_degrees_below() -> None:
-    module = running()
-    say(module, "42 61 10 02 01 13")
-    module.world.tilt_deg = 60
-    assert say(module, "42 61 32 01 00 33", 1.0) == "41 75 32 3c 0a 01 01 7a"
-    assert module.world.bay_is_open
-    module.world.tilt_deg = 51
-    assert say(module, "42 61 31 01 00 32", 2.0) == "41 75 31 01 01 33"
-    module.world.tilt_deg = 50
-    assert say(module, "42 61 31 01 00 32", 3.0) == "41 75 31 01 00 32"
-    assert [record.sources for record in records(module, 4.0)] == [("attitude",)]
+def test_17_is_acknowledged_as_the_table_prints_it() -> None:
+    """E4."""
+    assert say(running(), "42 61 17 02 01 1a") == "41 75 16 01 01 18"
 
 
 def test_a_locked_module_does_not_fire_over_serial() -> None:
@@ -131,7 +92,7 @@ def test_a_record_holds_the_settings_and_readings_of_its_moment() -> None:
     assert record.freefall_acceleration_g == 0.4
     assert record.freefall_time_s == 1.0
     assert record.charging
-    assert record.light_v == 0.3, "the bay was still closed"
+    assert (record.light_v, module.world.bay_is_open) == (0.3, True), "it was still closed"
     assert record.cell_voltage_v == pytest.approx(4.1)
     assert record.serial_connected
     tick(module, 90.0)
