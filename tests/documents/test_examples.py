@@ -35,7 +35,7 @@ def test_every_command_of_the_readme_does_what_it_says(tmp_path: Path) -> None:
     for line in lines:
         words = [str(tmp_path / word) if word.endswith((".toml", ".pdf")) else word for word in shlex.split(line)]
         done = cli.run(*words, port="", HOME=str(tmp_path))
-        assert done.returncode == (1 if words[0] == "preflight" else 0), f"{line}: {done.stderr}"
+        assert done.code == (1 if words[0] == "preflight" else 0), f"{line}: {done.err}"
 
 
 # Flight logs
@@ -115,8 +115,8 @@ def test_a_production_line_names_what_it_checked(tmp_path: Path, monkeypatch: py
         ran = cli.run(
             *shlex.split(words.replace("$DPS_S_PORT", PORT)), port="", meanwhile=obey if is_provision else None
         )
-        assert ran.returncode == 0, ran.stderr
-        Path(file.strip()).write_text(ran.stdout, encoding="utf-8")
+        assert ran.code == 0, ran.err
+        Path(file.strip()).write_text(ran.out, encoding="utf-8")
     batch, report, history, ports = (json.loads(Path(f"{name}.json").read_text(encoding="utf-8"))
                                      for name in ("batch", "report", "M-001", "ports"))  # fmt: skip
     assert (batch["complete"], [one["name"] for one in batch["modules"]]) == (True, ["M-001", "M-002"])

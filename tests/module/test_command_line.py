@@ -13,8 +13,6 @@ from app.engine.ports import PortInfo
 from app.integration import opened
 from app.safety.last_known import keep_away
 from tests.hardware import test_read_only, test_writing
-from tests.hardware.conftest import Ran as HardwareRan
-from tests.hardware.conftest import Run
 from tests.module.line import Line, now
 from tests.module.module import ACTIVATION, ACTIVE, ATTITUDE, ATTITUDE_OFF, FREEFALL_OFF, TRIGGERED, Module
 from tests.module.options import Options
@@ -34,8 +32,8 @@ def test_a_second_module_that_tells_the_same_is_said(apart_s: float, words: str)
     """It answers up to 50 ms after the first one, by which time all has been asked."""
     cli = VirtualCli(Options(), Options(delay_s=apart_s))
     ran = cli.run(*words.split(), "--json")
-    assert ran.returncode == 4, ran.stderr
-    assert ran.stderr.count(TWO) == 1
+    assert ran.code == 4, ran.err
+    assert ran.err.count(TWO) == 1
 
 
 def test_of_two_modules_none_becomes_active() -> None:
@@ -45,22 +43,22 @@ def test_of_two_modules_none_becomes_active() -> None:
     second.settings[ATTITUDE], second.readings.tilt_deg = 85, 80
     ended = cli.run("activate", "--yes")
     # Which it is depends on what arrives first: two copies of an answer, or two answers that differ.
-    assert ended.returncode in (1, 3)
-    assert TWO in ended.stderr
+    assert ended.code in (1, 3)
+    assert TWO in ended.err
     assert [one.settings[ACTIVATION] for one in cli.modules] == [0, 0]
     read = cli.run("read", "--json")
-    assert read.returncode == 3
+    assert read.code == 3
     # So it does where it is said: with the setting, or with the line.
-    assert any(TWO in why for why in read.said["errors"].values())
-    assert read.said["settings"]["attitude_threshold_deg"] is None, "which of the two holds nobody knows"
+    assert any(TWO in why for why in read.lines[-1]["errors"].values())
+    assert read.lines[-1]["settings"]["attitude_threshold_deg"] is None, "which of the two holds nobody knows"
     written = cli.run("set", "freefall_time_s=1.2", "--json")
-    assert written.returncode in (1, 3)
-    assert written.said["results"]["freefall_time_s"]["verified"] is not True
+    assert written.code in (1, 3)
+    assert written.lines[-1]["results"]["freefall_time_s"]["verified"] is not True
 
 
 @pytest.mark.parametrize(("code", "key"), [(ACTIVE, "active"), (TRIGGERED, "triggered")])
 def test_what_30_or_31_contradicts_is_null_and_both_are_named(code: int, key: str) -> None:
-    told = VirtualCli(Options(instead={code: "01 01"})).run("read", "--json").said
+    told = VirtualCli(Options(instead={code: "01 01"})).run("read", "--json").lines[-1]
     assert told["status"][key] is None
     assert told["errors"][key].startswith(f"{code:02X}: ")
     assert "status: " in told["errors"][key]
@@ -79,8 +77,8 @@ def test_from_power_on_to_the_verified_record(tmp_path: Path) -> None:
     def dps_s(*words: str, code: int = 0, port: str = PORT) -> dict[str, Any]:
         """What the command prints as JSON."""
         ran = cli.run(*words, "--json", port=port)
-        assert ran.returncode == code, ran.stdout + ran.stderr
-        return ran.said
+        assert ran.code == code, ran.out + ran.err
+        return ran.lines[-1]
 
     # Powered on: everything is read but the two flags, which nobody can ask for.
     settings = dps_s("read")["settings"]
@@ -106,7 +104,7 @@ def test_from_power_on_to_the_verified_record(tmp_path: Path) -> None:
     assert [entry.value for entry in module.log.acts()] == [1]
 
     # After GO it is the normal end that it was left ACTIVE: a plain line, and no warning.
-    left = cli.run("read").stderr
+    left = cli.run("read").err
     assert "M-07 was left ACTIVE on " in left
     assert keep_away() not in left
 
@@ -144,22 +142,14 @@ def test_what_takes_protection_away_is_sent_only_where_that_was_accepted() -> No
     assert cli.module.log.acts() == []
 
 
-def hardware_run(cli: VirtualCli) -> Run:
-    def run(*words: str) -> HardwareRan:
-        ran = cli.run(*words)
-        return HardwareRan(ran.returncode, ran.stdout, ran.stderr)
-
-    return run
-
-
 def test_the_hardware_tests_pass_at_a_module_that_keeps_to_the_table_and_change_nothing() -> None:
     """Else nobody would know that they work before there is one."""
     cli = VirtualCli()
-    before, run = dict(cli.module.settings), hardware_run(cli)
+    before = dict(cli.module.settings)
     tests = [value for name, value in vars(test_read_only).items() if name.startswith("test_")]
     tests += [partial(test_writing.test_a_setting_is_written_and_set_back, name) for name in test_writing.STEPS]
     for test in (*tests, test_writing.test_it_locks):
-        test(run)
+        test(cli.run)
     assert cli.module.settings == before
 
 

@@ -1,7 +1,6 @@
 """`dps-s` in this process, at independent modules and in virtual time: nobody waits, and no busy machine interferes."""
 
 import io
-import json
 import os
 import sys
 import time
@@ -9,7 +8,6 @@ from collections.abc import Callable, Iterator
 from concurrent.futures import Future
 from concurrent.futures import wait as wait_for
 from contextlib import ExitStack, contextmanager
-from functools import cached_property
 from typing import Any, Final
 from unittest.mock import patch
 
@@ -24,6 +22,7 @@ from app.store.fact_store import Facts, Store
 from app.system import clock
 from app.terminal import connection
 from app.terminal.connection import OpenPort
+from tests.hardware.conftest import Ran
 from tests.module.module import Module
 from tests.module.options import Options
 from tests.support.line.module_line import ModuleLine
@@ -34,20 +33,6 @@ PORT: Final = "/dev/ttyUSB9"
 WAIT_S: Final = 0.1  # as the command line waits for a batch
 IDLE_S: Final = 0.001  # while nothing is done on the line: something else is waited for
 BETWEEN_S: Final = 0.5  # from one command to the next
-
-
-class Ran:
-    """What a command said, and how it ended."""
-
-    def __init__(self, returncode: int, stdout: str, stderr: str) -> None:
-        self.returncode, self.stdout, self.stderr = returncode, stdout, stderr
-
-    @cached_property
-    def said(self) -> dict[str, Any]:
-        """The last object on standard output."""
-        lines = self.stdout.splitlines()
-        found: dict[str, Any] = json.loads(lines[-1]) if lines else {}
-        return found
 
 
 class VirtualCli:
