@@ -4,7 +4,8 @@ import select
 import socket
 import threading
 from collections.abc import Callable, Iterator
-from contextlib import ExitStack, contextmanager, suppress
+from contextlib import contextmanager, suppress
+from types import SimpleNamespace
 
 import serial
 import serial.rfc2217
@@ -44,26 +45,6 @@ def closing(client: socket.socket, _ended: threading.Event) -> None:
     client.recv(CHUNK)
 
 
-@contextmanager
-def raw_bridge(device: str) -> Iterator[str]:
-    """Hand bytes on between a client and a serial port, as ser2net's raw mode."""
-    with ExitStack() as stack:
-        port = stack.enter_context(serial.Serial(device, 115200, timeout=0))
-
-        def bridge(client: socket.socket, ended: threading.Event) -> None:
-            while not ended.is_set():
-                ready, _, _ = select.select([client.fileno(), port.fileno()], [], [], _SLICE_S)
-                if client.fileno() in ready:
-                    data = client.recv(CHUNK)
-                    if not data:
-                        return
-                    port.write(data)
-                if port.fileno() in ready:
-                    client.sendall(port.read(CHUNK))
-
-        yield stack.enter_context(serving(bridge))
-
-
 class _WithoutLines(serial.Serial):
     """A pseudo-terminal has no modem lines, and pyserial's server asks for and sets all."""
 
@@ -72,30 +53,23 @@ class _WithoutLines(serial.Serial):
 
 
 @contextmanager
-def rfc2217_server(device: str) -> Iterator[str]:
-    """The same by RFC 2217, with pyserial's own server: the client sets the rate and the lines of the port."""
-    with ExitStack() as stack:
-        port = stack.enter_context(_WithoutLines(device, 115200, timeout=0))
-
-        class Connection:
-            """What pyserial's `PortManager` writes its own answers to."""
-
-            def __init__(self, client: socket.socket) -> None:
-                self._client = client
-
-            def write(self, data: bytes) -> None:
-                self._client.sendall(data)
+def serial_server(device: str, *, is_rfc2217: bool = False) -> Iterator[str]:
+    """Hand bytes on between a client and a serial port as ser2net's raw mode, or by RFC 2217 with pyserial's own
+    server, where the client sets the rate and the lines of the port."""
+    with _WithoutLines(device, 115200, timeout=0) as port:
 
         def serve(client: socket.socket, ended: threading.Event) -> None:
-            manager = serial.rfc2217.PortManager(port, Connection(client))  # type: ignore[arg-type]
+            manager = serial.rfc2217.PortManager(port, SimpleNamespace(write=client.sendall)) if is_rfc2217 else None
             while not ended.is_set():
                 ready, _, _ = select.select([client.fileno(), port.fileno()], [], [], _SLICE_S)
                 if client.fileno() in ready:
                     data = client.recv(CHUNK)
                     if not data:
                         return
-                    port.write(b"".join(manager.filter(data)))
+                    port.write(data if manager is None else b"".join(manager.filter(data)))
                 if port.fileno() in ready:
-                    client.sendall(b"".join(manager.escape(port.read(CHUNK))))
+                    data = port.read(CHUNK)
+                    client.sendall(data if manager is None else b"".join(manager.escape(data)))
 
-        yield stack.enter_context(serving(serve))
+        with serving(serve) as address:
+            yield address

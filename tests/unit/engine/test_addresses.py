@@ -2,8 +2,6 @@
 
 import json
 import sys
-from collections.abc import Callable
-from contextlib import AbstractContextManager
 
 import pytest
 
@@ -16,16 +14,13 @@ pytestmark = [
     pytest.mark.skipif(sys.platform == "win32", reason="the peers have pseudo-terminals"),
     pytest.mark.filterwarnings("ignore:set(Daemon|Name):DeprecationWarning"),  # pyserial's
 ]
-Server = Callable[[str], AbstractContextManager[str]]
 
 
-@pytest.mark.parametrize(
-    ("scheme", "server"), [("socket", tcp_peers.raw_bridge), ("rfc2217", tcp_peers.rfc2217_server)]
-)
-def test_a_module_behind_a_serial_server_is_read_set_and_locked(scheme: str, server: Server) -> None:
+@pytest.mark.parametrize("scheme", ["socket", "rfc2217"])
+def test_a_module_behind_a_serial_server_is_read_set_and_locked(scheme: str) -> None:
     module = Module(now=now())
     module.settings[0x10] = 1
-    with Line(module) as line, server(line.port) as address:
+    with Line(module) as line, tcp_peers.serial_server(line.port, is_rfc2217=scheme == "rfc2217") as address:
         port = f"{scheme}://{address}"
         locked = ran(*PROGRAM, "lock", "--port", port)
         assert locked.returncode == 0, locked.stderr
@@ -40,7 +35,7 @@ def test_a_module_behind_a_serial_server_is_read_set_and_locked(scheme: str, ser
 def test_behind_a_plain_socket_the_rate_is_neither_found_nor_changed() -> None:
     """Whatever rate the port is opened with, the module answers; changing it would cut the link for good."""
     module = Module(now=now())
-    with Line(module) as line, tcp_peers.raw_bridge(line.port) as address:
+    with Line(module) as line, tcp_peers.serial_server(line.port) as address:
         port = f"socket://{address}"
         found = ran(*PROGRAM, "find", "--json", "--port", port)
         read = ran(*PROGRAM, "read", "--json", "--port", port)
