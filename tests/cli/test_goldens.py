@@ -17,17 +17,15 @@ from typing import Any, Final, NamedTuple
 import pytest
 
 import app.__main__ as program
-from app.cli import history as records
 from app.cli.commands import ENTRIES
 from app.cli.schema import SCHEMAS, schema_of
 from app.port_urls.protocol_sim import open_bench
-from app.procedures.history import History
 from app.simulator.bench import SimulatedBench
 from app.simulator.setup import Setup
 from app.store.rows import PreflightCheck
 from app.terminal.console import RATES
 from protocol.catalogue import BAUD_RATES
-from protocol.messages import TriggerRecord, decode_record, decode_request
+from protocol.messages import decode_request
 from tests.support.cli_line import Program, faults
 from tests.support.line.frames import lose, refuse
 from tests.support.records.stored import open_store
@@ -182,16 +180,6 @@ def test_every_example_says_what_the_page_says(tmp_path: Path, monkeypatch: pyte
 
 def test_rates_are_those_of_the_catalogue() -> None:
     assert RATES == BAUD_RATES
-
-
-def test_history_page_marks_the_implausible_and_what_came_once() -> None:
-    record = decode_record(bytes.fromhex("41753501 0100 6C02 3C05 A000 010C EB7E"))  # the table's worked example
-    assert isinstance(record, TriggerRecord)
-    page = records.page_of(History((record,), 8, seen_once=(record,), is_answered=True))
-    told = "tipped past 60° 1 min 48 s after power-on of boot 1, serial link connected, 4.70 V (implausible)"
-    assert page == [told, f"(?) {told}", "(?) Seen in one reading only. Read again.", "Empty slots: 8."]
-    assert records.page_of(History((), 0, is_confirmed=True)) == ["It has never fired, or its memory was cleared."]
-    assert records.page_of(History()) == ["No answer: the records are unknown."]
 
 
 # Schemas

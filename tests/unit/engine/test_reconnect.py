@@ -1,16 +1,12 @@
-"""When and where a lost port is opened again; and how the ports are listed."""
-
-import threading
+"""When and where a lost port is opened again."""
 
 import pytest
-from serial.tools.list_ports_common import ListPortInfo
 
-from app.engine.ports import PortInfo, list_ports, port_named
+from app.engine.ports import PortInfo, port_named
 from app.engine.reconnect import Absence, Reconnection
 from app.engine.target import Target
 from app.engine.transport import PortError, PortErrorKind
 from app.engine.worker import Connection, PortState
-from app.text.messages import UserError
 
 MINE = PortInfo("/dev/ttyUSB0", "CP2102", "Silicon Labs", "0001", 0x10C4, 0xEA60, "1-1:1.0")
 OTHER = MINE._replace(device="/dev/ttyUSB1", serial_number="0002", location="1-2:1.0")
@@ -102,17 +98,3 @@ def test_what_was_never_open_or_was_closed_on_purpose_is_not_opened(trouble: Por
     made.feed(closed(trouble), 100.0)
     assert (made.absence, made.is_waiting) == (None, False)
     assert made.poll([MINE], 100.0) is None
-
-
-def test_the_thread_that_lists_the_ports_holds_nobody_up_at_the_end(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("serial.tools.list_ports.comports", lambda: [ListPortInfo("/dev/ttyS0")])
-    assert list_ports() == [PortInfo("/dev/ttyS0")]
-    monkeypatch.setattr("serial.tools.list_ports.comports", lambda: 1 / 0)
-    with pytest.raises(UserError):
-        list_ports()
-    is_over = threading.Event()
-    monkeypatch.setattr("serial.tools.list_ports.comports", is_over.wait)
-    with pytest.raises(UserError):  # rather than an empty list
-        list_ports(0.01)
-    assert [thread for thread in threading.enumerate() if thread.name == "dps-s ports" and not thread.daemon] == []
-    is_over.set()

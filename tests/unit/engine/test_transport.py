@@ -13,17 +13,8 @@ import pytest
 import serial
 
 from app.engine import transport
-from app.engine.conversation import Interrupted
-from app.engine.procedure import Job
 from app.engine.transport import PortError, PortErrorKind, SerialLine, open_line
-from app.engine.worker import Batch, Worker
-from app.procedures.read import read_everything
-from app.procedures.stream import StreamSwitch, watch
-from protocol.events import EndReason
 from tests.module.line import Line
-from tests.support.patience import PATIENCE_S
-from tests.support.processes import Running
-from tests.unit.engine.terminals import STATUS_FRAME, Batches, Terminal
 
 pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="pseudo-terminals are POSIX")
 
@@ -78,6 +69,35 @@ def test_a_port_is_opened_for_this_program_only_and_with_its_control_lines_low(
     assert fake.opened_with == {"exclusive": is_exclusive, "dtr": False, "rts": False}
 
 
+class Terminal:
+    """A pseudo-terminal; `name` is the port to open, `master` the other end."""
+
+    def __init__(self) -> None:
+        import tty  # POSIX
+
+        self.master, self._slave = os.openpty()
+        tty.setraw(self._slave)
+        self.name = os.ttyname(self._slave)
+        os.set_blocking(self.master, False)
+        self._is_open = True
+
+    def send(self, data: bytes) -> None:
+        os.write(self.master, data)
+
+    def hang_up(self) -> None:
+        if self._is_open:
+            self._is_open = False
+            os.close(self.master)
+            os.close(self._slave)
+
+
+@pytest.fixture
+def terminal() -> Iterator[Terminal]:
+    made = Terminal()
+    yield made
+    made.hang_up()
+
+
 @pytest.fixture
 def line(terminal: Terminal) -> Iterator[SerialLine]:
     line = open_line(terminal.name, 115200)
@@ -121,7 +141,7 @@ def test_any_error_of_pyserial_is_a_lost_port(
     def fail(*_: object) -> Any:
         raise error
 
-    terminal.send(STATUS_FRAME)
+    terminal.send(b"a report")
     if where == "serial.Serial.read":  # the way used on Windows, and for ports given by a URL
         monkeypatch.setattr(line, "_interrupts", None)
     with monkeypatch.context() as patch:
@@ -132,28 +152,6 @@ def test_any_error_of_pyserial_is_a_lost_port(
         with pytest.raises(PortError) as lost:
             ACTS[where](line)
     assert lost.value.kind is PortErrorKind.LOST
-
-
-# An open port: it is closed in time with one of our messages and no invented value
-
-
-def trouble_of(batch: Batch) -> PortErrorKind | None:
-    return None if batch.connection.trouble is None else batch.connection.trouble.kind
-
-
-def test_unplugged_in_the_middle_of_everything(worker: Worker, batches: Batches, module: Running) -> None:
-    worker.open(module.port, 115200, lambda: watch(StreamSwitch()))
-    batches.until(
-        lambda batch: batch.conversation.is_going and batch.conversation.known("active", batch.at) is not None
-    )
-    job = worker.submit(Job(read_everything(), conversation=1))
-    module.process.kill()  # its pseudo-terminal goes with it
-    lost = batches.until(lambda batch: trouble_of(batch) is PortErrorKind.LOST)
-    assert "active" in lost.conversation.values
-    assert all(lost.conversation.fresh(key, lost.at) is None for key in lost.conversation.values)
-    assert job.wait(PATIENCE_S)
-    assert isinstance(job.error, Interrupted)
-    assert job.error.reason is EndReason.PORT_LOST
 
 
 INPUT, OUTPUT, CONTROL, LOCAL = 0, 1, 2, 3

@@ -1,6 +1,7 @@
 """The worker: its thread, when it hands a batch over, and what becomes of the jobs when the port goes away."""
 
 import sys
+import threading
 from collections.abc import Callable, Iterator
 
 import pytest
@@ -22,7 +23,28 @@ from protocol.catalogue import ACTIVATION, LOCK, SERIAL_OUTPUT
 from protocol.events import Answered, Began, Ended, Sent
 from tests.support.line.sim_line import FakeClock, SimulatedLine
 from tests.support.patience import PATIENCE_S
-from tests.unit.engine.terminals import Batches
+
+
+class Batches:
+    """A worker's callback; `until` waits for a batch that is enough."""
+
+    def __init__(self) -> None:
+        self.all: list[Batch] = []
+        self._came = threading.Condition()
+
+    def __call__(self, batch: Batch) -> None:
+        with self._came:
+            self.all.append(batch)
+            self._came.notify_all()
+
+    def until(self, is_enough: Callable[[Batch], bool]) -> None:
+        with self._came:
+            assert self._came.wait_for(lambda: any(map(is_enough, self.all)), PATIENCE_S), self.all[-1:]
+
+
+@pytest.fixture
+def batches() -> Batches:
+    return Batches()
 
 
 @pytest.fixture
@@ -65,8 +87,7 @@ def test_it_stops_also_with_a_fault_of_our_own_while_it_closes(
     batches.until(is_open)
     monkeypatch.setattr(Session, "cancel_all", lambda _session: 1 / 0)
     assert worker.stop(PATIENCE_S)
-    assert batches.last is not None
-    assert batches.last.connection.state is PortState.CLOSED
+    assert batches.all[-1].connection.state is PortState.CLOSED
 
 
 _STREAM_HZ = 50
