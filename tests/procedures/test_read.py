@@ -1,7 +1,6 @@
-"""What is read and what it costs, who is there directly before a frame, trigger records, light by measurement."""
+"""What is read, who is there directly before a frame, trigger records, light by measurement."""
 
 from collections import Counter
-from collections.abc import Callable
 from copy import deepcopy
 from itertools import product
 from typing import Any
@@ -32,39 +31,15 @@ from tests.module.wire import FROM_MODULE, with_sum
 from tests.support.journals import FakeJournal
 from tests.support.line.frames import lose
 from tests.support.line.module_line import ModuleRig, Wear
-from tests.support.line.sim_line import Rig, settled_rig
+from tests.support.line.sim_line import settled_rig
 from tests.support.thorough import some
 
 ALL = {"light_threshold_v": 1.8, "attitude_threshold_deg": 60, "freefall_acceleration_g": 0.5, "freefall_time_s": 1.6}
-FOUR = {"freefall_time": 1.4, "attitude_threshold": 65, "light_threshold": 2.0, "freefall_acceleration": 0.4}
 
 
 def write(values: dict[str, float]) -> Procedure[Any]:
     changes = [SettingChange(BY_NAME[name], value) for name, value in values.items()]
     return write_all(changes, WriteContext(journal=FakeJournal()))
-
-
-def activate(rig: Rig) -> Procedure[Any]:
-    return perform(Act.ACTIVATE, FakeJournal(), permit=rig.permit(Act.ACTIVATE))
-
-
-@pytest.mark.parametrize(
-    ("begin", "most"),
-    [
-        (lambda _rig: read_everything(), 11),
-        (activate, 9),
-        (lambda _rig: write({"freefall_time": 1.4}), 26),
-        (lambda _rig: write(FOUR), 43),
-    ],
-    ids=["read everything", "activate", "one setting", "four settings"],
-)
-def test_what_it_costs(begin: Callable[[Rig], Procedure[Any]], most: int) -> None:
-    """In frames, the link's own and the heartbeat that is due now and then included."""
-    rig = settled_rig()
-    assert len(rig.line.requests) <= 2, "for the beginning"
-    before = len(rig.line.requests)
-    rig.run(begin(rig))
-    assert len(rig.line.requests) - before <= most + 1
 
 
 def test_everything_is_asked_once_the_state_first_and_the_boot_count_last() -> None:

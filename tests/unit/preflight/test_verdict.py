@@ -140,16 +140,6 @@ def ready_case(rig: Rig) -> Assessment:
     return ready
 
 
-@pytest.mark.promise("f")
-def test_what_is_ready_is_activated_once_and_read_again() -> None:
-    rig = settled_rig()
-    ready = ready_case(rig)
-    performed, found = rig.run(activate_ready(ready, FakeJournal(), rig.permit(Act.ACTIVATE)))
-    assert performed.outcome is Outcome.CONFIRMED
-    assert assess(Case(evidence=found, profile=NO_PROFILE, past=Past())).verdict is Verdict.GO
-    assert rig.acts.count(REQUESTS[Act.ACTIVATE].encode()) == 1
-
-
 def test_what_is_no_longer_ready_is_not_activated() -> None:
     rig = settled_rig()
     ready = ready_case(rig)

@@ -1,6 +1,5 @@
 """The simulated module behind a pseudo-terminal and a TCP socket, and `dps-s simulate`."""
 
-import argparse
 import signal
 import sys
 import threading
@@ -69,10 +68,6 @@ def test_pty_serves_a_host_at_its_rate_only() -> None:
         assert exchange(address) == ANSWER
 
 
-def parse(*words: str) -> argparse.Namespace:
-    return BY_NAME["simulate"].parse_words([*words])
-
-
 @posix_only
 def test_pty_never_takes_the_place_of_a_file(tmp_path: Path) -> None:
     taken = tmp_path / "precious"
@@ -85,7 +80,7 @@ def test_pty_never_takes_the_place_of_a_file(tmp_path: Path) -> None:
 def test_no_port_to_be_had_is_code_3() -> None:
     endpoint = TcpEndpoint("127.0.0.1", 0)
     try:
-        args = parse("--tcp", f"127.0.0.1:{endpoint.port}")
+        args = BY_NAME["simulate"].parse_words(["--tcp", f"127.0.0.1:{endpoint.port}"])
         with pytest.raises(Refused) as refused:
             simulate.run(args)
     finally:

@@ -178,13 +178,6 @@ def test_records_that_do_not_follow_are_kept_under_a_name_only_by_a_persons_word
     assert isinstance(file_triggers(facts, other, "M-07", port="p", is_same_module=True), Visit)
 
 
-def test_a_simulated_module_is_kept_apart_from_a_real_one(facts: Facts) -> None:
-    reading = settled_rig(history=3).run(read_triggers())
-    assert isinstance(file_triggers(facts, reading, "M-07", port="sim://x"), Visit)
-    refused = file_triggers(facts, reading, "M-07", port="/dev/ttyUSB0", is_same_module=True)
-    assert isinstance(refused, PossiblyOther)
-
-
 # CSV
 
 
