@@ -31,6 +31,7 @@ from app.terminal.records import CommandStore
 from app.text.messages import visible
 from protocol.messages import TriggerRecord, decode_record
 from tests.support.cli_line import Program
+from tests.support.patience import in_time
 from tests.support.processes import PROGRAM, ROOT, ran
 from tests.support.records.stored import open_store
 from ui.main import WindowOptions
@@ -138,7 +139,7 @@ def test_ports_for_programs_and_people(dps_s: Program, monkeypatch: pytest.Monke
 
 @pytest.mark.parametrize(
     "failing",
-    ["raise SystemError('boom')", "return [object()]", "import time; time.sleep(999)"],
+    ["raise SystemError('boom')", "return [object()]", "import time; time.sleep(30)"],
     ids=["error", "nonsense", "hangs"],
 )
 @pytest.mark.promise("k")
@@ -148,7 +149,8 @@ def test_a_failing_list_of_ports_is_reported_in_one_sentence(failing: str, tmp_p
         encoding="utf-8",
     )
     path = os.pathsep.join((str(tmp_path), str(ROOT)))
-    ended = ran(*PROGRAM, "ports", "--json", PYTHONPATH=path, LANGUAGE="en", LC_ALL="C.UTF-8")
+    with in_time(10.0):
+        ended = ran(*PROGRAM, "ports", "--json", PYTHONPATH=path, LANGUAGE="en", LC_ALL="C.UTF-8")
     assert ended.returncode == console.NO_LINK, ended
     assert json.loads(ended.stdout)["error"]["code"] == "no_port"
     assert ended.stderr.strip() == NOT_LISTED
