@@ -20,7 +20,7 @@ from app.simulator import bench
 from app.simulator.bench import SimulatedBench
 from app.simulator.setup import Setup
 from protocol.catalogue import ACTIVATION, LOCK, SERIAL_OUTPUT
-from protocol.events import Answered, Began, Ended, Sent
+from protocol.events import Answered, Began, Ended, EndReason, Sent
 from tests.support.line.sim_line import FakeClock, SimulatedLine
 from tests.support.patience import PATIENCE_S
 
@@ -291,6 +291,8 @@ def test_a_lock_that_is_pressed_while_the_port_is_away_is_owed(monkeypatch: pyte
     worker.line.bench.module.state.is_active = True
     worker.line.bench.unplug()
     worker.turn_for(0.2)
+    ends = [event.reason for batch in worker.batches for event in batch.events if isinstance(event, Ended)]
+    assert ends == [EndReason.PORT_LOST]
     pressed = worker.submit(Job(lock(), conversation=None), is_urgent=True)
     worker.turn_for(0.1)
     assert pressed.is_done
