@@ -25,6 +25,7 @@ from protocol.catalogue import STATUS
 from protocol.events import Event, Received, Role, Sent
 from protocol.fields import Value
 from protocol.messages import Direction, Frame, Status
+from tests.support.line.sim_line import FakeClock
 from tests.support.patience import PATIENCE_S
 
 NOON = datetime(2026, 11, 21, 12, 0, 0, tzinfo=UTC)
@@ -38,15 +39,10 @@ TENTHS = 26
 """Count of values of acceleration that occur: 0.0 … 2.5 g."""
 
 
-class Clock:
-    """A fake monotonic clock, and the wall clock that goes with it."""
+class Clock(FakeClock):
+    """And the wall clock that goes with it."""
 
-    def __init__(self, now_s: float = 1000.0) -> None:
-        self.now_s = now_s
-        self.wall_offset_s = NOON.timestamp() - now_s
-
-    def __call__(self) -> float:
-        return self.now_s
+    wall_offset_s = NOON.timestamp() - 1000.0
 
     def wall(self) -> float:
         return self.now_s + self.wall_offset_s
