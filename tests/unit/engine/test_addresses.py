@@ -69,7 +69,7 @@ def serial_server(device: str, *, is_rfc2217: bool = False) -> Iterator[str]:
     with _WithoutLines(device, 115200, timeout=0) as port:
 
         def serve(client: socket.socket, ended: threading.Event) -> None:
-            manager = serial.rfc2217.PortManager(port, SimpleNamespace(write=client.sendall)) if is_rfc2217 else None
+            manager = serial.rfc2217.PortManager(port, SimpleNamespace(write=client.sendall)) if is_rfc2217 else None  # type: ignore[arg-type]
             while not ended.is_set():
                 ready, _, _ = select.select([client.fileno(), port.fileno()], [], [], _SLICE_S)
                 if client.fileno() in ready:
