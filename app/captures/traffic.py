@@ -183,10 +183,8 @@ class TextReader:
             return self._explainer.feed_untimed(hex_bytes(plain))
         raw, fault = b"", marked("no time, direction and bytes")
         if found is not None:
-            try:
+            with suppress(NotHex):
                 raw, fault = hex_bytes(found[3]), ""
-            except NotHex:
-                fault = marked("no pairs of hex digits")
         if fault and len(self.faults) < MAX_FAULTS:
             self.faults.append((self._number, fault))
         return self._explainer.feed(CaptureEntry(float(found[1]), Way(found[2]), raw)) if found and raw else []

@@ -487,14 +487,10 @@ class _Reached:
 def defaults_result(flights: Sequence[FlightSummary], group: FlightGroup) -> tuple[list[str], list[str]]:
     """Judges the flights of one side with the vendor's defaults: those that fire and must not, or that must and do not
     fire in time; and those that do not fire, but hold too little to say so."""
-    unexpected: list[str] = []
-    not_judged: list[str] = []
-    for flight in flights:
-        outcome = flight.outcome(TriggerLimits())
-        is_must = group is FlightGroup.MUST
-        is_expected = outcome.is_before_impact if is_must else outcome.answer is not Answer.FIRES
-        if not is_expected:
-            unexpected.append(flight.name)
-        if outcome.answer is Answer.NOT_JUDGED:
-            not_judged.append(flight.name)
+    outcomes = [(flight.name, flight.outcome(TriggerLimits())) for flight in flights]
+    if group is FlightGroup.MUST:
+        unexpected = [name for name, outcome in outcomes if not outcome.is_before_impact]
+    else:
+        unexpected = [name for name, outcome in outcomes if outcome.answer is Answer.FIRES]
+    not_judged = [name for name, outcome in outcomes if outcome.answer is Answer.NOT_JUDGED]
     return unexpected, not_judged

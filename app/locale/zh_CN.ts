@@ -3758,10 +3758,6 @@
         <translation>无中断</translation>
     </message>
     <message>
-        <source>no pairs of hex digits</source>
-        <translation>不是成对的十六进制数字</translation>
-    </message>
-    <message>
         <source>no reply</source>
         <translation>无应答</translation>
     </message>

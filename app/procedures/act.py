@@ -106,7 +106,7 @@ class Performed:
     def sentence(self) -> str:
         """The sentence in the language in use now."""
         if self.outcome is Outcome.NOT_SENT:
-            parts = [tr("Nothing was sent."), *(refusal.message.translated() for refusal in self.refusals)]
+            parts = [tr("Nothing was sent."), *(refusal.sentence for refusal in self.refusals)]
         else:
             parts = [tr(SENTENCES[self.act, self.outcome])]
             if self.act is Act.ZERO and self.status is None:

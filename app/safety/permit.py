@@ -158,6 +158,11 @@ class Refusal(NamedTuple):
     condition: Interlock
     message: UserMessage
 
+    @property
+    def sentence(self) -> str:
+        """The sentence in the language in use now."""
+        return self.message.translated()
+
 
 def refusals(
     act: Act, inputs: InterlockInputs, *, only: frozenset[Interlock] = frozenset(Interlock)

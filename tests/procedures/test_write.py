@@ -252,7 +252,7 @@ def test_nothing_that_takes_protection_away_is_sent_unless_a_person_accepted_it(
             report = rig.run(procedure(wanted, context))
             assert [refusal.condition for refusal in report.refusals] == [Interlock.RISK_ACCEPTED]
             assert {written.fault for written in report.results} == {WriteFault.NOT_ALLOWED}
-            assert BY_NAME[name].title in report.refusals[0].message.translated()
+            assert BY_NAME[name].title in report.refusals[0].sentence
     assert (sets(rig), journal.intents) == ([], [])
     context = WriteContext(journal=journal, accepted_risks=frozenset(wanted))
     assert rig.run(write_all(wanted, context)).refusals == ()

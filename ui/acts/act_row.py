@@ -129,7 +129,7 @@ class ActRow(QFrame):
         shown = [refusal for refusal in open_ones if refusal.condition is not Interlock.NOTHING_ELSE_ARMED]
         # One condition at a time: a second line would move the rows below.
         shown.sort(key=lambda refusal: refusal.condition not in _FIRST)
-        self.conditions.setText(shown[0].message.translated() if shown else "")
+        self.conditions.setText(shown[0].sentence if shown else "")
         self.live.setText(_verdict_text(module))
         self.confirm.set_possible(not is_blocked(open_ones) and not self._job.is_running)
         self.notice_bar.show_notices(self._job.notices)

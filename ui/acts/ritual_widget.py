@@ -401,7 +401,7 @@ class RitualWidget(QFrame):
             title = named_so if name else labelled(title, device)
         self._title.setText(title)
         open_ones = open_conditions(self._services, Act.DEPLOY)
-        self.conditions.setText(join_sentences(refusal.message.translated() for refusal in open_ones))
+        self.conditions.setText(join_sentences(refusal.sentence for refusal in open_ones))
         self._reasons.setCurrentWidget(self.conditions if open_ones else self._effect)
         is_free = not self.is_under_way and not self._job.is_running
         self.choose.setEnabled(is_free and not is_blocked(open_ones))

@@ -225,7 +225,7 @@ class PageJob(NoticeList):
         try:
             return read_profile(path)
         except ProfileRefused as refusal:
-            self.notify(Meaning.ATTENTION, refusal.message.translated())
+            self.notify(Meaning.ATTENTION, refusal.sentence)
             return None
 
 

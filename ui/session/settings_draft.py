@@ -183,8 +183,7 @@ class SettingsDraft(QObject):
                 Choice("unlock_once", tr("Unlock this one write"), unlocked, is_step=True, is_shown=is_active),
             )
             risk = risk_message(changes) if is_risk else None
-            why = (refusal.message.translated() for refusal in report.refusals)
-            text = join_sentences((tr("Nothing was written."), *why))
+            text = join_sentences((tr("Nothing was written."), *(refusal.sentence for refusal in report.refusals)))
             text = text if risk is None else risk.translated()
             self.job.set_notice(Notice(Meaning.ATTENTION, text, choices if is_risk or is_active else ()))
 
@@ -232,7 +231,7 @@ def _written_notice(report: WriteReport) -> Notice:
         tr("Read back as written: {count}.", count=verified) if verified else "",
         tr("Acknowledged, cannot be read: {count}.", count=acknowledged) if acknowledged else "",
         tr("Not verified: {names}.", names=_titles(bad)) if bad else "",
-        *(refusal.message.translated() for refusal in report.refusals),
+        *(refusal.sentence for refusal in report.refusals),
     )
     meaning = Meaning.GOOD if verified else Meaning.INFORMATION
     return Notice(meaning if report.is_fine else Meaning.DANGER, join_sentences(parts))

@@ -258,7 +258,7 @@ class BaudRow(QObject):
         if port.is_changing_rate:
             text = tr("Changing the baud rate…")
         elif refusals:
-            text = join_sentences(refusal.message.translated() for refusal in refusals)
+            text = join_sentences(refusal.sentence for refusal in refusals)
         self.message.setText(text)
         set_role(self.message, "attention" if refusals and not port.is_changing_rate else "small")
         is_free = port.module.is_going and not port.is_changing_rate
