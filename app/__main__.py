@@ -10,6 +10,7 @@ import io
 import logging
 import os
 import sys
+import threading
 from collections.abc import Callable, Sequence
 from itertools import takewhile
 from pathlib import Path
@@ -105,6 +106,14 @@ def _run(words: list[str]) -> int:
         return run(args)
     with console.signals_noted():  # so that a signal keeps no result from being printed, once nothing is sent any more
         _choose_ports(args)
+        if entry.name == "read":
+            # It changes nothing, and says it while it waits for answers.
+            saying = threading.Thread(target=_say_left_active, args=(args,), daemon=True)
+            saying.start()
+            try:
+                return run(args)
+            finally:
+                saying.join()
         if entry.name != "lock":  # which waits for no file
             _say_left_active(args)
         return run(args)
