@@ -6,11 +6,11 @@ module, by `lock --same-module`.
 """
 
 import argparse
+import os
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from concurrent.futures import Future
 from contextlib import contextmanager
 from functools import cache, partial
-from secrets import token_hex
 from typing import NamedTuple, TypeVar
 
 from app.engine.conversation import ConversationView
@@ -63,7 +63,7 @@ class CommandStore(Store):
 
     def records(self, port: str, module: str | None = None) -> Records:
         # The store's thread finds the adapter, while the port is opened. `module`: its name.
-        run = token_hex(4)
+        run = os.urandom(4).hex()
         find_where = cache(lambda: Where(port, ORIGIN, adapter_of(port), module or "", run))
         journal = StoreJournal(self, find_where, on_trouble=self.troubles.append)
         return Records(journal, self, port, find_where, run)

@@ -10,13 +10,13 @@ written.
 """
 
 import logging
+import os
 import time
 from collections import Counter
 from collections.abc import Callable, Iterable, Mapping
 from concurrent.futures import Future
 from dataclasses import dataclass, field
 from functools import cached_property, partial
-from secrets import token_hex
 from typing import TYPE_CHECKING, Any
 
 from PySide6.QtCore import QObject, Signal
@@ -140,7 +140,7 @@ class ShownModule(QObject):
         # A name against which something speaks, and that a person has said once.
         self.doubted_name = ""
         # Names this conversation in the audit log: a module without a name is not known beyond it.
-        self.run_id = token_hex(4)
+        self.run_id = os.urandom(4).hex()
         self.statistics = LinkStatistics()
         # The settings before the first write.
         self.as_found: Mapping[str, Value] | None = None
