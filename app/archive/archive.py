@@ -89,7 +89,7 @@ class ArchiveStatus(Struct, forbid_unknown_fields=True):
 def all_facts(store: Store) -> Iterator[Facts]:
     """Give the facts of all stations as if they were in one file: the file of the others is `main`, the store is `own`.
     It may block, as all here that takes a store: not for a port's or the window's thread. Raises `StoreError`, also
-    where the file of the others turns out to be damaged: the next time it is begun anew."""
+    where the file of the others turns out to be damaged: the next time an empty one is made."""
     store.wait()
     path = store.folder / OTHERS_FILE
     try:
@@ -110,7 +110,7 @@ def _error_of(error: sqlite3.Error, path: Path, store: Store) -> StoreError:
         return unusable(path, error)
     if is_whole(path):
         return unusable(store.path, error)
-    _log.warning("%s is begun anew: %s", path, error)
+    _log.warning("%s is damaged, and replaced by an empty one: %s", path, error)
     text = marked("The records of other stations are damaged, and kept as {file}: they come with the next exchange.")
     return StoreError(text, file=set_aside(path))
 

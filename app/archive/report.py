@@ -15,7 +15,7 @@ from msgspec import Struct, to_builtins
 from app.archive.archive import all_facts
 from app.guided import results as guided
 from app.guided.guided_store import last_tests, read_test
-from app.modules.service import COUNTS_ANEW, service_due, service_summary
+from app.modules.service import RESETS_BOOT_COUNT, service_due, service_summary
 from app.records.filing import CheckLine, check_line
 from app.safety.journal import TITLES, Act, Outcome
 from app.settings.values import field_of, fitting, kept_value_message, setting_message
@@ -139,7 +139,7 @@ def _guided_test(test: guided.StoredTest) -> UserMessage:
 def two_modules(facts: Facts, name: str, now: datetime) -> UserMessage | None:
     """The last contradiction, as if two modules had this name: the boot count went back within half a year."""
     # An exchange of parts that a person entered later has explained it.
-    parts = [kept.content.on for kept in facts.of_module(Serviced, name) if kept.content.service in COUNTS_ANEW]
+    parts = [kept.content.on for kept in facts.of_module(Serviced, name) if kept.content.service in RESETS_BOOT_COUNT]
     explained = max(parts).isoformat() if parts else ""
     since = time_text(now - timedelta(days=DOUBT_DAYS))
     recent = takewhile(lambda visit: visit.at >= since, facts.back_from_newest(ModuleVisited, name))

@@ -13,7 +13,7 @@ from msgspec import Struct, convert
 from msgspec.structs import replace
 
 from app.engine.conversation import ConversationView
-from app.modules.service import COUNTS_ANEW
+from app.modules.service import RESETS_BOOT_COUNT
 from app.settings.values import value_message
 from app.store.fact_store import Facts
 from app.store.rows import ModuleNamed, Row, Serviced, SettingsSeen, time_text
@@ -40,11 +40,11 @@ class Remembered(Struct, frozen=True):
     # By key, in the field's unit.
     settings: dict[str, Value] = {}
     # Its boot count may be lower by now: it was read long ago, or a part that counts was changed since.
-    may_count_anew: bool = False
+    may_be_reset: bool = False
 
     def is_past(self, boot_count: int | None) -> bool:
         """Whether `boot_count` is from before the last one: lower by less than half of the way around."""
-        if self.boot_count is None or boot_count is None or self.may_count_anew:
+        if self.boot_count is None or boot_count is None or self.may_be_reset:
             return False
         return (boot_count - self.boot_count) % BOOTS > BOOTS // 2
 
@@ -71,12 +71,12 @@ def remembered(facts: Facts, name: str) -> Remembered | None:
     if state is None:
         return None
     known = convert({**state, "name": name}, Remembered)
-    changed = [one.at for one in facts.of_module(Serviced, name) if one.content.service in COUNTS_ANEW]
-    return replace(known, may_count_anew=known.read_at < max([time_text(facts.now() - COUNTS_FOR), *changed]))
+    changed = [one.at for one in facts.of_module(Serviced, name) if one.content.service in RESETS_BOOT_COUNT]
+    return replace(known, may_be_reset=known.read_at < max([time_text(facts.now() - COUNTS_FOR), *changed]))
 
 
 def modules(facts: Facts) -> list[Remembered]:
-    """Return all names, the last seen first, without `may_count_anew`."""
+    """Return all names, the last seen first, without `may_be_reset`."""
     known = [convert({**state, "name": name}, Remembered) for name, state in facts.states(_MODULE).items()]
     return sorted(known, key=lambda module: module.seen_at, reverse=True)
 

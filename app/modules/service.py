@@ -21,7 +21,7 @@ TITLES: Final[Mapping[ServiceKind, str]] = {
     ServiceKind.FIRMWARE: marked("Firmware"),
 }
 # With another one of these the module may count its starts from 0 again.
-COUNTS_ANEW: Final = (ServiceKind.FIRMWARE, ServiceKind.EJECTOR)
+RESETS_BOOT_COUNT: Final = (ServiceKind.FIRMWARE, ServiceKind.EJECTOR)
 
 
 def serviced(kind: ServiceKind, *, on: date, due: date | None = None, who: str = "", note: str = "") -> Serviced:

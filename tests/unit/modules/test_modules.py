@@ -90,7 +90,7 @@ def test_a_boot_count_that_went_back_speaks_against_it(
 
 
 @pytest.mark.parametrize("kind", ServiceKind)
-def test_a_part_that_was_changed_since_may_count_anew(desk: Desk, kind: ServiceKind) -> None:
+def test_a_part_that_was_changed_since_may_have_reset_the_count(desk: Desk, kind: ServiceKind) -> None:
     desk.facts.add(serviced(kind, on=TODAY), "M-07")
     remember(desk.facts, "M-07", boot_count=200)
     assert desk.against(150), "it was entered before the count was read"
