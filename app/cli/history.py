@@ -20,8 +20,8 @@ from app.terminal.records import other_module, records_of, refuse_another, say_n
 from app.terminal.results import Byte, Count, Hex, Result
 from app.text.csv_cells import csv_text
 from app.text.i18n import tr
-from app.text.messages import labelled, saved_text
-from app.trigger_records.history import FIELDS, PossiblyOther, Visit, fields_of, file_triggers, read_triggers, sentence
+from app.text.messages import UserMessage, labelled, saved_text
+from app.trigger_records.history import FIELDS, Visit, fields_of, file_triggers, read_triggers, sentence
 
 HEAD = (*FIELDS, "confirmed")
 
@@ -91,7 +91,7 @@ def run(args: argparse.Namespace) -> int:
         with records_of(args.port) as kept:
             refuse_another(opened.conversation, kept, args)
 
-            def keep(facts: Facts) -> Visit | PossiblyOther:
+            def keep(facts: Facts) -> Visit | UserMessage:
                 where, is_same = kept.find_where(), args.same_module
                 return file_triggers(
                     facts, reading, args.module, port=where.port, adapter=where.adapter, is_same_module=is_same
@@ -102,8 +102,8 @@ def run(args: argparse.Namespace) -> int:
             except StoreError as trouble:
                 say_not_kept(trouble)
                 return console.PARTIAL
-            if isinstance(visit, PossiblyOther):
-                raise unless_same_module(other_module(visit.why))
+            if isinstance(visit, UserMessage):
+                raise unless_same_module(other_module(visit))
             said = tr(
                 "{module}: {new} new; records: {count}.",
                 module=args.module,

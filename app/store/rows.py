@@ -68,8 +68,6 @@ class ModuleVisited(Content, frozen=True, kw_only=True):
     boot_count: Byte | None
     slots: Annotated[list[Hex], Meta(max_length=9)]
     is_confirmed: bool
-    # How many trigger records of it were kept afterwards; those beyond are of a visit that was broken off.
-    known: Count
 
 
 class TriggerRecordSeen(Content, frozen=True, kw_only=True):

@@ -37,7 +37,6 @@ SOURCE_WORDS = {
     "freefall": marked("free fall"),
 }
 
-
 JUDGEMENT_WORDS = {
     Judgement.BENCH_TEST: marked("bench test"),
     Judgement.REAL: marked("real"),
@@ -48,36 +47,21 @@ JUDGEMENT_WORDS = {
 
 # Merging
 
-
 # A module keeps nine records, in no certain order (E6). They have no number, and two triggers may have equal bytes, so
 # records are counted: new is what occurs more often than before.
 
 
-class Merged(NamedTuple):
-    """`new`: the records that were not known, oldest first. `is_continuation` is False where the records do not
-    continue those of the last visit, as if it were another module."""
-
-    new: tuple[bytes, ...]
-    is_continuation: bool = True
+def new_records(last_slots: Sequence[bytes], slots: Sequence[bytes]) -> list[bytes]:
+    """What the module holds now (`slots`) and did not hold at the last visit."""
+    return list((Counter(slots) - Counter(last_slots)).elements())
 
 
-def merge(
-    last_slots: Sequence[bytes],
-    slots: Sequence[bytes],
-    *,
-    boot_count: int | None = None,
-    is_confirmed: bool = True,
-) -> Merged:
-    """`last_slots` and `slots`: the records at the last visit and now, as sent.
-    `boot_count`: the present one, to order across its wrap.
-
-    `is_confirmed` False: some of `slots` may be missing, so nothing is concluded from absent ones.
-    """
-    fresh = list((Counter(slots) - Counter(last_slots)).elements())
+def do_continue(last_slots: Sequence[bytes], slots: Sequence[bytes]) -> bool:
+    """False where records are gone that were there at the last visit, as if it were another module."""
+    new = len(new_records(last_slots, slots))
     # Once all nine slots are full, each new record replaces one.
-    pushed_out = max(0, len(last_slots) + len(fresh) - MAX_RECORDS)
-    is_continuation = not is_confirmed or len(slots) - len(fresh) >= len(last_slots) - pushed_out
-    return Merged(in_order(fresh, boot_count), is_continuation)
+    pushed_out = max(0, len(last_slots) + new - MAX_RECORDS)
+    return len(slots) - new >= len(last_slots) - pushed_out
 
 
 def in_order(raws: Sequence[bytes], boot_count: int | None) -> tuple[bytes, ...]:
@@ -195,21 +179,20 @@ class KeptTriggers:
         self, module: str, slots: Sequence[bytes], *, port: str, boot_count: int | None, is_confirmed: bool
     ) -> Visit:
         """Stores what a module holds now. Within `Store.write`."""
-        known, last_slots = self._last(module)
-        merged = merge(last_slots, slots, boot_count=boot_count, is_confirmed=is_confirmed)
-        for place, raw in enumerate(merged.new, known):
+        known, last_slots = self.records(module), self._last_slots(module)
+        new = in_order(new_records(last_slots, slots), boot_count)
+        for place, raw in enumerate(new, known[-1].place + 1 if known else 0):
             self._facts.add(TriggerRecordSeen(place=place, raw=raw.hex()), module)
         # An incomplete reading adds to what was kept before.
-        kept = slots if is_confirmed else [*last_slots, *merged.new][-MAX_RECORDS:]
+        kept = slots if is_confirmed else [*last_slots, *new][-MAX_RECORDS:]
         visit = ModuleVisited(
             port=clean(port),
             boot_count=boot_count,
             slots=[raw.hex() for raw in kept],
             is_confirmed=is_confirmed,
-            known=known + len(merged.new),
         )
         self._facts.add(visit, module)
-        return Visit(self.records(module), len(merged.new))
+        return Visit(self.records(module), len(new))
 
     def is_kept_apart(self, module: str, port: str) -> bool:
         """Whether what was kept of this name is of a simulated module, and `port` leads to a real one, or reversely."""
@@ -219,14 +202,13 @@ class KeptTriggers:
     def records(self, module: str) -> tuple[SeenRecord, ...]:
         """Every stored record of this module, the oldest first."""
         judged = {kept.content.place: kept.content for kept in self._facts.of_module(TriggerRecordJudged, module)}
-        # A later fact about a place counts: a visit that was broken off was written again.
+        # The later fact about a place counts: a copy that was restored gets the former one again from the archive.
         seen = {kept.content.place: kept for kept in self._facts.of_module(TriggerRecordSeen, module)}
         records = []
-        for place in sorted(seen):
+        for place, kept in sorted(seen.items()):
             word = judged.get(place)
-            judgement = None if word is None else word.judgement
-            raw = bytes.fromhex(seen[place].content.raw)
-            records.append(SeenRecord(place, raw, seen[place].at, judgement, "" if word is None else word.note))
+            judgement, note = (None, "") if word is None else (word.judgement, word.note)
+            records.append(SeenRecord(place, bytes.fromhex(kept.content.raw), kept.at, judgement, note))
         return tuple(records)
 
     def judge(self, module: str, place: int, judgement: Judgement | None, note: str) -> None:
@@ -248,18 +230,15 @@ class KeptTriggers:
             if record.judgement is None and record.raw in known:
                 self.judge(module, record.place, Judgement.REVIEWED, record.note)
 
-    def _last(self, module: str) -> tuple[int, list[bytes]]:
-        """How many records were known at the end of the last visit, and what the module held then. Those beyond are of
-        a visit that was broken off."""
+    def _last_slots(self, module: str) -> list[bytes]:
+        """What the module held at the last visit."""
         visit = self._facts.newest(ModuleVisited, module)
-        if visit is None:
-            return 0, []
-        return visit.content.known, [bytes.fromhex(slot) for slot in visit.content.slots]
+        return [] if visit is None else [bytes.fromhex(slot) for slot in visit.content.slots]
 
     def do_follow(self, module: str, slots: Sequence[bytes], *, is_confirmed: bool) -> bool:
         """False where these records do not continue those of the last visit: it may be another module."""
-        _known, last_slots = self._last(module)
-        return merge(last_slots, slots, is_confirmed=is_confirmed).is_continuation
+        # Of an incomplete reading nothing is concluded from what is absent.
+        return not is_confirmed or do_continue(self._last_slots(module), slots)
 
     # A module that does not answer the query for its records (E7)
 
@@ -281,10 +260,9 @@ class KeptTriggers:
 
 
 class TriggersReading(NamedTuple):
-    """The records on the module, and what else was known of it in the conversation of this number."""
+    """The records on the module, and what else was known of it in that conversation."""
 
     history: History
-    conversation: int
     boot_count: int | None
     # By key, in the field's unit.
     settings: Mapping[str, Value]
@@ -295,35 +273,29 @@ def read_triggers() -> Procedure[TriggersReading]:
     history = yield from read_history()
     view: EngineView = yield Inspect()
     known = view.conversation
-    return TriggersReading(history, known.number, known.boot_count, known.settings(view.now))
-
-
-class PossiblyOther(NamedTuple):
-    """It may be another module than the one of that name, so nothing was kept."""
-
-    why: UserMessage
+    return TriggersReading(history, known.boot_count, known.settings(view.now))
 
 
 def file_triggers(
     facts: Facts, reading: TriggersReading, name: str, *, port: str, adapter: str = "", is_same_module: bool = False
-) -> Visit | PossiblyOther:
-    """File what was read under the name that a person said in that conversation. `is_same_module`: a person said so
-    although the records do not follow. Within `Store.write`."""
+) -> Visit | UserMessage:
+    """File what was read under the name that a person said in that conversation; or say why nothing was kept, as it may
+    be another module. `is_same_module`: a person said that it is not, although the records do not follow. Within
+    `Store.write`."""
     history, kept = reading.history, KeptTriggers(facts)
     slots = [record.raw for record in history.records]
     if kept.is_kept_apart(name, port):
-        return PossiblyOther(message(marked("simulated")))
+        return message(marked("simulated"))
     if not is_same_module and not kept.do_follow(name, slots, is_confirmed=history.is_confirmed):
-        return PossiblyOther(message(marked("the records do not follow those of its last visit")))
+        return message(marked("the records do not follow those of its last visit"))
     remember(facts, name, boot_count=reading.boot_count, settings=reading.settings)
     claim_fired(facts, name, port=port, adapter=adapter)
     return kept.store_visit(name, slots, port=port, boot_count=reading.boot_count, is_confirmed=history.is_confirmed)
 
 
 def write_archive(path: Path, module: str, records: Iterable[SeenRecord], *, seen_once: frozenset[int]) -> None:
-    """Write all records as CSV, safe for spreadsheets: UTF-8 with a byte-order mark, written atomically; return a
-    sentence in the language in use. `seen_once`: places of the records that came in one reading only. Raises
-    `OSError`."""
+    """Write all records as CSV, safe for spreadsheets: UTF-8 with a byte-order mark, written atomically. `seen_once`:
+    places of the records that came in one reading only. Raises `OSError`."""
     rows = []
     for seen in records:
         record = record_of(seen.raw)

@@ -29,7 +29,7 @@ def _fill(facts: Facts, count: int) -> None:
     began = datetime.now(UTC) - timedelta(days=730)
     texts = [("said_new", content_text(SaidNew(is_new=True)))]
     for boot_count in range(5):
-        visit = ModuleVisited(port="/dev/ttyUSB0", boot_count=boot_count, slots=[], is_confirmed=True, known=0)
+        visit = ModuleVisited(port="/dev/ttyUSB0", boot_count=boot_count, slots=[], is_confirmed=True)
         texts.append(("visit", content_text(visit)))
     rows = []
     for number in range(count):

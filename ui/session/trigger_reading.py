@@ -10,10 +10,9 @@ from app.engine.procedure import Cancelled, Job
 from app.store.fact_store import Facts, StoreError, utc_now
 from app.store.rows import Judgement
 from app.text.i18n import tr
-from app.text.messages import join_sentences
+from app.text.messages import UserMessage, join_sentences
 from app.trigger_records.history import (
     KeptTriggers,
-    PossiblyOther,
     SeenRecord,
     TriggersReading,
     Visit,
@@ -60,7 +59,7 @@ class TriggerReading(QObject):
         # It was read by itself since it last fired.
         self._has_asked = False
         self._had_fired = False
-        self._filing: BackgroundTask[Visit | PossiblyOther] = BackgroundTask("dps-s triggers", self)
+        self._filing: BackgroundTask[Visit | UserMessage] = BackgroundTask("dps-s triggers", self)
         # Judgements and notes that are not stored yet, by place.
         self._judging: dict[int, tuple[Judgement | None, str]] = {}
         module.named.connect(self._on_named)
@@ -159,10 +158,10 @@ class TriggerReading(QObject):
                 self.job.notify(Meaning.ATTENTION, tr("The readings differ: records may be missing. Read again."))
         self.show_kept()
 
-    def _end_filing(self, filed: Visit | PossiblyOther) -> None:
-        if isinstance(filed, PossiblyOther):
+    def _end_filing(self, filed: Visit | UserMessage) -> None:
+        if isinstance(filed, UserMessage):
             name = self._module.name
-            text = join_sentences((tr("Not kept."), tr("{name}: {value}", name=name, value=filed.why.translated())))
+            text = join_sentences((tr("Not kept."), tr("{name}: {value}", name=name, value=filed.translated())))
             choices = (
                 Choice("another_module", tr("Another module"), self._module.treat_as_another, is_step=True),
                 Choice("same_module", tr("It is {module}", module=name), self._keep_anyway, is_step=True),

@@ -56,7 +56,7 @@ def add(store: Store, content: Content, days_ago: float = 0.0) -> None:
 
 
 def visit(boots: int) -> ModuleVisited:
-    return ModuleVisited(port="p", boot_count=boots, slots=[], is_confirmed=True, known=0)
+    return ModuleVisited(port="p", boot_count=boots, slots=[], is_confirmed=True)
 
 
 def due(store: Store) -> list[str]:

@@ -161,7 +161,7 @@ def test_what_may_be_another_module_becomes_no_part_of_this_ones_history(store: 
 
 
 def test_records_of_a_simulated_module_are_kept_with_those_of_no_real_one(store: Store) -> None:
-    reading = TriggersReading(History((RECORD,), is_confirmed=True, is_answered=True), 1, 7, DEFAULTS)
+    reading = TriggersReading(History((RECORD,), is_confirmed=True, is_answered=True), 7, DEFAULTS)
     for name, first, other in (("M-07", "sim://", "/dev/ttyUSB0"), ("M-08", "/dev/ttyUSB0", "sim://x?seed=1")):
         file = partial(file_triggers, reading=reading, name=name)
         for port, is_kept in ((first, True), (other, False), (first, True)):
