@@ -14,6 +14,7 @@ from app.cli.set import warn
 from app.engine.conversation import Interrupted
 from app.fleet.batch import (
     EXAMPLE,
+    FORMAT,
     OPEN,
     READY,
     SET_ASIDE,
@@ -21,7 +22,6 @@ from app.fleet.batch import (
     BatchRun,
     await_gone,
     batch_of,
-    check_labels_target,
     counted_names,
     write_batch_labels,
 )
@@ -29,6 +29,7 @@ from app.modules.labels import PAPERS
 from app.preflight.checks import Person
 from app.preflight.evidence import Evidence
 from app.procedures.write import WriteContext
+from app.records.report import check_target
 from app.store.fact_store import StoreError
 from app.terminal import console
 from app.terminal.connection import LOST, connected
@@ -81,7 +82,7 @@ def run(args: argparse.Namespace) -> int:
     if rate not in (None, args.baud):
         console.notify(tr("The profile's {rate} baud is left out: a batch does not change it.", rate=rate))
     if args.labels is not None:
-        check_labels_target(args.labels)
+        check_target(args.labels, FORMAT)
     if not args.yes:
         console.refuse_without("--yes")
     warn(batch.changes)
@@ -133,22 +134,23 @@ def _take_each(bench: BatchRun, store: CommandStore, args: argparse.Namespace) -
         return names[0] if names else ""
 
     def take(name: str) -> None:
-        evidence, done = Evidence(port=args.port), None
+        evidence = Evidence(port=args.port)
+        said: UserMessage | None = None
         with connected(args.port, args.baud) as opened:
             console.notify(tr("A module answers: leave it plugged in."))
             records = store.records(args.port)
             try:
-                done = opened.run(bench.provision(evidence, WriteContext(journal=records.journal)))
+                said = opened.run(bench.provision(evidence, WriteContext(journal=records.journal)))
             except Interrupted as ended:
                 evidence.note_error(ended)
             adapter = records.find_where().adapter
-            why = store.write_in_time(lambda facts: bench.keep(facts, name, evidence, done, adapter))
+            why = store.write_in_time(lambda facts: bench.keep(facts, name, evidence, said, adapter))
             aside = "" if why is None else labelled(tr(SET_ASIDE), why.translated())
             console.notify(aside or labelled(name, tr(READY)))
             console.check_signals()
             if next_name():
                 console.notify(tr("UNPLUG, NEXT"))
-                if done is None:
+                if evidence.void is not None:
                     opened.bind()  # to the conversation after the one that was interrupted, if there is one
                 # Another one may answer at once: it is the next one, and not waited for.
                 if opened.conversation.is_going and opened.conversation.number == opened.number:

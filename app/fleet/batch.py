@@ -19,9 +19,9 @@ from app.engine.procedure import Pause, Procedure
 from app.fleet.card import whats_not_as_written
 from app.limits.past import Past
 from app.modules.labels import Label, Paper, Printer, write_labels
-from app.modules.names import Remembered, modules, remember, remembered
-from app.preflight.checks import FINGERPRINT_KEYS, Person
-from app.preflight.evidence import UNFINISHED, Evidence, read_state
+from app.modules.names import Remembered, modules, remembered
+from app.preflight.checks import Person
+from app.preflight.evidence import Evidence, read_state
 from app.preflight.run import run_preflight
 from app.preflight.verdict import Verdict
 from app.procedures.write import SettingChange, WriteContext, write_all
@@ -113,13 +113,6 @@ class BatchRow(NamedTuple):
     why: UserMessage | None = None
 
 
-class Provisioned(NamedTuple):
-    """`why` nothing was written, or not everything is as written; None where it was checked."""
-
-    why: UserMessage | None
-    boot_count: int | None
-
-
 @dataclass
 class BatchRun:
     """A batch in the store. `person`: who checks, and what is said of all its modules; `accepted`: the changes whose
@@ -133,8 +126,9 @@ class BatchRun:
     accepted: frozenset[SettingChange]
     last: str = ""
 
-    def provision(self, evidence: Evidence, context: WriteContext) -> Procedure[Provisioned]:
-        """The turn of one module, which fills `evidence`; reads from the store before it begins."""
+    def provision(self, evidence: Evidence, context: WriteContext) -> Procedure[UserMessage | None]:
+        """The turn of one module, which fills `evidence`; reads from the store before it begins. Its result: why
+        nothing was written, or not everything is as written; None where it was checked."""
         known = self.store.read(self._known)
         return self._turn(evidence, replace(context, accepted_risks=self.accepted), *known)
 
@@ -150,40 +144,37 @@ class BatchRun:
 
     def _turn(
         self, evidence: Evidence, context: WriteContext, known: Sequence[Remembered], most_starts: int
-    ) -> Procedure[Provisioned]:
+    ) -> Procedure[UserMessage | None]:
         """In one conversation. Raises `Interrupted`: what was written is unknown then, and the module that answers next
         begins from the start."""
-        try:
-            before = yield from read_state()
-            boot_count, status = before.settings.boot_count, before.status
-            if not before.is_complete or boot_count is None or status is None:
-                return Provisioned(message(marked("Cannot be read.")), boot_count)
-            if status.active:
-                return Provisioned(message(marked("The module is ACTIVE: lock it first.")), boot_count)
-            settings = {key: value for key, value in before.settings.values.items() if key != BOOT_COUNT.key}
-            # Without a serial number only these tell a new module from one that was provisioned before.
-            for module in known:
-                is_same = all(module.settings.get(key) == value for key, value in settings.items())
-                was = module.boot_count
-                if is_same and was is not None and (boot_count - was) % BOOTS <= most_starts:
-                    text = marked("It may be {module}: boot count and settings fit.")
-                    return Provisioned(message(text, module=module.name), boot_count)
-            report = yield from write_all(self.batch.changes, context)
-            if report.interrupted is not None:
-                raise report.interrupted
-            if report.is_fine:
-                yield from run_preflight(evidence, is_enabling=self.is_enabling, journal=context.journal)
-                return Provisioned(None, boot_count)
-            return Provisioned(joined(whats_not_as_written(report), " "), boot_count)
-        except Interrupted as error:
-            evidence.note_error(error)
-            raise
+        before = yield from read_state()
+        boot_count, status = before.settings.boot_count, before.status
+        if boot_count is not None:
+            evidence.values[BOOT_COUNT.key] = boot_count
+        if not before.is_complete or boot_count is None or status is None:
+            return message(marked("Cannot be read."))
+        if status.active:
+            return message(marked("The module is ACTIVE: lock it first."))
+        settings = {key: value for key, value in before.settings.values.items() if key != BOOT_COUNT.key}
+        # Without a serial number only these tell a new module from one that was provisioned before.
+        for module in known:
+            is_same = all(module.settings.get(key) == value for key, value in settings.items())
+            was = module.boot_count
+            if is_same and was is not None and (boot_count - was) % BOOTS <= most_starts:
+                return message(marked("It may be {module}: boot count and settings fit."), module=module.name)
+        report = yield from write_all(self.batch.changes, context)
+        if report.interrupted is not None:
+            raise report.interrupted
+        if not report.is_fine:
+            return joined(whats_not_as_written(report), " ")
+        yield from run_preflight(evidence, is_enabling=self.is_enabling, journal=context.journal)
+        return None
 
     def keep(
-        self, facts: Facts, name: str, evidence: Evidence, done: Provisioned | None, adapter: str
+        self, facts: Facts, name: str, evidence: Evidence, why: UserMessage | None, adapter: str
     ) -> UserMessage | None:
-        """Keep the record, under the name only where it is READY; why it is set aside. `done`: None for a turn that
-        broke off. Within `Store.write`."""
+        """Keep the record, under the name only where it is READY; why it is set aside. `why`: what came of its turn.
+        Within `Store.write`."""
         judge = partial(
             judge_check,
             evidence,
@@ -192,7 +183,8 @@ class BatchRun:
             adapter=adapter or evidence.port,
             at=local_now(),
         )
-        why: UserMessage | None = (evidence.void or UNFINISHED).message if done is None else done.why
+        if evidence.void is not None:
+            why = evidence.void.message
         if why is None:
             filed = judge(replace(self.person, module=name), Past(module=name))
             if filed.assessment.verdict is not Verdict.READY:
@@ -203,17 +195,15 @@ class BatchRun:
         module = None if why else name
         if evidence.began_at is not None:
             keep_check(facts, filed if module else judge(replace(self.person, module=None), Past(module=None)))
-        boot_count = None if done is None else done.boot_count
-        settings = evidence.settings(FINGERPRINT_KEYS)
         if module:
-            remember(facts, name, boot_count=boot_count, settings=settings)
             self.last = name
+        boot_count = evidence.values.get(BOOT_COUNT.key)
         turn = ModuleProvisioned(
             batch=self.batch.key,
             name=name,
             why=None if why is None else why.to_json(),
-            code=fingerprint(settings) or "",
-            boot_count=boot_count,
+            code=fingerprint(evidence.values) or "",
+            boot_count=None if boot_count is None else int(boot_count),
         )
         facts.add(turn, module)
         _log.debug("%s: %s", name, why)
@@ -250,14 +240,9 @@ def await_gone() -> Procedure[None]:
 # Its labels
 
 
-def check_labels_target(path: Path) -> None:
-    """Raise `UserError` if the labels cannot be written there."""
-    check_target(path, FORMAT)
-
-
 def write_batch_labels(path: Path, rows: Sequence[BatchRow], paper: Paper, printer: Printer) -> None:
     """Write labels of the names that are given, if any. Raises `UserError`, `OSError` or `RuntimeError`."""
-    check_labels_target(path)
+    check_target(path, FORMAT)
     done = [row for row in rows if row.result == READY]
     labels = [Label(row.name, datetime.fromisoformat(row.at).astimezone(), row.code) for row in done]
     if labels:
