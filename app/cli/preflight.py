@@ -103,7 +103,6 @@ def _check(args: argparse.Namespace, profile: Profile, records: Records) -> int:
         aircraft=args.aircraft,
         are_records_reviewed=args.records_reviewed,
         is_same_module=args.same_module,
-        is_named_by_option=True,
     )
 
     def judge(found: Evidence, past: Past | None = None) -> Filed:

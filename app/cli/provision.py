@@ -90,7 +90,7 @@ def run(args: argparse.Namespace) -> int:
         console.refuse_without("--accept-risk")
     if not args.enable_triggers and not batch.enables_triggers:
         console.refuse_without("--enable-triggers")
-    person = Person(who=args.who, are_records_reviewed=args.records_reviewed, is_named_by_option=True)
+    person = Person(who=args.who, are_records_reviewed=args.records_reviewed)
     accepted = frozenset(batch.changes if args.accept_risk else ())
     trouble: BaseException | None = None
     with opened_store() as store:

@@ -108,13 +108,10 @@ def what_differs(known: Remembered, conversation: ConversationView, now: float) 
     )
 
 
-def known_by(name: str | None, *, is_by_option: bool = False) -> UserMessage:
-    """Return the sentence that has to be said wherever something is used that is kept under the name. `is_by_option`:
-    the name came with --module, and nobody was asked."""
+def known_by(name: str | None) -> UserMessage:
+    """Return the sentence that has to be said wherever something is used that is kept under the name."""
     if not name:
         return NOT_NAMED
-    if is_by_option:
-        return message(marked("{module}, given by --module"), module=name)
     return message(marked("{module}, named by a person in this conversation"), module=name)
 
 

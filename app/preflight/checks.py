@@ -6,7 +6,7 @@ is. A check never guesses: what was not read is unknown, and unknown stands agai
 
 from collections import Counter
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from enum import Enum
 from functools import partial
 from typing import Final, NamedTuple
@@ -15,7 +15,7 @@ from app.guided.results import TITLES, VERDICT_WORDS, GuidedKind, GuidedVerdict
 from app.limits.limits import SETTING_BOUNDS, OutOfLimit, bay_outside, cell_outside, least_cell_text
 from app.limits.past import LastTested, Past
 from app.modules.names import NOT_NAMED, known_by
-from app.preflight.evidence import FIRED, HEARTBEATS, STILL_S, UNFINISHED, Evidence, Void
+from app.preflight.evidence import CHECK_LINK, FIND_OUT_WHY, HEARTBEATS, STILL_S, UNFINISHED, Evidence
 from app.procedures.read import ANSWERED_TWICE
 from app.settings.profiles import LIMITS, Profile
 from app.settings.values import SETTINGS_BY_KEY, fingerprint, value_text
@@ -29,11 +29,7 @@ from protocol.translatable import marked
 REPORTS_NEEDED = 15
 # So many of three answers make cell voltage, charging and light known.
 _ANSWERS_NEEDED = 2
-FINGERPRINT_KEYS = tuple(command.key for command in READABLE_SETTINGS)
 YES = message(marked("yes"))
-CHECK_AGAIN = message(marked("Check again."))
-CHECK_LINK = message(marked("Check cable and power."))
-FIND_OUT_WHY = marked("Find out why (Triggers), repack, lock and restart.")
 CHECK_LINE = message(marked("Make sure that one module only is on this line; else do not fly."))
 _NONE = message(marked("none"))
 
@@ -70,18 +66,25 @@ class Person:
     is_same_module: bool = False
     # Approved by the person although they are not those of the last check that passed, or none did.
     are_settings_approved: bool = False
-    # `module` is that of --module; else a person said it in this conversation.
-    is_named_by_option: bool = False
+
+
+class RecordsWord(Enum):
+    """A person's word for the trigger records; the value is what a button says, in English, translatable."""
+
+    REVIEWED = marked("Mark as reviewed")
+    NEW_MODULE = marked("New, no records")
 
 
 class Finding(NamedTuple):
-    """`measured`: for programs, in the unit of `shown`, None if unknown. `do`: what to do, None: the check's own."""
+    """`measured`: for programs, in the unit of `shown`, None if unknown. `do`: what to do, None: the check's own.
+    `word`: the one that settles it, or has settled it."""
 
     result: CheckResult
     measured: Value | str | None
     shown: UserMessage
     limit: UserMessage
     do: UserMessage | None = None
+    word: RecordsWord | None = None
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -102,7 +105,7 @@ class Case:
         """What the check is about may well be in order."""
         void = self.evidence.void
         why = self.evidence.faults.get(key) or (message(marked("not asked")) if void is None else void.message)
-        return _unknown(why, limit, CHECK_LINK if void is None else _do_after(void))
+        return _unknown(why, limit, CHECK_LINK if void is None else void.do)
 
     def answers(self, key: str) -> list[Value]:
         """All answers of three; none where too few came."""
@@ -111,8 +114,7 @@ class Case:
 
     def under_name(self, limit: UserMessage) -> UserMessage:
         """A limit that comes from what is kept under the module's name."""
-        known = known_by(self.past.module, is_by_option=self.person.is_named_by_option)
-        return message(marked("{limit}; {known}"), limit=limit, known=known)
+        return message(marked("{limit}; {known}"), limit=limit, known=known_by(self.past.module))
 
 
 class Check(NamedTuple):
@@ -123,13 +125,6 @@ class Check(NamedTuple):
     judge: Callable[[Case], Finding]
     why: str
     do: str
-
-
-def _do_after(void: Void) -> UserMessage:
-    """Say what to do about a check that is void: a cable has nothing to do with what a person or the module did."""
-    if void == FIRED:
-        return message(FIND_OUT_WHY)
-    return CHECK_AGAIN if void.word in ("cancelled", "changed") else CHECK_LINK
 
 
 def _unknown(why: UserMessage, limit: UserMessage, do: UserMessage | None = None) -> Finding:
@@ -155,7 +150,7 @@ def _by_a_person(value: object) -> UserMessage:
 def _connection(case: Case) -> Finding:
     limit, void = message(marked("no interruption")), case.evidence.void
     if void is not None:
-        return Finding(CheckResult.FAIL, False, void.message, limit, _do_after(void))
+        return Finding(CheckResult.FAIL, False, void.message, limit, void.do)
     if case.evidence.ended_at is None:
         return _unknown(UNFINISHED.message, limit)
     return _judged(True, YES, limit, is_fine=True)
@@ -356,10 +351,13 @@ def _trigger_records(case: Case) -> Finding:
         shown = message(marked("{new} of {total} not reviewed"), new=new, total=len(history.all))
         # Before the first GO nobody knows what these records are; after it a new one is a trigger in between.
         if new and not case.person.are_records_reviewed:
-            return _judged(new, shown, limit, is_fine=False) if past.has_check else _unknown(shown, limit)
-        if not history.is_confirmed:
-            return _unknown(message(marked("readings differ")), limit)
-        return _judged(0, _by_a_person(reviewed) if new else shown, limit, is_fine=True)
+            found = _judged(new, shown, limit, is_fine=False) if past.has_check else _unknown(shown, limit)
+        elif not history.is_confirmed:
+            found = _unknown(message(marked("readings differ")), limit)
+        else:
+            found = _judged(0, _by_a_person(reviewed) if new else shown, limit, is_fine=True)
+        # It settles nothing where a record may be missing.
+        return found._replace(word=RecordsWord.REVIEWED if new and history.is_confirmed else None)
     # E7: a module that never fired may send nothing; only a person can tell, and only of one that never answered.
     silent = message(marked("no reply"))
     if any(status.triggered for status in evidence.statuses):
@@ -371,28 +369,11 @@ def _trigger_records(case: Case) -> Finding:
         return Finding(CheckResult.FAIL, None, shown, limit, do)
     if evidence.faults or evidence.void is not None:
         return _unknown(silent, limit)
+    word = None if past.is_said_new else RecordsWord.NEW_MODULE
     if past.is_said_new or case.person.are_records_reviewed:
         do = message(marked("Somebody marked this module as new."))
-        return Finding(CheckResult.WARN, None, message(marked("no reply: new, no records")), limit, do)
-    return _unknown(silent, limit, message(marked("If it is new, say so.")))
-
-
-class RecordsWord(Enum):
-    """A person's word for the trigger records; the value is what a button says, in English, translatable."""
-
-    REVIEWED = marked("Mark as reviewed")
-    NEW_MODULE = marked("New, no records")
-
-
-def records_word(case: Case) -> RecordsWord | None:
-    """The word that would settle the check of the trigger records; None where a word settles nothing."""
-    settled = (CheckResult.PASS, CheckResult.WARN)
-    people = (replace(case.person, are_records_reviewed=is_said) for is_said in (False, True))
-    before, after = (_trigger_records(replace(case, person=person)) for person in people)
-    history = case.evidence.history
-    if history is None or before.result in settled or after.result not in settled:
-        return None
-    return RecordsWord.REVIEWED if history.is_answered else RecordsWord.NEW_MODULE
+        return Finding(CheckResult.WARN, None, message(marked("no reply: new, no records")), limit, do, word)
+    return Finding(CheckResult.UNKNOWN, None, silent, limit, message(marked("If it is new, say so.")), word)
 
 
 def _boot_count(case: Case) -> Finding:
@@ -426,7 +407,8 @@ def _fingerprint(case: Case) -> Finding:
     code = case.settings_code
     # Never a code of what is partly known: it would be approved and then never come again.
     if code is None:
-        return case.unread(next(key for key in FINGERPRINT_KEYS if key not in case.evidence.values), limit)
+        known = case.evidence.settings
+        return case.unread(next(one.key for one in READABLE_SETTINGS if one.key not in known), limit)
     if code != approved and case.person.are_settings_approved:
         return _judged(code, _by_a_person(code), UserMessage(code), is_fine=True)
     if approved is None:

@@ -1,6 +1,5 @@
 """What a check read in one conversation, filled in step by step; and why a check, or its verdict, holds no more."""
 
-from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 from typing import NamedTuple
 
@@ -9,6 +8,7 @@ from app.engine.procedure import Cancelled, Procedure
 from app.procedures.history import History
 from app.procedures.read import NO_REPLY, Present, Readings, contradictions, read_settings, who_is_there
 from app.text.messages import UserError, UserMessage, message
+from protocol.catalogue import READABLE_SETTINGS
 from protocol.events import Ended
 from protocol.fields import Value
 from protocol.translatable import marked
@@ -18,24 +18,31 @@ HEARTBEATS = 20
 STILL_S = 2.0
 
 
+CHECK_AGAIN = message(marked("Check again."))
+CHECK_LINK = message(marked("Check cable and power."))
+FIND_OUT_WHY = marked("Find out why (Triggers), repack, lock and restart.")
+
+
 class Void(NamedTuple):
     """Why a check, or the verdict of one, holds no more. `word` is for programs, `message` one sentence for people."""
 
     word: str
     message: UserMessage
+    # A cable has nothing to do with what a person or the module did.
+    do: UserMessage = CHECK_LINK
 
 
-CANCELLED = Void("cancelled", message(marked("It was cancelled.")))
+CANCELLED = Void("cancelled", message(marked("It was cancelled.")), CHECK_AGAIN)
 UNFINISHED = Void("unfinished", message(marked("It did not come to its end.")))
 OVER = Void("over", message(marked("The conversation in which it was checked is over.")))
 UNREAD = Void("unread", message(marked("Not everything could be read again.")))
 TOO_OLD = Void("too_old", message(marked("It is older than 15 minutes.")))
-FIRED = Void("fired", message(marked("The module was told to fire, or reports TRIGGERED.")))
+FIRED = Void("fired", message(marked("The module was told to fire, or reports TRIGGERED.")), message(FIND_OUT_WHY))
 NOT_ENABLED = message(marked("not enabled in this conversation"))
 
 
 def changed(what: UserMessage) -> Void:
-    return Void("changed", message(marked("Changed: {what}."), what=what))
+    return Void("changed", message(marked("Changed: {what}."), what=what), CHECK_AGAIN)
 
 
 def void_of_end(ended: Ended | Interrupted) -> Void:
@@ -136,8 +143,10 @@ class Evidence:
     def is_complete(self) -> bool:
         return self.ended_at is not None and self.void is None
 
-    def settings(self, keys: Iterable[str]) -> Mapping[str, Value]:
-        return {key: self.values[key] for key in keys if key in self.values}
+    @property
+    def settings(self) -> dict[str, Value]:
+        """Those that can be read, as far as they are known."""
+        return {one.key: self.values[one.key] for one in READABLE_SETTINGS if one.key in self.values}
 
     def note_state(self, state: StateReading) -> None:
         for key in state.settings.errors:

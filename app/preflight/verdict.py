@@ -11,26 +11,20 @@ from typing import NamedTuple
 
 from app.engine.conversation import ConversationView, StatusSample
 from app.limits.limits import bay_outside, softened
-from app.preflight.checks import CHECKS, FINGERPRINT_KEYS, Case, Check, CheckResult, Finding
+from app.preflight.checks import CHECKS, Case, Check, CheckResult, Finding
 from app.preflight.evidence import FIRED, OVER, TOO_OLD, UNFINISHED, Void, changed, void_of_end
 from app.safety.journal import REQUESTS, Act
 from app.settings.profiles import ActivatedBy, ManualLine
 from app.text.messages import UserMessage, clean, joined, message
-from protocol.catalogue import SETTINGS
+from protocol.catalogue import COMMANDS
 from protocol.events import Event, Sent
-from protocol.fields import Value
 from protocol.translatable import marked
 
 # 15 minutes, then the check has to be repeated.
 VALID_FOR_S = 900.0
 # While GO or READY stands, everything is read again this often.
 REREAD_EVERY_S = 10.0
-TITLES: Mapping[str, str] = {
-    **{command.key: command.title for command in SETTINGS},
-    "charging": marked("Charging"),
-    "cell_voltage_v": marked("Cell voltage"),
-    "light_v": marked("Light"),
-}
+_TITLES = {command.key: command.title for command in COMMANDS}
 
 
 class Verdict(Enum):
@@ -39,11 +33,6 @@ class Verdict(Enum):
     GO = marked("GO")
     READY = marked("READY")
     NO_GO = marked("NO-GO")
-
-
-def verdict_named(name: object) -> Verdict:
-    """Return the verdict by its value; NO-GO for any other word."""
-    return next((verdict for verdict in Verdict if verdict.value == name), Verdict.NO_GO)
 
 
 def verdict_of(*, is_fine: bool, is_active: bool | None) -> Verdict:
@@ -107,8 +96,8 @@ class Judged(NamedTuple):
 
 
 class Assessment(NamedTuple):
-    """Results of all checks, in the order of `CHECKS`. `softened`: ids of the checks whose limit is softer in the
-    profile than advised."""
+    """Results of all checks, in the order of `CHECKS`. `softened`: ids of those whose limit is softer in the profile
+    than advised."""
 
     case: Case
     checks: tuple[Judged, ...]
@@ -200,7 +189,7 @@ def assess(case: Case) -> Assessment:
             is_passed = finding.result is CheckResult.PASS
             finding = finding._replace(limit=limit, result=CheckResult.WARN if is_passed else finding.result)
         judged.append(Judged(check, finding))
-    return Assessment(case, tuple(judged), tuple(check.id for check in CHECKS if check.id in soft))
+    return Assessment(case, tuple(judged), tuple(soft))
 
 
 # What voids it later
@@ -228,7 +217,7 @@ def void_reason(assessment: Assessment, conversation: ConversationView, now: flo
         return FIRED
     key = _changed(assessment, conversation, now)
     if key is not None:
-        return changed(UserMessage(TITLES[key]))
+        return changed(UserMessage(_TITLES[key]))
     # Also from the future: the clock that judges would be another one.
     return None if 0.0 <= now - evidence.ended_at <= VALID_FOR_S else TOO_OLD
 
@@ -236,7 +225,7 @@ def void_reason(assessment: Assessment, conversation: ConversationView, now: flo
 def _changed(assessment: Assessment, conversation: ConversationView, now: float) -> str | None:
     """The key of the first value that differs from the checked one: it was set since, or drifted."""
     evidence, profile = assessment.case.evidence, assessment.case.profile
-    checked: dict[str, Value] = dict(evidence.settings(FINGERPRINT_KEYS))
+    checked = evidence.settings
     charging = evidence.series.get("charging")
     if charging:
         checked["charging"] = charging[-1]

@@ -18,9 +18,9 @@ from app.guided.guided_store import last_tests
 from app.limits.past import LastTested, Past
 from app.modules.names import remember, remembered
 from app.modules.service import repack_due, service_due
-from app.preflight.checks import FINGERPRINT_KEYS, Case, CheckResult, Person, RecordsWord, records_word
+from app.preflight.checks import Case, CheckResult, Person, RecordsWord
 from app.preflight.evidence import Evidence
-from app.preflight.verdict import Assessment, Verdict, assess, verdict_named
+from app.preflight.verdict import Assessment, Verdict, assess
 from app.records.record import Record, SignedRecord, make_record, sign
 from app.settings.profiles import Profile
 from app.store.acts import all_fired, claim_fired, unnamed_fired
@@ -178,9 +178,10 @@ def keep_check(facts: Facts, filed: Filed) -> None:
     boot_count = None if boots is None else int(boots)
     slots = [kept.raw for kept in history.records]
     triggers.store_visit(name, slots, port=evidence.port, boot_count=boot_count, is_confirmed=history.is_confirmed)
-    remember(facts, name, boot_count=boot_count, settings=evidence.settings(FINGERPRINT_KEYS))
+    remember(facts, name, boot_count=boot_count, settings=evidence.settings)
     # A person's word: the records are reviewed, or the module is new, until it reports a trigger.
-    word = records_word(assessment.case) if person.are_records_reviewed else None
+    found = next(one.finding for one in assessment.checks if one.check.id == "trigger_records")
+    word = found.word if person.are_records_reviewed else None
     if any(status.triggered for status in evidence.statuses):
         triggers.say_new(name, is_new=False)
     elif word is RecordsWord.NEW_MODULE:
@@ -212,7 +213,7 @@ class CheckLine(NamedTuple):
     @property
     def words(self) -> UserMessage:
         """The verdict, and what limits it."""
-        word = message(verdict_named(self.verdict).value)
+        word = message(self.verdict)
         if self.is_simulated:
             return message(marked("{verdict} (simulated)"), verdict=word)
         if self.is_fired_since:

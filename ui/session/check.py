@@ -14,7 +14,17 @@ from app.engine.procedure import Job, Report
 from app.engine.worker import Batch
 from app.limits.past import Past
 from app.preflight.checks import CheckResult, Person
-from app.preflight.evidence import OVER, UNREAD, Evidence, StateReading, Void, changed, read_state, void_of_end
+from app.preflight.evidence import (
+    CHECK_AGAIN,
+    OVER,
+    UNREAD,
+    Evidence,
+    StateReading,
+    Void,
+    changed,
+    read_state,
+    void_of_end,
+)
 from app.preflight.run import STEPS, run_preflight
 from app.preflight.verdict import REREAD_EVERY_S, CheckState, Verdict, check_state, void_of_news, void_reason
 from app.records.filing import Filed, file_check
@@ -34,7 +44,7 @@ VERDICT_STYLES = {
     Verdict.NO_GO: StateStyle(Icon.DANGER, Meaning.DANGER),
 }
 ENTRIES = changed(message(marked("entries")))
-NEWER = Void("changed", message(marked("It was checked again.")))
+NEWER = Void("changed", message(marked("It was checked again.")), CHECK_AGAIN)
 
 
 class ModuleCheck(QObject):

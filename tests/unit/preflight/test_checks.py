@@ -14,20 +14,19 @@ from app.limits.past import LastAnswer, LastTested, Past
 from app.modules.names import Remembered
 from app.modules.service import DueService
 from app.preflight import evidence
-from app.preflight.checks import (
+from app.preflight.checks import CHECKS, REPORTS_NEEDED, Case, CheckResult, Finding, Person, RecordsWord
+from app.preflight.evidence import (
+    CANCELLED,
     CHECK_AGAIN,
     CHECK_LINK,
-    CHECKS,
     FIND_OUT_WHY,
-    REPORTS_NEEDED,
-    Case,
-    CheckResult,
-    Finding,
-    Person,
-    RecordsWord,
-    records_word,
+    STILL_S,
+    UNFINISHED,
+    Evidence,
+    StateReading,
+    TriggerFlag,
+    void_of_end,
 )
-from app.preflight.evidence import CANCELLED, STILL_S, UNFINISHED, Evidence, StateReading, TriggerFlag, void_of_end
 from app.procedures.history import History
 from app.procedures.read import Present, Readings
 from app.settings.profiles import NO_PROFILE, Profile
@@ -266,9 +265,7 @@ def test_a_new_record_is_judged_by_a_person_whose_word_is_asked_for_where_it_set
 ) -> None:
     person = Person(are_records_reviewed=is_reviewed)
     found = finding("trigger_records", past=past, person=person, history=history)
-    assert (found.result, found.shown.in_english()) == (result, shown)
-    case = Case(evidence=Evidence(history=history), profile=NO_PROFILE, past=past, person=person)
-    assert records_word(case) is word
+    assert (found.result, found.shown.in_english(), found.word) == (result, shown, word)
 
 
 @pytest.mark.parametrize(("more", "result", "shown"), [
@@ -330,19 +327,16 @@ def test_what_is_overdue_is_a_warning_or_not_met_as_the_profile_says() -> None:
     assert finding("service", past=Past(due=[FIRED_SINCE])).result is FAIL, "whatever a profile asks for"
 
 
-@pytest.mark.parametrize(("name", "is_by_option", "known"), [
-    ("M-07", False, "M-07, named by a person in this conversation"),
-    ("M-07", True, "M-07, given by --module"),
-    (None, False, "module not named"),
+@pytest.mark.parametrize(("name", "known"), [
+    ("M-07", "M-07, named by a person in this conversation"),
+    (None, "module not named"),
 ])  # fmt: skip
 @pytest.mark.promise("a")
 def test_what_is_kept_under_a_name_is_used_with_the_words_by_what_the_module_is_known(
-    name: str | None, is_by_option: bool, known: str
+    name: str | None, known: str
 ) -> None:
-    case = Case(
-        evidence=Evidence(port="sim"), profile=NO_PROFILE, past=Past(module=name, fingerprint=name and "CODE"),
-        person=Person(is_named_by_option=is_by_option),
-    )  # fmt: skip
+    past = Past(module=name, fingerprint=name and "CODE")
+    case = Case(evidence=Evidence(port="sim"), profile=NO_PROFILE, past=past)
 
     def said(case: Case) -> set[str]:
         return {one.id for one in CHECKS if one.judge(case).limit.in_english().endswith(f"; {known}")}

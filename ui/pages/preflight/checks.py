@@ -9,7 +9,7 @@ from PySide6.QtGui import QFontMetrics
 from PySide6.QtWidgets import QFrame, QGridLayout, QLabel, QToolButton, QWidget
 
 from app.limits.limits import SETTING_BOUNDS
-from app.preflight.checks import CHECKS, RESULT_WORDS, Case, Check, CheckResult, Person, RecordsWord, records_word
+from app.preflight.checks import CHECKS, RESULT_WORDS, Case, Check, CheckResult, Person, RecordsWord
 from app.preflight.verdict import MANUAL_WORDS, VALID_FOR_S, Judged, Standing
 from app.settings.profiles import NO_PROFILE, ManualLine, Profile
 from app.settings.values import DEFAULTS
@@ -58,7 +58,7 @@ def remedy(judged: Judged, case: Case, looked_at: Counter[bytes]) -> Remedy | No
 
     if id_ in ("attitude_trigger", "freefall_trigger"):
         return Remedy(marked("Enable now"), lambda page: page.check(is_enabling=True), is_enabling=True)
-    if id_ == "trigger_records" and judged.blocks_go and (word := records_word(case)) is not None:
+    if id_ == "trigger_records" and judged.blocks_go and (word := judged.finding.word) is not None:
         history = case.evidence.history
         raws = Counter[bytes]() if history is None else Counter(record.raw for record in history.all)
         if word is RecordsWord.REVIEWED and raws - case.past.reviewed - looked_at:

@@ -11,7 +11,7 @@ from PySide6.QtGui import QColor, QIcon
 from PySide6.QtWidgets import QComboBox, QPushButton, QSizePolicy, QWidget
 
 from app.limits.limits import LimitsInUse
-from app.preflight.verdict import Verdict, verdict_named
+from app.preflight.verdict import Verdict
 from app.records.filing import CheckLine, checks_in, voltages_of, weeks_since_charge
 from app.store.fact_store import Store, StoreError
 from app.system.clock import local_time
@@ -83,7 +83,7 @@ class VoltageTrend(StaticPlot):
 
 def _verdict_icon(check: CheckLine) -> QIcon:
     counts = not check.is_void and not check.is_simulated and not check.is_fired_since
-    return icon(*VERDICT_STYLES[verdict_named(check.verdict)]) if counts else icon(Icon.CROSS, Meaning.UNKNOWN)
+    return icon(*VERDICT_STYLES[Verdict(check.verdict)]) if counts else icon(Icon.CROSS, Meaning.UNKNOWN)
 
 
 _COLUMNS: Final[tuple[TableColumn[CheckLine], ...]] = (
