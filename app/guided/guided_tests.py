@@ -15,6 +15,7 @@ from collections.abc import Callable, Iterator
 from concurrent.futures import Future
 from enum import Enum
 from functools import partial
+from itertools import takewhile
 from math import inf
 from typing import NamedTuple
 
@@ -81,34 +82,31 @@ def _out_of_time() -> UserError:
     return UserError(marked("No step within {seconds:.0f} s."), seconds=PERSON_LIMIT_S)
 
 
-class StatusWatch:
-    """Hands out the module's reports one by one. Raises `UserError` when the module is not in the state that the test
-    needs, or when a step, or all of it (`longest_s`), takes too long."""
+def reports_until(
+    step: Report, is_done: Callable[[list[StatusSample]], bool], *, is_active: bool, ends_at: float = inf
+) -> Procedure[list[StatusSample]]:
+    """Show a step, and return the module's reports up to the one with which it is done. Raises `UserError` when the
+    module is not in the state that the test needs, or when the step, or all of it (`ends_at`), takes too long."""
+    began_at = yield step
+    reports: list[StatusSample] = []
+    while not reports or not is_done(reports):
+        now = yield Pause(REPORT_EVERY_S)
+        if now - began_at > PERSON_LIMIT_S:
+            raise _out_of_time()
+        if now > ends_at:
+            raise UserError(marked("Ended after {seconds:.0f} s."), seconds=TILT_LONGEST_S)
+        report = yield from ask_report()
+        if report is not None:
+            reports.append(report)
+        if len(reports) >= AGREEING and all(one.active is not is_active for one in reports[-AGREEING:]):
+            raise UserError(marked("The module was locked.") if is_active else marked("ACTIVE during the test."))
+    return reports
 
-    def __init__(self, *, is_active: bool, longest_s: float = inf) -> None:
-        self._is_active, self._longest_s = is_active, longest_s
-        self._began_at: float | None = None
-        self._step_began_at = 0.0
-        self._against = 0
 
-    def begin(self, step: Report) -> Procedure[None]:
-        self._step_began_at = yield step
-        if self._began_at is None:
-            self._began_at = self._step_began_at
-
-    def next(self) -> Procedure[StatusSample]:
-        report = None
-        while report is None:
-            now = yield Pause(REPORT_EVERY_S)
-            if now - self._step_began_at > PERSON_LIMIT_S:
-                raise _out_of_time()
-            if self._began_at is not None and now - self._began_at > self._longest_s:
-                raise UserError(marked("Ended after {seconds:.0f} s."), seconds=self._longest_s)
-            report = yield from ask_report()
-        self._against = 0 if report.active is self._is_active else self._against + 1
-        if self._against >= AGREEING:
-            raise UserError(marked("The module was locked.") if self._is_active else marked("ACTIVE during the test."))
-        return report
+def _held_s(reports: list[StatusSample], is_so: Callable[[StatusSample], bool]) -> float:
+    """How long it is so by now: from the first to the last of the reports in a row that say it."""
+    row = list(takewhile(is_so, reversed(reports)))
+    return row[0].at - row[-1].at if row else 0.0
 
 
 def require_locked() -> Procedure[None]:
@@ -192,14 +190,15 @@ def prepare_tilt() -> Procedure[Measure]:
 
 
 def measure_tilt(threshold: float, _steps: PersonSteps) -> Procedure[GuidedResult]:
-    watch = StatusWatch(is_active=True, longest_s=TILT_LONGEST_S)
+    view: EngineView = yield Inspect()
     turns: dict[TiltDirection, Turn] = {}
     for number, direction in enumerate(TiltDirection, 1):
-        turns[direction] = yield from _turn(watch, threshold, number, direction)
+        step = Report(number, TILT_STEPS, marked("Hold it level."), (("direction", message(direction.value)),))
+        turns[direction] = yield from _turn(step, threshold, view.now + TILT_LONGEST_S)
         if turns[direction].stays_triggered:
             break  # the other directions could not be told from this one
     yield from ask_value(BOOT_COUNT)  # all of it was one module's, or this ends it
-    measured = [row for one in TiltDirection for row in _tilt_rows(one, turns.get(one), threshold)]
+    measured = [row for direction, turn in turns.items() for row in _tilt_rows(direction, turn, threshold)]
     advice = None
     if any(turn.fired_deg is None for turn in turns.values()):
         advice = message(marked("Enable the attitude trigger."))
@@ -208,21 +207,37 @@ def measure_tilt(threshold: float, _steps: PersonSteps) -> Procedure[GuidedResul
     return GuidedResult(GuidedKind.TILT, tuple(measured), advice)
 
 
-def _turn(watch: StatusWatch, threshold: float, number: int, direction: TiltDirection) -> Procedure[Turn]:
+def _turn(step: Report, threshold: float, ends_at: float) -> Procedure[Turn]:
     """Repeat a direction that was moved too fast; the last try counts."""
-    step = Report(number, TILT_STEPS, marked("Hold it level."), (("direction", message(direction.value)),))
+    limit_deg = min(HIGHEST_DEG, threshold + MISSED_BY_DEG)
+
+    def is_level(reports: list[StatusSample]) -> bool:
+        return reports[-1].tilt_deg <= LEVEL_WITHIN_DEG and not reports[-1].triggered
+
+    def has_fired_or_missed(reports: list[StatusSample]) -> bool:
+        last = reports[-MISSED_REPORTS:]
+        return last[-1].triggered or (len(last) == MISSED_REPORTS and min(one.tilt_deg for one in last) >= limit_deg)
+
+    def has_rearmed_or_not(reports: list[StatusSample]) -> bool:
+        level_s = _held_s(reports, lambda one: one.tilt_deg <= LEVEL_WITHIN_DEG)
+        return not reports[-1].triggered or level_s > REARMS_WITHIN_S
+
+    until = partial(reports_until, is_active=True, ends_at=ends_at)
     tilt = TILT_SLOWLY
     turn = Turn()
     for _ in range(TILT_TRIES):
-        yield from watch.begin(step)
-        report = yield from watch.next()
-        while report.tilt_deg > LEVEL_WITHIN_DEG or report.triggered:
-            report = yield from watch.next()
-        yield from watch.begin(step._replace(doing=tilt))
-        turn = yield from _until_fired(watch, threshold)
-        if turn.fired_deg is not None:
-            yield from watch.begin(step._replace(doing=marked("It fired. Level it slowly.")))
-            turn = yield from _until_rearmed(watch, turn)
+        yield from until(step, is_level)
+        out = yield from until(step._replace(doing=tilt), has_fired_or_missed)
+        turn = Turn(max(one.tilt_deg for one in out))
+        if out[-1].triggered:
+            back = yield from until(step._replace(doing=marked("It fired. Level it slowly.")), has_rearmed_or_not)
+            fired_deg = out[-1].tilt_deg
+            is_slow = _is_slow(0, out)
+            rearmed_deg = None
+            if not back[-1].triggered:
+                rearmed_deg = back[-1].tilt_deg
+                is_slow = is_slow and _is_slow(fired_deg, back)
+            turn = turn._replace(fired_deg=fired_deg, rearmed_deg=rearmed_deg, is_slow=is_slow)
         if turn.is_slow or turn.stays_triggered:
             break
         step = step._replace(doing=marked("Too fast. Hold it level."))
@@ -230,55 +245,26 @@ def _turn(watch: StatusWatch, threshold: float, number: int, direction: TiltDire
     return turn
 
 
-def _until_fired(watch: StatusWatch, threshold: float) -> Procedure[Turn]:
-    limit = min(HIGHEST_DEG, threshold + MISSED_BY_DEG)
-    before = reached = 0.0
-    beyond = 0
-    while beyond < MISSED_REPORTS:
-        report = yield from watch.next()
-        reached = max(reached, report.tilt_deg)
-        if report.triggered:
-            return Turn(reached, report.tilt_deg, is_slow=abs(report.tilt_deg - before) <= TOLERANCE_DEG)
-        before = report.tilt_deg
-        beyond = beyond + 1 if report.tilt_deg >= limit else 0
-    return Turn(reached)
+def _is_slow(before_deg: int, reports: list[StatusSample]) -> bool:
+    """Whether the last report is so near to the one before that its angle is the module's, and not the hand's."""
+    angles = [before_deg, *(one.tilt_deg for one in reports)]
+    return abs(angles[-1] - angles[-2]) <= TOLERANCE_DEG
 
 
-def _until_rearmed(watch: StatusWatch, turn: Turn) -> Procedure[Turn]:
-    """Return the turn with the angle at which it rearmed, if it did."""
-    before = turn.fired_deg or 0.0
-    level_since: float | None = None
-    while True:
-        report = yield from watch.next()
-        if not report.triggered:
-            is_slow = turn.is_slow and abs(report.tilt_deg - before) <= TOLERANCE_DEG
-            return turn._replace(rearmed_deg=report.tilt_deg, is_slow=is_slow)
-        before = report.tilt_deg
-        if report.tilt_deg > LEVEL_WITHIN_DEG:
-            level_since = None
-        elif level_since is None:
-            level_since = report.at
-        elif report.at - level_since > REARMS_WITHIN_S:
-            return turn
-
-
-def _tilt_rows(direction: TiltDirection, turn: Turn | None, threshold: float) -> Iterator[MeasuredValue]:
-    """Yield the rows of where it fired and where it rearmed; without a `turn` neither was tested."""
-    side, not_tested = message(direction.value), message(marked("not tested"))
-    missed = not_tested if turn is None else message(marked("not up to {angle:.0f}°"), angle=turn.reached_deg)
-    stuck = message(marked("no")) if turn is not None and turn.stays_triggered else not_tested
-    turn = turn or Turn()
-    for name, angle_deg, target_deg, otherwise in (
-        (marked("Fires, {direction}"), turn.fired_deg, threshold, missed),
-        (marked("Rearms, {direction}"), turn.rearmed_deg, threshold - RESET_BELOW_THRESHOLD_DEG, stuck),
-    ):
+def _tilt_rows(direction: TiltDirection, turn: Turn, threshold: float) -> Iterator[MeasuredValue]:
+    """Yield where it fired and, if it did, where it rearmed."""
+    missed = message(marked("not up to {angle:.0f}°"), angle=turn.reached_deg)
+    rows = [(marked("Fires, {direction}"), turn.fired_deg, threshold, missed)]
+    if turn.fired_deg is not None:
+        rearms_deg = threshold - RESET_BELOW_THRESHOLD_DEG
+        rows.append((marked("Rearms, {direction}"), turn.rearmed_deg, rearms_deg, message(marked("no"))))
+    for name, angle_deg, target_deg, otherwise in rows:
         shown = otherwise if angle_deg is None else message(f"{angle_deg:.0f}°")
-        if shown == not_tested or (angle_deg is not None and not turn.is_slow):
+        verdict = passed_if(angle_deg is not None and abs(angle_deg - target_deg) <= TOLERANCE_DEG)
+        if angle_deg is not None and not turn.is_slow:
             verdict = GuidedVerdict.UNCLEAR
-        else:
-            verdict = passed_if(angle_deg is not None and abs(angle_deg - target_deg) <= TOLERANCE_DEG)
         tolerance = message(f"{target_deg:.0f}° ± {TOLERANCE_DEG:.0f}°")
-        yield MeasuredValue(message(name, direction=side), shown, tolerance, verdict)
+        yield MeasuredValue(message(name, direction=message(direction.value)), shown, tolerance, verdict)
 
 
 # Fall of half a metre onto a cushion, on a locked module: how long it reports to be below the threshold.
@@ -309,35 +295,22 @@ def prepare_free_fall() -> Procedure[Measure]:
 
 
 def measure_free_fall(threshold_g: float, time_s: float, _steps: PersonSteps) -> Procedure[GuidedResult]:
-    watch = StatusWatch(is_active=False)
-    yield from watch.begin(Report(0, FALL_STEPS, HOLD))
-    still_since: float | None = None
-    while True:
-        report = yield from watch.next()
-        if not STILL_FROM_G <= report.acceleration_g <= STILL_TO_G:
-            still_since = None
-        elif still_since is None:
-            still_since = report.at
-        elif report.at - still_since >= STILL_S:
-            break
+    def is_still(report: StatusSample) -> bool:
+        return STILL_FROM_G <= report.acceleration_g <= STILL_TO_G
 
-    yield from watch.begin(Report(1, FALL_STEPS, DROP))
-    below: list[StatusSample] = []
-    lasted_s = 0.0
-    while lasted_s < JERK_S:
-        below.clear()
-        report = yield from watch.next()
-        while report.acceleration_g < threshold_g:
-            below.append(report)
-            report = yield from watch.next()
-        lasted_s = below[-1].at - below[0].at if below else 0.0
+    def is_falling(report: StatusSample) -> bool:
+        return report.acceleration_g < threshold_g
 
-    yield from watch.begin(Report(2, FALL_STEPS, WAIT))
-    has_fired = any(report.triggered for report in below)
-    waits_until = report.at + AFTERWARDS_S
-    while report.at < waits_until:
-        report = yield from watch.next()
-        has_fired |= report.triggered
+    def has_fallen(reports: list[StatusSample]) -> bool:
+        return not is_falling(reports[-1]) and _held_s(reports[:-1], is_falling) >= JERK_S
+
+    until = partial(reports_until, is_active=False)
+    yield from until(Report(0, FALL_STEPS, HOLD), lambda reports: _held_s(reports, is_still) >= STILL_S)
+    fall = yield from until(Report(1, FALL_STEPS, DROP), has_fallen)
+    lasted_s = _held_s(fall[:-1], is_falling)
+    lies_from = fall[-1].at
+    after = yield from until(Report(2, FALL_STEPS, WAIT), lambda reports: reports[-1].at - lies_from >= AFTERWARDS_S)
+    has_fired = any(report.triggered for report in (*fall, *after))
     yield from ask_value(BOOT_COUNT)  # all of it was one module's, or this ends it
 
     usual = message(f"{SHORTEST_FALL_S:.2f}–{LONGEST_FALL_S:.2f} s")
@@ -426,10 +399,6 @@ PLUG_ASK_EVERY_S = 0.02
 SHAKE = marked("Shake plug and cable gently")
 
 
-class _Counts:
-    asked = lost = rejected = 0
-
-
 def prepare_link() -> Procedure[Measure]:
     yield from require_locked()
     return measure_link
@@ -437,44 +406,35 @@ def prepare_link() -> Procedure[Measure]:
 
 def measure_link(steps: PersonSteps) -> Procedure[GuidedResult]:
     """The job expects `LOOSE_ENDS`."""
-    counts = _Counts()
+    asked = lost = rejected = 0
+    interrupted: Interrupted | None = None
+    step = Report(0, 1, SHAKE)
     try:
-        yield from _count(counts)
-        if _judge_link(counts).verdict is GuidedVerdict.PASSED:
+        now = yield step
+        ends_at = now + SHAKEN_S
+        while now < ends_at:
+            yield step._replace(values=(("asked", asked), ("lost", lost)))
+            outcome = yield Ask(BOOT_COUNT.query())
+            asked += 1
+            # One that had to be asked again was lost, the question or its answer.
+            if not isinstance(outcome, Answered) or outcome.attempts > 1:
+                lost += 1
+            if isinstance(outcome, Answered):
+                rejected += outcome.rejected
+            now = yield Pause(PLUG_ASK_EVERY_S)
+        if not (lost or rejected):
             yield from steps.wait()
         yield from require_locked()
     except Interrupted as error:
         if error.reason not in LOOSE_ENDS:
             raise
-        return _judge_link(counts, error)
-    return _judge_link(counts)
-
-
-def _count(counts: _Counts) -> Procedure[None]:
-    step = Report(0, 1, SHAKE)
-    now = yield step
-    ends_at = now + SHAKEN_S
-    while now < ends_at:
-        yield step._replace(values=(("asked", counts.asked), ("lost", counts.lost)))
-        outcome = yield Ask(BOOT_COUNT.query())
-        counts.asked += 1
-        # One that had to be asked again was lost, the question or its answer.
-        if not isinstance(outcome, Answered) or outcome.attempts > 1:
-            counts.lost += 1
-        if isinstance(outcome, Answered):
-            counts.rejected += outcome.rejected
-        now = yield Pause(PLUG_ASK_EVERY_S)
-
-
-def _judge_link(counts: _Counts, interrupted: Interrupted | None = None) -> GuidedResult:
+        interrupted = error
     none = message(marked("none"))
-    lost = passed_if(counts.lost == 0) if counts.asked else GuidedVerdict.UNCLEAR
+    loss = passed_if(lost == 0) if asked else GuidedVerdict.UNCLEAR
     shown = none if interrupted is None else interrupted.message
     measured = (
-        MeasuredValue(message(marked("Lost replies")), message(f"{counts.lost} / {counts.asked}"), none, lost),
-        MeasuredValue(
-            message(marked("Invalid bytes")), message(str(counts.rejected)), none, passed_if(counts.rejected == 0)
-        ),
+        MeasuredValue(message(marked("Lost replies")), message(f"{lost} / {asked}"), none, loss),
+        MeasuredValue(message(marked("Invalid bytes")), message(str(rejected)), none, passed_if(rejected == 0)),
         MeasuredValue(message(marked("Interruption")), shown, none, passed_if(interrupted is None)),
     )
     is_fine = all(value.verdict is GuidedVerdict.PASSED for value in measured)

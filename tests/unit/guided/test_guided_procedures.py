@@ -139,7 +139,7 @@ def test_a_module_that_stays_triggered_fails_and_is_not_tilted_further(monkeypat
     monkeypatch.setattr(module, "_sense", sense_and_stay)
     done = result(guided(rig, GuidedKind.TILT))
     assert rows(done)["Rearms, forward"] == ("no", "failed")
-    assert rows(done)["Fires, left"] == ("not tested", "unclear")
+    assert "Fires, left" not in rows(done)
     assert len(module.memory.records) == 1
 
 

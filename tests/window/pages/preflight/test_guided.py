@@ -9,7 +9,7 @@ from PySide6.QtGui import QCloseEvent
 from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QApplication
 
-from app.guided.guided_tests import GUIDED_TESTS, PersonSteps, StatusWatch
+from app.guided.guided_tests import GUIDED_TESTS, PersonSteps
 from app.guided.results import TITLES, GuidedKind, GuidedResult, GuidedVerdict
 from app.safety.journal import REQUESTS, Act
 from app.system.uncaught import UncaughtError
@@ -187,7 +187,7 @@ def _choose_another_module(bench: Hand) -> None:
 
 
 def _error_in_the_procedure(bench: Hand) -> None:
-    with patch.object(StatusWatch, "next", side_effect=RuntimeError("a mistake of ours")):
+    with patch("app.guided.guided_tests.ask_report", side_effect=RuntimeError("a mistake of ours")):
         bench.wait(0.5)
     assert "program error" in bench.guided.verdict.text()
 
