@@ -37,6 +37,7 @@ from app.terminal.records import CommandStore, opened_store, say_not_kept
 from app.terminal.results import Result
 from app.text.i18n import tr
 from app.text.messages import UserMessage, labelled
+from protocol.catalogue import BAUD_RATE
 
 LOOK_EVERY_S: Final = 0.5  # between two attempts to find a module
 
@@ -78,7 +79,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(args: argparse.Namespace) -> int:
     batch = batch_of(args.profile, args.names)
-    rate = batch.left_out_rate
+    rate = batch.profile.settings.get(BAUD_RATE.key)
     if rate not in (None, args.baud):
         console.notify(tr("The profile's {rate} baud is left out: a batch does not change it.", rate=rate))
     if args.labels is not None:
@@ -109,9 +110,8 @@ def run(args: argparse.Namespace) -> int:
         answer = ProvisionJson([], not any(row.result == OPEN for row in rows))
         cells: list[tuple[str, ...]] = []
         for row in rows:
-            why = row.why or UserMessage("")
-            answer.modules.append(ProvisionedJson(row.name, row.result, why.in_english()))
-            cells.append((row.name, tr(row.result), row.code, why.translated()))
+            answer.modules.append(ProvisionedJson(row.name, row.result, row.why.in_english()))
+            cells.append((row.name, tr(row.result), row.code, row.why.translated()))
         console.emit(args, answer, ["", *console.columns(cells)])
     if isinstance(trouble, StoreError):
         say_not_kept(trouble)

@@ -87,7 +87,7 @@ def run(args: argparse.Namespace) -> int:
             baud_rate=rate,
             round_trip_s=round_trip_s,
             values=values,
-            errors={key: why.in_english() for key, why in sorted(errors.items())},
+            errors=errors,
         )
         console.emit(args, answer, ())
     else:

@@ -34,7 +34,6 @@ from app.store.fact_store import Facts, Store
 from app.store.rows import ModuleProvisioned
 from app.text.messages import UserError, UserMessage, joined, message, message_from_json, visible
 from protocol.catalogue import BAUD_RATE, BOOT_COUNT, BOOTS
-from protocol.fields import Value
 from protocol.translatable import marked
 
 _log = logging.getLogger(__name__)
@@ -66,13 +65,16 @@ def counted_names(text: str) -> tuple[str, ...] | None:
 
 
 class ModuleBatch(NamedTuple):
-    """`names` in the order in which they are given. `left_out_rate`: the baud rate of the profile's file, which a batch
-    does not change."""
+    """`names` in the order in which they are given."""
 
     names: tuple[str, ...]
     profile: Profile
-    changes: tuple[SettingChange, ...]
-    left_out_rate: Value | None = None
+
+    @property
+    def changes(self) -> tuple[SettingChange, ...]:
+        """All settings of the profile but the baud rate, which a batch does not change."""
+        every = (SettingChange(SETTINGS_BY_KEY[key], value) for key, value in self.profile.settings.items())
+        return tuple(change for change in every if change.command is not BAUD_RATE)
 
     @property
     def title(self) -> str:
@@ -93,14 +95,12 @@ class ModuleBatch(NamedTuple):
 def batch_of(path: Path, names: tuple[str, ...]) -> ModuleBatch:
     """Make the batch of a profile and names. Raises `UserError` where no module can be READY."""
     profile = read_profile(path)
-    settings = dict(profile.settings)
-    rate = settings.pop(BAUD_RATE.key, None)
-    if not settings:
+    batch = ModuleBatch(names, profile)
+    if not batch.changes:
         raise UserError(marked("{path} holds no settings."), path=path)
     if profile.tests_within_days or any(line.is_required for line in profile.manual):
         raise UserError(marked("The profile demands manual checks or guided tests, which a batch does not have."))
-    changes = tuple(SettingChange(SETTINGS_BY_KEY[key], value) for key, value in settings.items())
-    return ModuleBatch(names, profile._replace(settings=settings), changes, rate)
+    return batch
 
 
 class BatchRow(NamedTuple):
@@ -110,7 +110,7 @@ class BatchRow(NamedTuple):
     result: str = OPEN
     at: str = ""
     code: str = ""
-    why: UserMessage | None = None
+    why: UserMessage = UserMessage("")
 
 
 @dataclass

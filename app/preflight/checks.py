@@ -159,12 +159,11 @@ def _connection(case: Case) -> Finding:
 def _read_twice(case: Case) -> Finding:
     """Two readings that differ have ended the conversation."""
     limit = message(marked("same"))
-    first, last = case.evidence.first, case.evidence.last
     if case.evidence.is_answered_twice:
         return Finding(CheckResult.FAIL, False, ANSWERED_TWICE, limit, CHECK_LINE)
-    if first is None or last is None:
+    if len(case.evidence.states) < 2:
         return case.unread("status", limit)
-    if not (first.is_complete and last.is_complete):
+    if not all(state.is_complete for state in case.evidence.states):
         return _unknown(message(marked("not read again")), limit, CHECK_LINK)
     return _judged(True, YES, limit, is_fine=True)
 

@@ -110,8 +110,7 @@ class Evidence:
     # Settings and boot count by key, as last read.
     values: dict[str, Value] = field(default_factory=dict)
     # Before and after measuring.
-    first: StateReading | None = None
-    last: StateReading | None = None
+    states: list[StateReading] = field(default_factory=list)
     # All answers for cell voltage, charging and light, by key.
     series: dict[str, list[Value]] = field(default_factory=dict)
     # Why a value is not known, by key.
@@ -125,12 +124,11 @@ class Evidence:
     @property
     def statuses(self) -> list[StatusSample]:
         """All statuses that were asked for."""
-        ends = [state.status for state in (self.first, self.last) if state is not None and state.status is not None]
-        return [*ends, *self.reports]
+        return [*(state.status for state in self.states if state.status is not None), *self.reports]
 
     def contradiction_of(self, key: str) -> UserMessage | None:
         """What 30 or 31 and the status said where they differed, or where one of them was not answered."""
-        presents = [state.present for state in (self.first, self.last) if state is not None]
+        presents = [state.present for state in self.states]
         said = [contradictions(one.active, one.triggered, one.status).get(key) for one in presents]
         return next(filter(None, said), None)
 
@@ -149,6 +147,7 @@ class Evidence:
         return {one.key: self.values[one.key] for one in READABLE_SETTINGS if one.key in self.values}
 
     def note_state(self, state: StateReading) -> None:
+        self.states.append(state)
         for key in state.settings.errors:
             self.values.pop(key, None)
             self.faults[key] = message(NO_REPLY)

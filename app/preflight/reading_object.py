@@ -7,7 +7,7 @@ from msgspec import Meta, Struct
 
 from app.engine.conversation import STATUS_KEYS
 from app.procedures.read import LIVE_KEYS, SETTING_KEYS
-from app.text.messages import clean
+from app.text.messages import UserMessage, clean
 from protocol.fields import Value
 
 if TYPE_CHECKING:  # a reading loads nothing of a check
@@ -67,9 +67,9 @@ def reading_object(
     baud_rate: int,
     round_trip_s: float | None,
     values: Mapping[str, Value | None],
-    errors: Mapping[str, str],
+    errors: Mapping[str, UserMessage],
 ) -> ReadJson:
-    """`values` by key, without the unknown ones; `errors`: why they are unknown, in English."""
+    """`values` by key, without the unknown ones; `errors`: why they are unknown."""
 
     def known(keys: Iterable[str]) -> dict[str, Any]:
         return {key: values.get(key) for key in keys}
@@ -79,7 +79,7 @@ def reading_object(
         link=LinkJson(port=port, baud_rate=baud_rate, round_trip_ms=round_trip_ms),
         status=StatusJson(**known(STATUS_KEYS)),
         settings=SettingsJson(**known(SETTING_KEYS)),
-        errors=dict(errors),
+        errors={key: why.in_english() for key, why in sorted(errors.items())},
         **known(LIVE_KEYS),
     )
 
@@ -97,5 +97,5 @@ def readings_of(evidence: "Evidence") -> ReadJson:
         baud_rate=evidence.baud_rate,
         round_trip_s=trips_s[len(trips_s) // 2] if trips_s else None,
         values=values,
-        errors={key: why.in_english() for key, why in sorted(evidence.faults.items())},
+        errors=evidence.faults,
     )

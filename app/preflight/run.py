@@ -83,8 +83,8 @@ def _collect(evidence: Evidence, begin: EngineView, *, is_enabling: bool, journa
     # What decides is asked twice, here and at the end, because the 8-bit checksum lets some damaged frames pass: two
     # answers that differ end the conversation.
     yield Report(1, STEPS, marked("Settings"))
-    evidence.first = yield from read_state()
-    evidence.note_state(evidence.first)
+    state = yield from read_state()
+    evidence.note_state(state)
 
     yield Report(2, STEPS, marked("Trigger records"))
     evidence.history = yield from read_history()
@@ -128,8 +128,8 @@ def _collect(evidence: Evidence, begin: EngineView, *, is_enabling: bool, journa
     # On some lines an answer comes twice (`protocol.stale_replies`): only by now a copy would have told.
     yield from await_flags_known(Report(5, STEPS, ""))
     yield Report(6, STEPS, marked("Settings"))
-    evidence.last = yield from read_state()
-    evidence.note_state(evidence.last)
+    state = yield from read_state()
+    evidence.note_state(state)
 
     end: EngineView = yield Inspect()
     evidence.is_answered_twice |= end.lasting.twice_at >= begin.now

@@ -23,14 +23,14 @@ from app.preflight.evidence import Evidence
 from app.preflight.verdict import Assessment, Verdict, assess
 from app.records.record import Record, SignedRecord, make_record, sign
 from app.settings.profiles import Profile
-from app.store.acts import all_fired, claim_fired, unnamed_fired
+from app.store.acts import all_fired, unnamed_fired
 from app.store.fact_store import Facts, Kept, Store, StoreError
 from app.store.rows import PreflightCheck
 from app.store.station import own_station
 from app.system.clock import age_days
 from app.system.files import data_folder
 from app.text.messages import UserError, UserMessage, clean, message
-from app.trigger_records.history import KeptTriggers
+from app.trigger_records.history import KeptTriggers, TriggersReading, file_triggers
 from protocol.translatable import marked
 
 _log = logging.getLogger(__name__)
@@ -151,13 +151,12 @@ def keep_check(facts: Facts, filed: Filed) -> None:
     `Store.write`."""
     signed, assessment = filed.exported, filed.assessment
     record, evidence, person = signed.record, assessment.case.evidence, assessment.case.person
-    name, history, triggers = person.module, evidence.history, KeptTriggers(facts)
+    name, history = person.module, evidence.history
     # The records may be another module's: they must not become part of this one's history.
     is_one_module = assessment.result("connection") is CheckResult.PASS
     is_one_module &= assessment.result("boot_count") is not CheckResult.FAIL
     if name is not None:
         remember(facts, name)
-        is_one_module &= not triggers.is_kept_apart(name, evidence.port)
     check = PreflightCheck(
         verdict=record.verdict.value,  # type: ignore[arg-type]
         is_void=record.void is not None,
@@ -169,25 +168,24 @@ def keep_check(facts: Facts, filed: Filed) -> None:
         document=signed.text,
     )
     facts.add(check, record.module, at=record.at)
-    if name is None or not is_one_module:
-        return
-    claim_fired(facts, name, port=evidence.port, adapter=record.adapter)
-    if history is None:
+    if name is None or history is None or not is_one_module:
         return
     boots = evidence.values.get("boot_count")
-    boot_count = None if boots is None else int(boots)
-    slots = [kept.raw for kept in history.records]
-    triggers.store_visit(name, slots, port=evidence.port, boot_count=boot_count, is_confirmed=history.is_confirmed)
-    remember(facts, name, boot_count=boot_count, settings=evidence.settings)
+    reading = TriggersReading(history, None if boots is None else int(boots), evidence.settings)
+    # Whether the records follow is part of the check of the boot count.
+    filed_as = file_triggers(facts, reading, name, port=evidence.port, adapter=record.adapter, is_same_module=True)
+    if isinstance(filed_as, UserMessage):
+        return
     # A person's word: the records are reviewed, or the module is new, until it reports a trigger.
     found = next(one.finding for one in assessment.checks if one.check.id == "trigger_records")
     word = found.word if person.are_records_reviewed else None
+    triggers = KeptTriggers(facts)
     if any(status.triggered for status in evidence.statuses):
         triggers.say_new(name, is_new=False)
     elif word is RecordsWord.NEW_MODULE:
         triggers.say_new(name)
     if word is RecordsWord.REVIEWED:
-        triggers.mark_reviewed(name, slots)
+        triggers.mark_reviewed(name, [kept.raw for kept in history.records])
 
 
 # The checks that are kept

@@ -163,11 +163,7 @@ def parse_profile(data: bytes) -> Profile:
         raise ProfileRefused(marked("too large."))
     try:
         document = tomllib.loads(data.decode("utf-8-sig"))
-    except UnicodeDecodeError:
-        raise ProfileRefused(marked("not UTF-8 text.")) from None
-    except RecursionError:
-        raise ProfileRefused(marked("nested too deeply.")) from None
-    except ValueError as error:
+    except (ValueError, RecursionError) as error:
         raise ProfileRefused(marked("not TOML: {why}."), why=clean(str(error), longest=MAX_WHY)) from error
     found = _PROFILE(document, "")
     found.pop("format", None)

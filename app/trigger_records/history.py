@@ -211,24 +211,18 @@ class KeptTriggers:
             records.append(SeenRecord(place, bytes.fromhex(kept.content.raw), kept.at, judgement, note))
         return tuple(records)
 
-    def judge(self, module: str, place: int, judgement: Judgement | None, note: str) -> None:
+    def judge(self, module: str, seen: SeenRecord, judgement: Judgement | None, note: str) -> None:
         """Stores a person's judgement of a record; None removes it. Within `Store.write`."""
-        for record in self.records(module):
-            if record.place == place:
-                judged = TriggerRecordJudged(
-                    place=place,
-                    raw=record.raw.hex(),
-                    judgement=judgement,
-                    note=clean(note, longest=MAX_NOTE_LENGTH),
-                )
-                self._facts.add(judged, module)
+        note = clean(note, longest=MAX_NOTE_LENGTH)
+        judged = TriggerRecordJudged(place=seen.place, raw=seen.raw.hex(), judgement=judgement, note=note)
+        self._facts.add(judged, module)
 
     def mark_reviewed(self, module: str, raws: Iterable[bytes]) -> None:
         """Stores a person's word that these records are known, for those without a judgement. Within `Store.write`."""
         known = frozenset(raws)
         for record in self.records(module):
             if record.judgement is None and record.raw in known:
-                self.judge(module, record.place, Judgement.REVIEWED, record.note)
+                self.judge(module, record, Judgement.REVIEWED, record.note)
 
     def _last_slots(self, module: str) -> list[bytes]:
         """What the module held at the last visit."""

@@ -89,15 +89,16 @@ class TriggerReading(QObject):
         if self._module.is_read and not self._module.is_busy and not self._has_asked:
             self.read()
 
-    def judge(self, place: int, judgement: Judgement | None, note: str) -> None:
+    def judge(self, seen: SeenRecord, judgement: Judgement | None, note: str) -> None:
         """Store a person's judgement of a record; a failure offers to try again."""
         store, name = self._storage.ready, self._module.name
         if store is None:
             return
+        place = seen.place
         judged = self._judging[place] = judgement, note
 
         def work(facts: Facts) -> None:
-            KeptTriggers(facts).judge(name, place, judgement, note)
+            KeptTriggers(facts).judge(name, seen, judgement, note)
 
         def end(trouble: StoreError | None = None) -> None:
             if self._judging.get(place) is not judged:
@@ -110,7 +111,7 @@ class TriggerReading(QObject):
 
         def again() -> None:
             self.job.dismiss()
-            self.judge(place, judgement, note)
+            self.judge(seen, judgement, note)
 
         keeper: BackgroundTask[None] = BackgroundTask("dps-s judgement", self, for_once=True)
         keeper.run_in(store, work, lambda _none: end(), end)

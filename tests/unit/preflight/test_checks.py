@@ -84,7 +84,6 @@ def reading(present: Present | None = None, *, is_counted: bool = True, unread: 
     return StateReading(settings, (present or Present(False, False, LEVEL))._replace(is_counted=is_counted))
 
 
-BOTH = {"first": reading(), "last": reading()}
 CASES: tuple[tuple[str, dict[str, Any], CheckResult, str], ...] = (
     ("link_loss", beats(20, 0), PASS, "0 of 20 lost, invalid bytes: 0"),
     ("link_loss", beats(20, 1), FAIL, "1 of 20 lost, invalid bytes: 0"),
@@ -125,10 +124,10 @@ CASES: tuple[tuple[str, dict[str, Any], CheckResult, str], ...] = (
     ("connection", {"ended_at": 1.0}, PASS, "yes"),
     ("connection", {}, UNKNOWN, UNFINISHED.message.in_english()),
     ("connection", {"ended_at": 1.0, "void": SILENT}, FAIL, SILENT.message.in_english()),
-    ("read_twice", BOTH, PASS, "yes"),
-    ("read_twice", BOTH | {"last": reading(unread=("freefall_time",))}, UNKNOWN, "not read again"),
-    ("read_twice", BOTH | {"last": reading(Present(False, False, None))}, UNKNOWN, "not read again"),
-    ("read_twice", BOTH | {"is_answered_twice": True}, FAIL,
+    ("read_twice", {"states": [reading(), reading()]}, PASS, "yes"),
+    ("read_twice", {"states": [reading(), reading(unread=("freefall_time",))]}, UNKNOWN, "not read again"),
+    ("read_twice", {"states": [reading(), reading(Present(False, False, None))]}, UNKNOWN, "not read again"),
+    ("read_twice", {"states": [reading(), reading()], "is_answered_twice": True}, FAIL,
      "Questions are answered twice. Two modules on this line?"),
     *(("attitude_threshold", {"profile": Profile(settings={TILT: 40}), "values": {TILT: value}}, result, f"{value}°")
       for value, result in ((39, FAIL), (40, PASS), (41, FAIL))),
@@ -156,8 +155,8 @@ def test_where_30_or_31_and_the_status_differ_it_is_unknown_with_both_named() ->
             {"activation": "30: no reply, status: LOCKED.", "triggered": "31: no reply, status: not triggered."},
         ),
     ):
-        for when in ("first", "last"):
-            state: dict[str, Any] = {when: reading(present), "reports": still()}
+        for states in ([reading(present), reading()], [reading(), reading(present)]):
+            state: dict[str, Any] = {"states": states, "reports": still()}
             findings = {check_id: finding(check_id, **state) for check_id in ("activation", "triggered")}
             shown = {id_: one.shown.in_english() for id_, one in findings.items() if one.result is UNKNOWN}
             assert shown == against

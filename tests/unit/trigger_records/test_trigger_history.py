@@ -130,14 +130,14 @@ def test_the_tenth_trigger_removes_no_stored_record(facts: Facts) -> None:
     life = [raw(boot, 100 + boot) for boot in range(9)]
     first = store.store_visit(number, life, port="p", boot_count=9, is_confirmed=True)
     assert first.new == len(first.records) == 9
-    store.judge(number, first.records[0].place, Judgement.BENCH_TEST, "on the table\n\u202e=1+1")
+    store.judge(number, first.records[0], Judgement.BENCH_TEST, "on the table\n\u202e=1+1")
     life.append(raw(10, 3))
     second = store.store_visit(number, life[-9:], port="p", boot_count=10, is_confirmed=True)
     assert [record.raw for record in second.records] == life
     assert second.new == 1
     assert second.records[0].judgement is Judgement.BENCH_TEST
     assert second.records[0].note == "on the table [U+202E]=1+1"
-    store.judge(number, second.records[0].place, None, "")
+    store.judge(number, second.records[0], None, "")
     assert store.records(number)[0].judgement is None
     third = store.store_visit(number, life[-9:], port="p", boot_count=10, is_confirmed=True)
     assert third.new == 0
@@ -179,7 +179,7 @@ def test_records_that_do_not_follow_are_kept_under_a_name_only_by_a_persons_word
 def test_the_csv_tells_all_of_each_and_contains_no_formulas(facts: Facts, tmp_path: Path) -> None:
     store, path, text = KeptTriggers(facts), tmp_path / "all.csv", '=HYPERLINK("x";"y"),"'
     store.store_visit("M-07", [WORKED, raw(2, 2)], port="p", boot_count=2, is_confirmed=True)
-    store.judge("M-07", 0, Judgement.REAL, text)
+    store.judge("M-07", store.records("M-07")[0], Judgement.REAL, text)
     write_archive(path, text, store.records("M-07"), seen_once=frozenset({1}))
     data = path.read_bytes()
     assert data.startswith(b"\xef\xbb\xbf")

@@ -314,9 +314,9 @@ class TriggersDetail(QFrame):
         for row in self._rows:
             if row.is_stored:
                 note = self.note.text() if is_alone else row.seen.note
-                self._find_work().judge(row.seen.place, judgement, note)
+                self._find_work().judge(row.seen, judgement, note)
 
     def _commit_note(self) -> None:
         row = self._rows[0] if len(self._rows) == 1 else None
         if row is not None and row.is_stored and self.note.text() != row.seen.note:
-            self._find_work().judge(row.seen.place, row.seen.judgement, self.note.text())
+            self._find_work().judge(row.seen, row.seen.judgement, self.note.text())
