@@ -14,7 +14,6 @@ from msgspec import Struct, to_builtins
 
 from app.archive.archive import all_facts
 from app.guided import results as guided
-from app.guided.guided_store import last_tests, read_test
 from app.modules.service import RESETS_BOOT_COUNT, service_due, service_summary
 from app.records.filing import CheckLine, check_line
 from app.safety.journal import TITLES, Act, Outcome
@@ -113,7 +112,7 @@ def _today(facts: Facts, name: str, last_at: str, now: datetime) -> ModuleToday:
         due.append(message(marked("No check within the last {days} days."), days=CHECK_DAYS))
     if unjudged:
         due.append(message(marked("Unjudged trigger records: {count}."), count=unjudged))
-    tests = sorted(last_tests(facts, name, counts_simulated=False).values(), key=lambda test: test.kind.value)
+    tests = sorted(guided.last_tests(facts, name, counts_simulated=False).values(), key=lambda test: test.kind.value)
     due += [_guided_test(test) for test in tests if test.verdict is not guided.GuidedVerdict.PASSED]
     due += [service.text for service in service_due(facts, name, now.astimezone())]
     doubt = two_modules(facts, name, now)
@@ -215,7 +214,7 @@ def _events(facts: Facts, name: str, types: Iterable[type[Content]]) -> Iterator
                 who = UserMessage(line.who) if line.who else message(marked("not named"))
                 text = message(marked("Pre-flight check: {verdict}, checked by: {who}."), verdict=line.words, who=who)
             case GuidedTestDone():
-                test = read_test(one)
+                test = guided.read_test(one)
                 # One of a newer version is told by its word.
                 text = UserMessage(clean(content.test)) if test is None else _guided_test(test)
             case ModuleNamed():

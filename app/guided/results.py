@@ -1,13 +1,20 @@
-"""Results of guided tests: what was measured against which tolerance, and the verdict."""
+"""Results of guided tests: what was measured against which tolerance, the verdict, and what is kept of it.
+
+They are only added to the store, never changed. A result without a module is kept but counts for none.
+"""
 
 from collections.abc import Mapping
 from enum import Enum
-from typing import Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 from msgspec import Struct, ValidationError, convert, to_builtins
 
-from app.text.messages import UserMessage
+from app.store.rows import GuidedTestDone
+from app.text.messages import UserMessage, clean
 from protocol.translatable import marked
+
+if TYPE_CHECKING:  # a profile names the tests, and opens no store
+    from app.store.fact_store import Facts, Kept
 
 
 class GuidedKind(Enum):
@@ -79,10 +86,6 @@ class StoredTest(Struct, frozen=True, kw_only=True, rename={"kind": "test"}):
     is_simulated: bool = False
     measured: list[dict[str, Any]] = []
 
-    def plain(self) -> dict[str, Any]:
-        plain: dict[str, Any] = to_builtins(self)
-        return plain
-
 
 def stored_test(plain: Mapping[str, object], at: str) -> StoredTest | None:
     """A result in a fact or a record, which is untrusted; None for one that this version does not know."""
@@ -90,3 +93,39 @@ def stored_test(plain: Mapping[str, object], at: str) -> StoredTest | None:
         return convert({**plain, "at": at}, StoredTest)
     except ValidationError:
         return None
+
+
+# The store
+
+
+def keep_test(facts: "Facts", result: GuidedResult, *, module: str | None, who: str, is_simulated: bool) -> None:
+    """Keep the result of a guided test; only within `Store.write`."""
+    measured = []
+    for value in result.measured:
+        texts = {"name": value.name, "shown": value.shown, "tolerance": value.tolerance}
+        measured.append({key: text.to_json() for key, text in texts.items()} | {"verdict": value.verdict.value})
+    test = GuidedTestDone(
+        test=result.kind.value,
+        verdict=result.verdict.value,
+        who=clean(who),
+        is_simulated=is_simulated,
+        measured=measured,
+    )
+    facts.add(test, module)
+
+
+def last_tests(facts: "Facts", module: str, *, counts_simulated: bool) -> Mapping[GuidedKind, StoredTest]:
+    """The newest result of each test of a module. `counts_simulated`: include those of simulated modules."""
+    last: dict[GuidedKind, StoredTest] = {}
+    for kept in facts.back_from_newest(GuidedTestDone, module):
+        test = read_test(kept)
+        if test is not None and (counts_simulated or not test.is_simulated):
+            last.setdefault(test.kind, test)
+        if len(last) == len(GuidedKind):
+            break
+    return last
+
+
+def read_test(kept: "Kept[GuidedTestDone]") -> StoredTest | None:
+    """Return a test as it was kept; None for one that this version does not know."""
+    return stored_test(to_builtins(kept.content), kept.at)

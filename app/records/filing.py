@@ -14,7 +14,7 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 from app.engine.target import is_simulated
-from app.guided.guided_store import last_tests
+from app.guided.results import last_tests
 from app.limits.past import LastTested, Past
 from app.modules.names import remember, remembered
 from app.modules.service import repack_due, service_due

@@ -191,7 +191,7 @@ def make_record(assessment: Assessment, *, at: datetime, adapter: str = "") -> R
             {"text": clean(item.text), "is_done": item.is_done, "is_required": item.is_required}
             for item in assessment.manual
         ],
-        "tests": [case.past.tests[kind].stored.plain() for kind in GuidedKind if kind in case.past.tests],
+        "tests": [msgspec.to_builtins(case.past.tests[kind].stored) for kind in GuidedKind if kind in case.past.tests],
         "read": msgspec.to_builtins(readings_of(evidence)),
         "trigger_records": [kept.raw.hex(" ").upper() for kept in evidence.history.records] if evidence.history else [],
         "notes": list(NOTES),

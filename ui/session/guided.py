@@ -15,9 +15,8 @@ from PySide6.QtCore import QObject, Signal
 
 from app.engine.procedure import Cancelled, Job, Report
 from app.engine.worker import Batch
-from app.guided.guided_store import keep_test, last_tests
 from app.guided.guided_tests import GUIDED_BY_KIND, GuidedTest, Measure, PersonSteps, light_direction
-from app.guided.results import TITLES, VERDICT_WORDS, GuidedKind, GuidedResult, StoredTest
+from app.guided.results import TITLES, VERDICT_WORDS, GuidedKind, GuidedResult, StoredTest, keep_test, last_tests
 from app.modules.names import remember
 from app.procedures.act import Performed
 from app.safety.journal import Outcome

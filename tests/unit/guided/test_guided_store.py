@@ -8,8 +8,7 @@ from typing import Any
 
 import pytest
 
-from app.guided.guided_store import keep_test, last_tests
-from app.guided.results import GuidedKind, GuidedResult, GuidedVerdict, MeasuredValue
+from app.guided.results import GuidedKind, GuidedResult, GuidedVerdict, MeasuredValue, keep_test, last_tests
 from app.preflight.checks import CheckResult, Person
 from app.records.filing import file_check
 from app.records.record import read_document
