@@ -42,7 +42,7 @@ from app.store.rows import (
 )
 from app.system.clock import age_days, local_time
 from app.text.messages import UserError, UserMessage, clean, join_sentences, joined, message
-from app.trigger_records.history import JUDGEMENT_WORDS, record_of, sentence
+from app.trigger_records.history import record_of, sentence
 from protocol.catalogue import BOOTS, READABLE_SETTINGS
 from protocol.fields import Value
 from protocol.translatable import marked
@@ -227,7 +227,7 @@ def _events(facts: Facts, name: str, types: Iterable[type[Content]]) -> Iterator
             case TriggerRecordJudged(judgement=None):
                 text = message(marked("Judgement taken back."))
             case TriggerRecordJudged(judgement=Judgement() as judgement):
-                word = message(JUDGEMENT_WORDS[judgement])
+                word = message(judgement.value)
                 text = _with_note(message(marked("Judged: {judgement}."), judgement=word), content.note)
             case MayHaveFired():
                 text = message(marked("It reported TRIGGERED, or was told to fire before it had this name."))

@@ -193,7 +193,7 @@ class BatchRun:
                 why = message(TAKEN, module=name)
         # A name is spent only on what is READY: the next module gets it otherwise.
         module = None if why else name
-        if evidence.began_at is not None:
+        if evidence.conversation:  # it was checked, if not to the end
             keep_check(facts, filed if module else judge(replace(self.person, module=None), Past(module=None)))
         if module:
             self.last = name

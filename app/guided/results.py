@@ -5,11 +5,11 @@ They are only added to the store, never changed. A result without a module is ke
 
 from collections.abc import Mapping
 from enum import Enum
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, Annotated, Any, NamedTuple
 
-from msgspec import Struct, ValidationError, convert, to_builtins
+from msgspec import Meta, Struct, ValidationError, convert, to_builtins
 
-from app.store.rows import GuidedTestDone
+from app.store.rows import GuidedTestDone, Text, Word
 from app.text.messages import UserMessage, clean
 from protocol.translatable import marked
 
@@ -77,22 +77,14 @@ class GuidedResult(NamedTuple):
 
 
 class StoredTest(Struct, frozen=True, kw_only=True, rename={"kind": "test"}):
-    """A result that was kept. `at`: ISO 8601; `measured`: as the store keeps a `MeasuredValue`."""
+    """A result that was kept, also in a record. `at`: ISO 8601; `measured`: as the store keeps a `MeasuredValue`."""
 
     kind: GuidedKind
     verdict: GuidedVerdict
-    at: str
-    who: str = ""
+    at: Word
+    who: Text = ""
     is_simulated: bool = False
-    measured: list[dict[str, Any]] = []
-
-
-def stored_test(plain: Mapping[str, object], at: str) -> StoredTest | None:
-    """A result in a fact or a record, which is untrusted; None for one that this version does not know."""
-    try:
-        return convert({**plain, "at": at}, StoredTest)
-    except ValidationError:
-        return None
+    measured: Annotated[list[dict[Word, Any]], Meta(max_length=20)] = []
 
 
 # The store
@@ -128,4 +120,7 @@ def last_tests(facts: "Facts", module: str, *, counts_simulated: bool) -> Mappin
 
 def read_test(kept: "Kept[GuidedTestDone]") -> StoredTest | None:
     """Return a test as it was kept; None for one that this version does not know."""
-    return stored_test(to_builtins(kept.content), kept.at)
+    try:
+        return convert(to_builtins(kept.content) | {"at": kept.at}, StoredTest)
+    except ValidationError:
+        return None

@@ -89,7 +89,6 @@ class Evidence:
     baud_rate: int = 0
     # Its number; 0 before the check has begun.
     conversation: int = 0
-    began_at: float | None = None
     ended_at: float | None = None
     # Why it holds no more; set while it still runs, it is void when it ends.
     void: Void | None = None
@@ -158,9 +157,7 @@ class Evidence:
 
     def note_error(self, error: BaseException) -> None:
         """Record why the check ended early, unless that is known already. What was enabled is not known any more."""
-        for key, flag in self.flags.items():
-            if flag.is_enabled is not None:
-                self.flags[key] = TriggerFlag(why=UNFINISHED.message)
+        self.flags = {key: TriggerFlag(why=UNFINISHED.message) for key in self.flags}
         if self.void is None:
             match error:
                 case Interrupted():

@@ -16,7 +16,6 @@ from app.preflight.evidence import (
     HEARTBEATS,
     NOT_ENABLED,
     STILL_S,
-    UNFINISHED,
     UNREAD,
     Evidence,
     TriggerFlag,
@@ -50,14 +49,12 @@ SLOW = tuple(BY_NAME[name] for name in ("cell_voltage", "charging", "light"))
 SETTLE_S = 0.6
 
 
-def run_preflight(
-    evidence: Evidence, *, is_enabling: bool = False, journal: Journal | None = None
-) -> Procedure[Evidence]:
+def run_preflight(evidence: Evidence, *, is_enabling: bool = False, journal: Journal | None = None) -> Procedure[None]:
     """Fill `evidence`; with `is_enabling` enable both automatic triggers, if the module is locked. Raises `Interrupted`
     or `Cancelled`; `evidence` is void then."""
     begin: EngineView = yield Inspect()
     evidence.conversation = begin.conversation.number
-    evidence.began_at, evidence.baud_rate = begin.now, begin.baud_rate
+    evidence.baud_rate = begin.baud_rate
     _log.debug("checking in conversation %d", evidence.conversation)
     try:
         yield from _collect(evidence, begin, is_enabling=is_enabling, journal=journal or Journal())
@@ -65,7 +62,6 @@ def run_preflight(
         evidence.note_error(error)
         _log.debug("check ended early: %s", error)
         raise
-    return evidence
 
 
 def _collect(evidence: Evidence, begin: EngineView, *, is_enabling: bool, journal: Journal) -> Procedure[None]:
@@ -92,8 +88,7 @@ def _collect(evidence: Evidence, begin: EngineView, *, is_enabling: bool, journa
     yield Report(3, STEPS, marked("Triggers"))
     evidence.flags = {command.key: TriggerFlag() for command in TRIGGERS}
     if is_enabling:
-        # What is interrupted from here on may have left. Each is sent once, and never to an active module.
-        evidence.flags = {command.key: TriggerFlag(why=UNFINISHED.message) for command in TRIGGERS}
+        # Each is sent once, and never to an active module.
         changes = [SettingChange(command, True) for command in TRIGGER_FLAGS]
         report = yield from set_each(changes, WriteContext(journal=journal))
         for written in report.results:

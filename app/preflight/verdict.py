@@ -15,7 +15,7 @@ from app.preflight.checks import CHECKS, Case, Check, CheckResult, Finding
 from app.preflight.evidence import FIRED, OVER, TOO_OLD, UNFINISHED, Void, changed, void_of_end
 from app.safety.journal import REQUESTS, Act
 from app.settings.profiles import ActivatedBy, ManualLine
-from app.text.messages import UserMessage, clean, joined, message
+from app.text.messages import UserMessage, clean, message
 from protocol.catalogue import COMMANDS
 from protocol.events import Event, Sent
 from protocol.translatable import marked
@@ -58,16 +58,6 @@ def meaning_of(verdict: Verdict, activated_by: ActivatedBy) -> UserMessage:
 def verdict_sentence(verdict: Verdict, activated_by: ActivatedBy) -> UserMessage:
     word = UserMessage(verdict.value)
     return message(marked("{value}: {why}"), value=word, why=meaning_of(verdict, activated_by))
-
-
-def unsigned(who: object, module: object, aircraft: object) -> UserMessage | None:
-    """Return what the signature of a check lacks: person, module or aircraft; None if it is complete."""
-    missing = [
-        UserMessage(text)
-        for text, value in ((marked("Checked by"), who), (marked("Module"), module), (marked("Aircraft"), aircraft))
-        if not value
-    ]
-    return message(marked("UNSIGNED, missing: {missing}."), missing=joined(missing)) if missing else None
 
 
 MANUAL_WORDS: Mapping[bool | None, str] = {

@@ -20,10 +20,10 @@ from msgspec import Meta, Struct
 
 from app import version
 from app.engine.target import is_simulated
-from app.guided.results import GuidedKind
+from app.guided.results import GuidedKind, StoredTest
 from app.preflight.checks import CheckResult
 from app.preflight.reading_object import readings_of
-from app.preflight.verdict import Assessment, Verdict, unsigned, verdict_of
+from app.preflight.verdict import Assessment, Verdict, verdict_of
 from app.store.rows import Key, Whole, Word
 from app.store.station import Station
 from app.text.messages import MAX_TEXT_LENGTH, UserError, UserMessage, clean, joined, message
@@ -86,7 +86,7 @@ class Record(Struct, frozen=True, kw_only=True):
     softer_limits: Annotated[list[Word], Meta(max_length=100)]
     checks: Annotated[list[RecordedCheck], Meta(max_length=100)]
     manual: Annotated[list[RecordedItem], Meta(max_length=200)]
-    tests: Annotated[list[dict[str, Any]], Meta(max_length=20)]
+    tests: Annotated[list[StoredTest], Meta(max_length=20)]
     read: dict[str, Any]
     trigger_records: Annotated[list[Hex], Meta(max_length=20)]
     notes: Annotated[list[Text], Meta(max_length=20)]
@@ -95,9 +95,10 @@ class Record(Struct, frozen=True, kw_only=True):
     def caveats(self) -> list[UserMessage]:
         """Restrictions that are shown beside the verdict."""
         restrictions = [message(marked("SIMULATED MODULE: no evidence."))] if self.is_simulated else []
-        nobody = unsigned(self.who, self.module, self.aircraft)
-        if nobody is not None and self.verdict is not Verdict.NO_GO:
-            restrictions.append(nobody)
+        signature = {marked("Checked by"): self.who, marked("Module"): self.module, marked("Aircraft"): self.aircraft}
+        missing = [UserMessage(title) for title, entry in signature.items() if not entry]
+        if missing and self.verdict is not Verdict.NO_GO:
+            restrictions.append(message(marked("UNSIGNED, missing: {missing}."), missing=joined(missing)))
         titles = [UserMessage(check.title) for check in self.checks if check.id in self.softer_limits]
         if titles:
             restrictions.append(message(marked("Looser than advised: {checks}."), checks=joined(titles)))

@@ -8,7 +8,7 @@ import hashlib
 from contextlib import suppress
 from pathlib import Path
 
-from app.guided.results import TITLES, VERDICT_WORDS, GuidedKind, stored_test
+from app.guided.results import TITLES, VERDICT_WORDS, GuidedKind
 from app.modules.labels import A4, Printer
 from app.preflight.checks import RESULT_WORDS, CheckResult
 from app.preflight.verdict import MANUAL_WORDS, Verdict, verdict_sentence
@@ -59,12 +59,8 @@ def report_html(signed: SignedRecord) -> str:
 
 
 def _tests(record: Record) -> list[dict[str, str]]:
-    """Return the guided tests that this version knows."""
-    known = []
-    for fields in record.tests[: len(GuidedKind)]:
-        test = stored_test(fields, str(fields.get("at")))
-        if test is None:
-            continue
+    tests = []
+    for test in record.tests[: len(GuidedKind)]:
         measured = []
         for row in test.measured[:10]:
             name, shown, tolerance = (
@@ -74,8 +70,8 @@ def _tests(record: Record) -> list[dict[str, str]]:
         when = f"{local_time(test.at, DAY, record.at.tzinfo)}, {test.who or '—'}"
         told = {"title": tr(TITLES[test.kind]), "verdict": test.verdict.value, "word": tr(VERDICT_WORDS[test.verdict])}
         told["when"] = f"{when}, {tr('simulated')}" if test.is_simulated else when
-        known.append({**told, "measured": "; ".join(measured)})
-    return known
+        tests.append({**told, "measured": "; ".join(measured)})
+    return tests
 
 
 # Its files

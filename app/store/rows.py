@@ -14,6 +14,7 @@ from msgspec import Meta, Struct
 
 from app.safety.journal import Outcome
 from app.text.messages import clean
+from protocol.translatable import marked
 
 # A record with all the frames that a check keeps has 150,000.
 MAX_CONTENT_BYTES = 1_000_000
@@ -77,11 +78,13 @@ class TriggerRecordSeen(Content, frozen=True, kw_only=True):
 
 
 class Judgement(Enum):
-    BENCH_TEST = "bench test"
-    REAL = "real"
-    FALSE = "false"
+    """The value is translatable."""
+
+    BENCH_TEST = marked("bench test")
+    REAL = marked("real")
+    FALSE = marked("false trigger")
     # Looked at, and known; also the word with which a person passes a pre-flight check.
-    REVIEWED = "reviewed"
+    REVIEWED = marked("reviewed")
 
 
 class TriggerRecordJudged(Content, frozen=True, kw_only=True):

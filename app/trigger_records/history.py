@@ -37,13 +37,6 @@ SOURCE_WORDS = {
     "freefall": marked("free fall"),
 }
 
-JUDGEMENT_WORDS = {
-    Judgement.BENCH_TEST: marked("bench test"),
-    Judgement.REAL: marked("real"),
-    Judgement.FALSE: marked("false trigger"),
-    Judgement.REVIEWED: marked("reviewed"),
-}
-
 
 # Merging
 
@@ -300,7 +293,7 @@ def write_archive(path: Path, module: str, records: Iterable[SeenRecord], *, see
             "first_seen_at": utc_cell(seen.first_seen_at),
             "confirmed": seen.place not in seen_once,
             "told": sentence(record).translated(),
-            "judgement": None if seen.judgement is None else JUDGEMENT_WORDS[seen.judgement],
+            "judgement": None if seen.judgement is None else seen.judgement.value,
             "note": clean(seen.note, longest=MAX_NOTE_LENGTH),
         }
         rows.append([values[name] for name in CSV_HEAD])

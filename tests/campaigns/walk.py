@@ -242,7 +242,8 @@ def _assessed(evidence: Evidence) -> Assessment:
 
 def _checked_and_activated(rig: ModuleRig, journal: FakeJournal) -> Job[Any]:
     def check() -> Procedure[Evidence]:
-        evidence = yield from run_preflight(Evidence(), is_enabling=True, journal=journal)
+        evidence = Evidence()
+        yield from run_preflight(evidence, is_enabling=True, journal=journal)
         ready = _assessed(evidence)
         if ready.verdict is Verdict.READY:
             _, evidence = yield from activate_ready(ready, journal, rig.permit(Act.ACTIVATE))

@@ -12,6 +12,7 @@ from typing import Any
 import msgspec
 import pytest
 
+from app.guided.results import GuidedKind, GuidedVerdict, StoredTest
 from app.modules.labels import Paper
 from app.preflight.checks import CheckResult
 from app.records.record import NOTES, Record, SignedRecord, sign
@@ -114,7 +115,8 @@ def test_a_strangers_messages_print_as_plain_text(qapp: object) -> None:
     hostile = {"text": "<b><b>", "values": []}, "<b><b>\u202e\x1b", {"text": "{a:9999999999}"}
     for kept in ({}, {"text": 7}, deep, *hostile):
         checks = [msgspec.structs.replace(one, shown=kept, do=kept) for one in signed_record("worst").record.checks]
-        page = printed("worst", checks=checks, tests=[{"test": "tilt", "measured": [{"name": kept}], "at": kept}])
+        test = StoredTest(kind=GuidedKind.TILT, verdict=GuidedVerdict.PASSED, at="<b><b>", measured=[{"name": kept}])
+        page = printed("worst", checks=checks, tests=[test])
         assert not re.search("<b><b>|\u202e|\x1b", page)
         assert print_report(page, b"{}").startswith(b"%PDF")
 

@@ -4,7 +4,6 @@ from collections.abc import Iterator
 from contextlib import closing
 from datetime import UTC, datetime, timedelta
 from pathlib import Path
-from typing import Any
 
 import pytest
 
@@ -94,11 +93,11 @@ def test_the_filed_check_knows_the_tests_and_prints_them(
         evidence, profile, Person(who="Li", module="M-07", aircraft="A"), store=store,
     )  # fmt: skip
     assert filed.assessment.result("guided_tests") is expected
-    tests: Any = filed.record.tests
+    tests = filed.record.tests
     assert len(tests) == (expected is CheckResult.PASS)
     text = report_html(filed.exported)
     if tests:
-        assert tests[0]["who"] == "Li"
+        assert tests[0].who == "Li"
         assert "Attitude trigger" in text
         assert "Fires: 61° (60°)" in text
         assert ("simulated" in text.lower()) is is_simulated

@@ -19,14 +19,7 @@ from app.store.rows import Judgement
 from app.system.clock import local_time
 from app.text.i18n import tr
 from app.text.messages import capitalised, join_sentences, labelled, saved_text, with_units
-from app.trigger_records.history import (
-    JUDGEMENT_WORDS,
-    MAX_NOTE_LENGTH,
-    sentence,
-    source_message,
-    uptime_message,
-    write_archive,
-)
+from app.trigger_records.history import MAX_NOTE_LENGTH, sentence, source_message, uptime_message, write_archive
 from protocol.translatable import marked
 from ui.files.file_dialogs import AskPath, ask_path
 from ui.forms.tables import RowsTable, SearchedRows, TableColumn, select_row
@@ -68,7 +61,7 @@ def _settings(row: TriggerRow) -> str:
 def _judged(row: TriggerRow) -> str:
     if row.is_seen_once:
         return tr("seen once")
-    return "—" if row.seen.judgement is None else tr(JUDGEMENT_WORDS[row.seen.judgement])
+    return "—" if row.seen.judgement is None else tr(row.seen.judgement.value)
 
 
 def _cell_meaning(row: TriggerRow) -> Meaning | None:
@@ -120,7 +113,7 @@ COLUMNS: Final[tuple[TableColumn[TriggerRow], ...]] = (
         ink=_cell_meaning,
     ),
     TableColumn(
-        marked("Reviewed"), _judged, widest=lambda: max(tr("seen once"), *map(tr, JUDGEMENT_WORDS.values()), key=len)
+        marked("Reviewed"), _judged, widest=lambda: max(tr("seen once"), *(tr(one.value) for one in Judgement), key=len)
     ),
 )
 
@@ -263,7 +256,7 @@ class TriggersDetail(QFrame):
         judging, columns = QGridLayout(), 3 if is_text_large() else len(Judgement) + 1
         for number, judgement in enumerate((None, *Judgement)):
             name = "none" if judgement is None else judgement.name.lower()
-            text = tr("not reviewed") if judgement is None else tr(JUDGEMENT_WORDS[judgement])
+            text = tr("not reviewed") if judgement is None else tr(judgement.value)
             button = control(QToolButton(), f"triggers_judge_{name}", text=text, role="choice")
             button.setCheckable(True)
             self.buttons[judgement] = button
