@@ -125,7 +125,8 @@ def _no_reply(attempts: int, waited_s: float) -> UserMessage:
 
 
 def _row(key: str, values: Mapping[str, Value], errors: Mapping[str, UserMessage]) -> tuple[str, str]:
-    from app.limits.limits import LimitsInUse, outside_of
+    from app.limits.limits import outside_of
+    from app.settings.profiles import NO_PROFILE
 
     title, value, field = tr(_TITLES[key]), values.get(key), _FIELDS[key]
     if value is None or field is None:
@@ -134,5 +135,5 @@ def _row(key: str, values: Mapping[str, Value], errors: Mapping[str, UserMessage
     text = field.text(field.encode(value))
     shown = f"{value} {tr(field.unit)}" if isinstance(field, Choice) else tr(text)
     # Nobody has measured here whether an open bay reads more or less light, so nothing is said of the bay.
-    outside = None if key == "light_v" else outside_of(key, values, LimitsInUse())
+    outside = None if key == "light_v" else outside_of(key, values, NO_PROFILE)
     return title, shown if outside is None else outside.beside(shown)

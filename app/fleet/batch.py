@@ -77,14 +77,10 @@ class ModuleBatch(NamedTuple):
         return tuple(change for change in every if change.command is not BAUD_RATE)
 
     @property
-    def title(self) -> str:
-        return "..".join(dict.fromkeys((self.names[0], self.names[-1])))
-
-    @property
     def key(self) -> str:
         """The same for the same names and settings: what is done is left out."""
         settings = " ".join(f"{key}={value}" for key, value in sorted(self.profile.settings.items()))
-        return f"{self.title} {len(self.names)} {settings}"
+        return f"{self.names[0]}..{self.names[-1]} {len(self.names)} {settings}"
 
     @property
     def enables_triggers(self) -> bool:

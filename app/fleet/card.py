@@ -145,29 +145,22 @@ class Applied(Enum):
 
 
 class AppliedProfile(NamedTuple):
-    """`why`: sentences."""
+    """`why`: one sentence or several."""
 
     state: Applied
-    why: tuple[UserMessage, ...] = ()
-
-    @property
-    def sentence(self) -> str:
-        """In the language in use now."""
-        return joined(self.why, " ").translated() if self.why else ""
+    why: UserMessage = UserMessage("")
 
 
 def outcome_of(report: WriteReport) -> AppliedProfile:
     """Verified only if everything that can be read back was read back equal."""
     if report.is_refused:
-        return AppliedProfile(Applied.REFUSED, tuple(refusal.message for refusal in report.refusals))
-    why = whats_not_as_written(report)
-    if why or not report.is_fine:
-        return AppliedProfile(Applied.FAILED, why)
+        return AppliedProfile(Applied.REFUSED, joined([refusal.message for refusal in report.refusals], " "))
+    if not report.is_fine:
+        return AppliedProfile(Applied.FAILED, joined(whats_not_as_written(report), " "))
     unproven = [message(one.command.title) for one in report.results if one.verified is None]
     if unproven:
-        return AppliedProfile(
-            Applied.ACKNOWLEDGED, (message(marked("Not read back: {names}."), names=joined(unproven)),)
-        )
+        why = message(marked("Not read back: {names}."), names=joined(unproven))
+        return AppliedProfile(Applied.ACKNOWLEDGED, why)
     return AppliedProfile(Applied.VERIFIED if report.results else Applied.NOTHING_TO_DO)
 
 
@@ -186,7 +179,7 @@ def result_line(applied: Iterable[tuple[str, AppliedProfile]]) -> str:
     M-03 (…)"."""
     words: dict[Applied, list[str]] = {state: [] for state in Applied}
     for name, result in applied:
-        is_told = bool(result.why) and not result.state.is_fine
-        words[result.state].append(name + in_brackets(result.sentence) if is_told else name)
+        why = "" if result.state.is_fine else result.why.translated()
+        words[result.state].append(name + in_brackets(why) if why else name)
     lines = (labelled(f"{len(names)} {tr(one.value)}", join_names(names)) for one, names in words.items() if names)
     return " · ".join(lines)

@@ -114,26 +114,26 @@ def bay_outside(light_v: float, threshold_v: float, *, is_inverted: bool = False
     return None if is_dark else Outside(OutOfLimit.BAY_OPEN, f"{threshold_v:.1f} V")
 
 
-def value_outside(key: str, conversation: ConversationView, now: float, in_use: LimitsInUse) -> Outside | None:
+def value_outside(key: str, conversation: ConversationView, now: float, profile: Profile) -> Outside | None:
     """Judge the module's last value; None also if the value or its limit is unknown."""
     values = {name: known.value for name in (key, "charging") if (known := conversation.known(name, now)) is not None}
     threshold = conversation.fresh("light_threshold_v", now)
-    return outside_of(key, values if threshold is None else values | {"light_threshold_v": threshold}, in_use)
+    return outside_of(key, values if threshold is None else values | {"light_threshold_v": threshold}, profile)
 
 
-def outside_of(key: str, values: Mapping[str, Value], in_use: LimitsInUse) -> Outside | None:
+def outside_of(key: str, values: Mapping[str, Value], profile: Profile) -> Outside | None:
     measured = values.get(key)
     if measured is None:
         return None
     value = round(float(measured), 3)  # recordings keep four bytes of it: 3.7999999 is 3.80
     if key == "cell_voltage_v":
         charging = values.get("charging")
-        return cell_outside(value, in_use.profile, is_charging=None if charging is None else charging is True)
+        return cell_outside(value, profile, is_charging=None if charging is None else charging is True)
     if key == "light_v":
         threshold = values.get("light_threshold_v")
         if threshold is None:
             return None
-        return bay_outside(value, float(threshold), is_inverted=in_use.profile.is_light_inverted)
+        return bay_outside(value, float(threshold), is_inverted=profile.is_light_inverted)
     return None
 
 

@@ -302,7 +302,8 @@ def _bay_closed(case: Case) -> Finding:
 
 
 def _setting(case: Case, key: str, advice: UserMessage | None = None) -> Finding:
-    """Equal to the profile's value if it has one, else within the advice; never beyond the bounds."""
+    """Equal to the profile's value if it has one, else within the advice; never beyond the bounds. `advice`: one that
+    cannot be checked, so that without a profile it is a warning."""
     command, bound, target = SETTINGS_BY_KEY[key], SETTING_BOUNDS[key], case.profile.settings.get(key)
     limit = advice or bound.advice if target is None else message(f"= {value_text(command, target)}")
     value = case.evidence.values.get(key)
@@ -310,15 +311,8 @@ def _setting(case: Case, key: str, advice: UserMessage | None = None) -> Finding
         return case.unread(key, limit)
     is_fine = bound.advised_low <= value <= bound.advised_high if target is None else value == target
     is_fine &= bound.low <= value <= bound.high
-    return _judged(value, value_text(command, value), limit, is_fine=is_fine)
-
-
-def _light_threshold(case: Case) -> Finding:
-    """Warn where there is no profile: the advice cannot be checked then."""
-    finding = _setting(case, "light_threshold_v", message(marked("as read with the bay open")))
-    if finding.result is CheckResult.PASS and "light_threshold_v" not in case.profile.settings:
-        return finding._replace(result=CheckResult.WARN)
-    return finding
+    found = _judged(value, value_text(command, value), limit, is_fine=is_fine)
+    return found._replace(result=CheckResult.WARN) if is_fine and limit is advice else found
 
 
 def _trigger(case: Case, key: str) -> Finding:
@@ -511,7 +505,8 @@ CHECKS: Final[tuple[Check, ...]] = (
           marked("Too high, it fires in a descent; too low, it misses falls."), _WRITE_IT),
     Check("freefall_time", marked("Free-fall time"), partial(_setting, key="freefall_time_s"),
           marked("Too short, it fires without need; too long, it costs height."), _WRITE_IT),
-    Check("light_threshold", marked("Light threshold"), _light_threshold,
+    Check("light_threshold", marked("Light threshold"),
+          partial(_setting, key="light_threshold_v", advice=message(marked("as read with the bay open"))),
           marked("Light in the parachute bay: tells whether it is open."),
           marked("Measure the light threshold.")),
     Check("attitude_trigger", marked("Attitude trigger enabled"), partial(_trigger, key="attitude_trigger"),

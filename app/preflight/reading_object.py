@@ -14,11 +14,7 @@ if TYPE_CHECKING:  # a reading loads nothing of a check
     from app.preflight.evidence import Evidence
 
 
-class PartJson(Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
-    """A part of a reading. null: not known."""
-
-
-class LinkJson(PartJson, frozen=True, kw_only=True):
+class LinkJson(Struct, frozen=True, forbid_unknown_fields=True):
     """`round_trip_ms`: the median time from a question to its answer."""
 
     port: str
@@ -26,7 +22,7 @@ class LinkJson(PartJson, frozen=True, kw_only=True):
     round_trip_ms: float | None
 
 
-class StatusJson(PartJson, frozen=True, kw_only=True):
+class StatusJson(Struct, frozen=True, forbid_unknown_fields=True):
     """The module's last report."""
 
     tilt_deg: float | None
@@ -35,7 +31,7 @@ class StatusJson(PartJson, frozen=True, kw_only=True):
     active: bool | None
 
 
-class SettingsJson(PartJson, frozen=True, kw_only=True):
+class SettingsJson(Struct, frozen=True, forbid_unknown_fields=True):
     """All settings, the most important first."""
 
     attitude_threshold_deg: float | None
@@ -48,8 +44,8 @@ class SettingsJson(PartJson, frozen=True, kw_only=True):
     baud_rate: Literal[4800, 9600, 19200, 38400, 57600, 115200] | None
 
 
-class ReadJson(PartJson, frozen=True, kw_only=True):
-    """What the module says of itself now; `errors` tells why a value is not known."""
+class ReadJson(Struct, frozen=True, forbid_unknown_fields=True):
+    """What the module says of itself now. A value that is not known is null; `errors` tells why."""
 
     link: LinkJson
     status: StatusJson

@@ -43,7 +43,6 @@ REPORT_EVERY_S = 0.05
 QUIET_S = 0.3
 # Of asking for cell voltage, charging and light.
 VALUE_ROUNDS = 3
-TRIGGERS = (BY_NAME["attitude_trigger"], BY_NAME["freefall_trigger"])
 SLOW = tuple(BY_NAME[name] for name in ("cell_voltage", "charging", "light"))
 # A module that restarts when it is activated has said so by then.
 SETTLE_S = 0.6
@@ -86,7 +85,7 @@ def _collect(evidence: Evidence, begin: EngineView, *, is_enabling: bool, journa
     evidence.history = yield from read_history()
 
     yield Report(3, STEPS, marked("Triggers"))
-    evidence.flags = {command.key: TriggerFlag() for command in TRIGGERS}
+    evidence.flags = {command.key: TriggerFlag() for command in TRIGGER_FLAGS}
     if is_enabling:
         # Each is sent once, and never to an active module.
         changes = [SettingChange(command, True) for command in TRIGGER_FLAGS]

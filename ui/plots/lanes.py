@@ -129,7 +129,7 @@ def measured_lanes(data: Measured, in_use: LimitsInUse, acting: LimitSteps, unpr
     def cell_outside(volts: float, time_s: float) -> Outside | None:
         charging = data.charging_at(time_s)
         known: dict[str, Value] = {} if charging is None else {"charging": charging}
-        return outside_of("cell_voltage_v", {"cell_voltage_v": volts, **known}, in_use)
+        return outside_of("cell_voltage_v", {"cell_voltage_v": volts, **known}, in_use.profile)
 
     lights = (acting.lights, unproven.lights)
     threshold = _limits(lights, marked("{value} V threshold"), marked("{value} V threshold?"), Meaning.ATTENTION, 1)

@@ -246,7 +246,7 @@ class TopBar(QFrame):
         else:
             picture = battery((volts - 3.3) / (4.2 - 3.3))  # the usual range of a lithium cell, for the icon only
         meaning, detail = None, ""
-        outside = value_outside("cell_voltage_v", view, now, self._in_use)
+        outside = value_outside("cell_voltage_v", view, now, self._in_use.profile)
         if outside is not None:
             said.append(tr(outside.fault.value))
             picture, meaning, detail = Icon.WARNING, Meaning.ATTENTION, tr("limit {value}", value=outside.limit)

@@ -131,8 +131,10 @@ def test_a_profile_is_compared_written_and_verified_on_each_and_never_called_fin
     assert [one.state for one in results.values()] == [
         *(Applied.ACKNOWLEDGED, Applied.FAILED, Applied.REFUSED, Applied.FAILED),
     ]
-    assert BY_NAME["attitude_trigger"].title in results["a"].sentence  # it cannot be read back, and that is said
-    assert results["d"].sentence.startswith("Attitude threshold: ")
+    assert (
+        BY_NAME["attitude_trigger"].title in results["a"].why.translated()
+    )  # it cannot be read back, and that is said
+    assert results["d"].why.translated().startswith("Attitude threshold: ")
     line = result_line(results.items())
     assert line.startswith("1 written: a · 1 refused: c (The module is ACTIVE")
     assert " · 2 FAILED: b (" in line

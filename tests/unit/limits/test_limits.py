@@ -3,16 +3,7 @@
 import numpy as np
 import pytest
 
-from app.limits.limits import (
-    SETTING_BOUNDS,
-    LimitsInUse,
-    OutOfLimit,
-    Outside,
-    cell_outside,
-    outside_of,
-    record_outside,
-    softened,
-)
+from app.limits.limits import SETTING_BOUNDS, OutOfLimit, Outside, cell_outside, outside_of, record_outside, softened
 from app.preflight.checks import CheckResult
 from app.preflight.verdict import Verdict
 from app.records.filing import local_now
@@ -95,9 +86,9 @@ def test_cell(volts: float, is_charging: bool | None, fault: OutOfLimit | None) 
 
 @pytest.mark.promise("g")
 def test_what_was_kept_in_four_bytes_is_judged_by_its_step() -> None:
-    assert outside_of("cell_voltage_v", {"cell_voltage_v": float(np.float32(3.8))}, LimitsInUse()) is None
+    assert outside_of("cell_voltage_v", {"cell_voltage_v": float(np.float32(3.8))}, NO_PROFILE) is None
     open_bay = {"light_v": float(np.float32(1.8)), "light_threshold_v": 1.8}
-    assert outside_of("light_v", open_bay, LimitsInUse()) == Outside(OutOfLimit.BAY_OPEN, "1.8 V")
+    assert outside_of("light_v", open_bay, NO_PROFILE) == Outside(OutOfLimit.BAY_OPEN, "1.8 V")
 
 
 @pytest.mark.promise("g")

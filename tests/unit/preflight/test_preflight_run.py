@@ -11,7 +11,7 @@ from app.engine.procedure import Report
 from app.limits.past import Past
 from app.preflight.checks import CHECKS, REPORTS_NEEDED, Case
 from app.preflight.evidence import Evidence, TriggerFlag
-from app.preflight.run import STEPS, TRIGGERS, run_preflight
+from app.preflight.run import STEPS, run_preflight
 from app.preflight.verdict import Verdict, assess, verdict_of
 from app.procedures.stream import StreamSwitch
 from app.procedures.write import SettingChange, WriteContext, WriteFault, set_each
@@ -31,7 +31,7 @@ from tests.support.line.sim_line import Rig, settled_rig
 from tests.support.records.preflight_rig import FAULTS, Arrange, Fault, assert_only_questions, check, gather, on_request
 from tests.support.records.stored import station
 
-FLAGS = [command.key for command in TRIGGERS]
+FLAGS = [command.key for command in TRIGGER_FLAGS]
 
 
 STREAMS = Fault(arrange=lambda rig: rig.bench.module.start_stream(rig.clock()))

@@ -172,8 +172,8 @@ class Board(QTableWidget):
         applied = self._profile.result(port)
         if applied is not None:
             meaning = _APPLIED_MEANINGS[applied.state]
-            text = tr(applied.state.value)
-            return _Cell(labelled(text, applied.sentence) if applied.why else text, meaning, MEANING_ICONS[meaning])
+            text, why = tr(applied.state.value), applied.why.translated()
+            return _Cell(labelled(text, why) if why else text, meaning, MEANING_ICONS[meaning])
         lines = []
         for row in self._profile.differences(port):
             value = tr("unknown") if row.module_value is None else value_text(row.command, row.module_value.value)

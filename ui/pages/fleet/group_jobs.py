@@ -14,7 +14,7 @@ from app.safety.journal import Act
 from app.safety.permit import Interlock, inputs_at, refusals
 from app.settings.form import ProfileRow
 from app.settings.profiles import Profile
-from app.text.messages import UserError, joined, message
+from app.text.messages import UserError, UserMessage, joined, message
 from protocol.translatable import marked
 from ui.pages.fleet.members import FleetMembers, port_text
 from ui.services.context import Services
@@ -66,7 +66,7 @@ class GroupProfile(QObject):
             return None
         unmet = refusals(Act.WRITE, inputs_at(module.view, module.now_s))
         locked = [refusal.message for refusal in unmet if refusal.condition is Interlock.MAY_WRITE]
-        return AppliedProfile(Applied.REFUSED, tuple(locked))
+        return AppliedProfile(Applied.REFUSED, joined(locked, " "))
 
     @property
     def writable(self) -> list[Port]:
@@ -114,12 +114,12 @@ class GroupProfile(QObject):
         if job.error is None:
             applied = outcome_of(job.outcome())
         else:
-            why = (job.error.message,) if isinstance(job.error, UserError) else ()
+            why = job.error.message if isinstance(job.error, UserError) else UserMessage("")
             applied = AppliedProfile(Applied.FAILED, why)
         self._applied[port] = module, applied
         if module.is_going:
             module.keep()
         else:  # the row is of the next conversation by now
-            told = joined(applied.why, " ") if applied.why else message(applied.state.value)
+            told = applied.why if applied.why.text else message(applied.state.value)
             module.keep_report(message(marked("{name}: {value}"), name=message(marked("Profile")), value=told))
         self.changed.emit()

@@ -83,7 +83,7 @@ class FleetMembers:
             lock_sent=port.lock.sent,
             lock_failed=port.lock.failed,
             is_shown=port is self._ports.current,
-            cell_outside=value_outside("cell_voltage_v", module.view, self.now(), self._services.in_use),
+            cell_outside=value_outside("cell_voltage_v", module.view, self.now(), self._services.in_use.profile),
         )
 
 

@@ -93,7 +93,7 @@ class LivePanel(QFrame):
         charging = view.fresh("charging", now_s)
         charge = tr("charging") if charging else tr("not charging")
         charge = tr("charger unknown") if charging is None else charge
-        cell = value_outside("cell_voltage_v", view, now_s, in_use)
+        cell = value_outside("cell_voltage_v", view, now_s, in_use.profile)
         self.cell.set_limit("" if cell is None else cell.limit)
         note = (None, charge) if cell is None else (Meaning.ATTENTION, tr(cell.fault.value))
         _show(self.cell, view.known("cell_voltage_v", now_s), now_s, 2, note)

@@ -13,11 +13,11 @@ from PySide6.QtWidgets import QFrame, QLabel, QProgressBar, QWidget
 
 from app.diagnosis.link_state import Phase, link_text
 from app.preflight.checks import CheckResult
-from app.preflight.run import TRIGGERS
 from app.preflight.verdict import VALID_FOR_S, Standing, Verdict, meaning_of
 from app.safety.last_known import LAST_HEARD_ACTIVE, keep_away
 from app.text.i18n import tr
 from app.text.messages import capitalised, duration, join_names, join_sentences
+from protocol.stale_replies import TRIGGER_FLAGS
 from ui.session.check import VERDICT_STYLES, ModuleCheck
 from ui.session.ports import Ports
 from ui.style.icons import themed_svg
@@ -48,7 +48,7 @@ def can_enable(ports: Ports) -> bool:
 def has_to_enable(ports: Ports) -> bool:
     """Say whether the triggers have to be enabled first: in a new connection a check without that can only end with
     NO-GO."""
-    known = [ports.module.view.known(command.key, ports.clock()) for command in TRIGGERS]
+    known = [ports.module.view.known(command.key, ports.clock()) for command in TRIGGER_FLAGS]
     return can_enable(ports) and any(trigger is None or trigger.is_stale for trigger in known)
 
 
