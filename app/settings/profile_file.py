@@ -13,7 +13,7 @@ from msgspec import Meta
 
 from app.guided.results import GuidedKind
 from app.settings.profiles import LIMITS, ActivatedBy, ManualLine, Profile
-from app.settings.values import LONGEST_SHOWN, SETTINGS_BY_KEY, field_of, fitting, is_fingerprint
+from app.settings.values import LONGEST_SHOWN, SETTINGS_BY_KEY, field_of, fitting
 from app.system.files import CANNOT_READ, write_whole
 from app.text.messages import UserError, clean, error_text, message, visible
 from protocol.catalogue import Command
@@ -61,12 +61,6 @@ def _text(longest: int, show: Callable[[str], str] = clean) -> _Reader:
     """A text that shows what it is, see `visible`."""
     read = _of_kind(Annotated[str, Meta(max_length=longest)], f'"…", 0 … {longest}')
     return lambda value, key: show(read(value, key))
-
-
-def _code(value: object, key: str) -> str:
-    if not isinstance(value, str) or not is_fingerprint(value):
-        raise _unexpected(key, '"XXXX-XXXX"')
-    return value
 
 
 def _setting(command: Command) -> _Reader:
@@ -117,7 +111,7 @@ _PROFILE: Final = _table(
         "name": _NAME,
         "airframe": _NAME,
         "notes": _text(MAX_NOTES_LENGTH, partial(visible, keep="\n\t")),
-        "approved_fingerprint": _code,
+        "approved_fingerprint": _NAME,
         "light_inverted": _FLAG,
         "service_required": _FLAG,
         "settings": _table({key: _setting(command) for key, command in SETTINGS_BY_KEY.items()}),

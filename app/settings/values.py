@@ -1,4 +1,4 @@
-"""Values of settings as typed and as shown, what the vendor says about them, and the checksum of all of them."""
+"""Values of settings as typed and as shown, what the vendor says about them, and a code for all of them."""
 
 from collections.abc import Mapping
 from decimal import Decimal, InvalidOperation
@@ -116,10 +116,9 @@ def advice_text(command: Command) -> str:
 
 
 # It covers only the settings that can be read back: with the others (E8) the code of a module would depend on what was
-# written in this session. Without 0, O, 1 and I, as it is read out over the radio: seven of a hash and a check
-# character, which detects any single wrong character and nearly all swapped neighbours.
+# written in this session. Without 0, O, 1 and I, as it is read out over the radio.
 ALPHABET = "23456789ABCDEFGHJKLMNPQRSTUVWXYZ"
-HASHED_CHARACTERS = 7
+CODE_LENGTH = 8
 
 
 def fingerprint(settings: Mapping[str, Value]) -> str | None:
@@ -132,23 +131,8 @@ def fingerprint(settings: Mapping[str, Value]) -> str | None:
         f"{command.code:02X}={field_of(command).encode(settings[command.key]):02X}" for command in READABLE_SETTINGS
     ]
     number = int.from_bytes(hashlib.sha256(";".join(parts).encode()).digest()[:8])
-    body = ""
-    for _ in range(HASHED_CHARACTERS):
+    code = ""
+    for _ in range(CODE_LENGTH):
         number, place = divmod(number, len(ALPHABET))
-        body += ALPHABET[place]
-    code = body + _check(body)
+        code += ALPHABET[place]
     return f"{code[:4]}-{code[4:]}"
-
-
-def is_fingerprint(text: str) -> bool:
-    """Return whether `text`, as heard or typed, is a complete code with the right check character."""
-    plain = "".join(text.upper().split()).replace("-", "")
-    if len(plain) != HASHED_CHARACTERS + 1 or not set(plain) <= set(ALPHABET):
-        return False
-    return _check(plain[:-1]) == plain[-1]
-
-
-def _check(body: str) -> str:
-    """Odd weights 1, 3, 5 … detect every single wrong character, since 32 has no odd divisor."""
-    total = sum((2 * place + 1) * ALPHABET.index(letter) for place, letter in enumerate(body))
-    return ALPHABET[total % len(ALPHABET)]

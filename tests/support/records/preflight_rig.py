@@ -20,7 +20,7 @@ from tests.support.journals import FakeJournal
 from tests.support.line.frames import at_each_frame, at_frame, lose
 from tests.support.line.sim_line import AnyRig, Rig
 
-APPROVED = "JFKY-2WSC"
+APPROVED = "JFKY-2WSW"
 FORBIDDEN = {0x10, 0x11, 0x12, 0x13, 0x24, 0x25}
 Arrange = Callable[[Rig], object]
 
