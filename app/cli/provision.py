@@ -92,12 +92,9 @@ def run(args: argparse.Namespace) -> int:
     if not args.enable_triggers and not batch.enables_triggers:
         console.refuse_without("--enable-triggers")
     person = Person(who=args.who, are_records_reviewed=args.records_reviewed)
-    accepted = frozenset(batch.changes if args.accept_risk else ())
     trouble: BaseException | None = None
     with opened_store() as store:
-        bench = BatchRun(
-            batch, store, person, is_enabling=args.enable_triggers, are_all_new=args.all_new, accepted=accepted
-        )
+        bench = BatchRun(batch, store, person, is_enabling=args.enable_triggers, are_all_new=args.all_new)
         try:
             _take_each(bench, store, args)
         except (KeyboardInterrupt, StoreError, console.OutputLost) as error:
@@ -125,6 +122,7 @@ def run(args: argparse.Namespace) -> int:
 
 def _take_each(bench: BatchRun, store: CommandStore, args: argparse.Namespace) -> None:
     """Take one module after the other, until no name is left. What to do is told on standard error."""
+    accepted = frozenset(bench.batch.changes if args.accept_risk else ())
 
     def next_name() -> str:
         # Another program may give some, too.
@@ -140,7 +138,8 @@ def _take_each(bench: BatchRun, store: CommandStore, args: argparse.Namespace) -
             console.notify(tr("A module answers: leave it plugged in."))
             records = store.records(args.port)
             try:
-                said = opened.run(bench.provision(evidence, WriteContext(journal=records.journal)))
+                context = WriteContext(journal=records.journal, accepted_risks=accepted)
+                said = opened.run(bench.provision(evidence, context))
             except Interrupted as ended:
                 evidence.note_error(ended)
             adapter = records.find_where().adapter

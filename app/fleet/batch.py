@@ -111,22 +111,21 @@ class BatchRow(NamedTuple):
 
 @dataclass
 class BatchRun:
-    """A batch in the store. `person`: who checks, and what is said of all its modules; `accepted`: the changes whose
-    risk a person was shown and accepted; `last`: the name given last in this run."""
+    """A batch in the store. `person`: who checks, and what is said of all its modules; `last`: the name given last in
+    this run."""
 
     batch: ModuleBatch
     store: Store
     person: Person
     is_enabling: bool
     are_all_new: bool
-    accepted: frozenset[SettingChange]
     last: str = ""
 
     def provision(self, evidence: Evidence, context: WriteContext) -> Procedure[UserMessage | None]:
         """The turn of one module, which fills `evidence`; reads from the store before it begins. Its result: why
         nothing was written, or not everything is as written; None where it was checked."""
         known = self.store.read(self._known)
-        return self._turn(evidence, replace(context, accepted_risks=self.accepted), *known)
+        return self._turn(evidence, context, *known)
 
     def _known(self, facts: Facts) -> tuple[Sequence[Remembered], int]:
         """The modules that one may be that is plugged in, and how often it may have started since."""

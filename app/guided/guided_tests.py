@@ -37,8 +37,7 @@ from app.procedures.light import Band, LightDirection, measure_light
 from app.procedures.read import read_twice, who_is_there
 from app.safety.journal import TITLES as ACT_TITLES
 from app.safety.journal import Act
-from app.text.i18n import tr
-from app.text.messages import UserError, UserMessage, join_sentences, message
+from app.text.messages import UserError, UserMessage, message
 from protocol.catalogue import BOOT_COUNT, BY_NAME, RESET_BELOW_THRESHOLD_DEG
 from protocol.events import Answered, EndReason
 from protocol.translatable import marked
@@ -446,8 +445,8 @@ def measure_link(steps: PersonSteps) -> Procedure[GuidedResult]:
 
 
 class GuidedTest(NamedTuple):
-    """Texts are English, translatable. `statement`: what the person states before a test with an active module;
-    `confirms`: the text of the button for each step that the person confirms."""
+    """Texts are English, translatable. `safety`: what must be made safe; `statement`: what the person states before a
+    test with an active module; `confirms`: the text of the button for each step that the person confirms."""
 
     kind: GuidedKind
     safety: str
@@ -459,12 +458,6 @@ class GuidedTest(NamedTuple):
     confirms: tuple[str, ...] = ()
     # The ends of its conversation that are a result of the test.
     expects: frozenset[EndReason] = frozenset()
-
-    @property
-    def precautions(self) -> str:
-        """What must be made safe, translated."""
-        common = "" if self.is_active else tr("Even locked, keep clear of its opening.")
-        return join_sentences((common, tr(self.safety)))
 
 
 GUIDED_TESTS: tuple[GuidedTest, ...] = (
@@ -478,20 +471,20 @@ GUIDED_TESTS: tuple[GuidedTest, ...] = (
     ),
     GuidedTest(
         GuidedKind.FREE_FALL,
-        marked("Take the rotors off."),
+        marked("Even locked, keep clear of its opening. Take the rotors off."),
         (message(HOLD), message(DROP), message(WAIT)),
         prepare_free_fall,
     ),
     GuidedTest(
         GuidedKind.BAY,
-        marked("Secure the loaded spring under the lid."),
+        marked("Even locked, keep clear of its opening. Secure the loaded spring under the lid."),
         (message(CLOSE), message(OPEN)),
         prepare_bay,
         confirms=(BAY_CLOSED, BAY_OPEN),
     ),
     GuidedTest(
         GuidedKind.LINK,
-        marked("Take the rotors off."),
+        marked("Even locked, keep clear of its opening. Take the rotors off."),
         (message(SHAKE),),
         prepare_link,
         confirms=(marked("Shaken for 15 s"),),

@@ -179,7 +179,7 @@ class GuidedPanel(QWidget):
         self.steps.setText("\n".join(lines))
         self.steps.setVisible(stage is not Stage.DONE)
         meaning = Meaning.DANGER if test.is_active else Meaning.INFORMATION
-        self.safety.show_notices([Notice(meaning, test.precautions)] if stage is Stage.READY else [])
+        self.safety.show_notices([Notice(meaning, tr(test.safety))] if stage is Stage.READY else [])
         self.made_safe.setVisible(stage is Stage.READY and bool(test.statement))
         self.made_safe.setText(tr(test.statement) if test.statement else "")
         with QSignalBlocker(self.made_safe):
