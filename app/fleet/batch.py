@@ -34,6 +34,7 @@ from app.store.fact_store import Facts, Store
 from app.store.rows import ModuleProvisioned
 from app.text.messages import UserError, UserMessage, joined, message, message_from_json, visible
 from protocol.catalogue import BAUD_RATE, BOOT_COUNT, BOOTS
+from protocol.stale_replies import TRIGGER_FLAGS
 from protocol.translatable import marked
 
 _log = logging.getLogger(__name__)
@@ -85,7 +86,7 @@ class ModuleBatch(NamedTuple):
     @property
     def enables_triggers(self) -> bool:
         """By its profile. Without both triggers no module is READY."""
-        return all(self.profile.settings.get(key) is True for key in ("attitude_trigger", "freefall_trigger"))
+        return all(self.profile.settings.get(command.key) is True for command in TRIGGER_FLAGS)
 
 
 def batch_of(path: Path, names: tuple[str, ...]) -> ModuleBatch:
@@ -144,8 +145,6 @@ class BatchRun:
         begins from the start."""
         before = yield from read_state()
         boot_count, status = before.settings.boot_count, before.status
-        if boot_count is not None:
-            evidence.values[BOOT_COUNT.key] = boot_count
         if not before.is_complete or boot_count is None or status is None:
             return message(marked("Cannot be read."))
         if status.active:
@@ -192,15 +191,9 @@ class BatchRun:
             keep_check(facts, filed if module else judge(replace(self.person, module=None), Past(module=None)))
         if module:
             self.last = name
-        boot_count = evidence.values.get(BOOT_COUNT.key)
-        turn = ModuleProvisioned(
-            batch=self.batch.key,
-            name=name,
-            why=None if why is None else why.to_json(),
-            code=fingerprint(evidence.values) or "",
-            boot_count=None if boot_count is None else int(boot_count),
-        )
-        facts.add(turn, module)
+        code = fingerprint(evidence.values) or ""
+        told = None if why is None else why.to_json()
+        facts.add(ModuleProvisioned(batch=self.batch.key, name=name, why=told, code=code), module)
         _log.debug("%s: %s", name, why)
         return why
 

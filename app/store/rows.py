@@ -188,7 +188,6 @@ class ModuleProvisioned(Content, frozen=True, kw_only=True):
     # As `UserMessage.to_json` has it.
     why: dict[Word, Any] | None
     code: Word
-    boot_count: Byte | None
 
 
 KINDS: dict[str, type[Content]] = {
