@@ -49,6 +49,7 @@ REPORT_EVERY_S = 0.015
 # Reports in a row that must agree before they count: a single one may be a damaged frame.
 AGREEING = 2
 NOT_READ = marked("Unknown: {what}.")
+OUT_OF_TIME = marked("No step within {seconds:.0f} s.")
 
 
 class PersonSteps:
@@ -66,7 +67,7 @@ class PersonSteps:
         self._asked = Future()
         is_done = yield from wait_for(self._asked, PERSON_LIMIT_S)
         if not is_done:
-            raise _out_of_time()
+            raise UserError(OUT_OF_TIME, seconds=PERSON_LIMIT_S)
 
     def confirm(self) -> None:
         """The person has done the step. Does nothing if none is waited for."""
@@ -75,10 +76,6 @@ class PersonSteps:
 
 
 Measure = Callable[[PersonSteps], Procedure[GuidedResult]]
-
-
-def _out_of_time() -> UserError:
-    return UserError(marked("No step within {seconds:.0f} s."), seconds=PERSON_LIMIT_S)
 
 
 def reports_until(
@@ -91,7 +88,7 @@ def reports_until(
     while not reports or not is_done(reports):
         now = yield Pause(REPORT_EVERY_S)
         if now - began_at > PERSON_LIMIT_S:
-            raise _out_of_time()
+            raise UserError(OUT_OF_TIME, seconds=PERSON_LIMIT_S)
         if now > ends_at:
             raise UserError(marked("Ended after {seconds:.0f} s."), seconds=TILT_LONGEST_S)
         report = yield from ask_report()

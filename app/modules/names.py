@@ -24,7 +24,6 @@ from protocol.translatable import marked
 
 # The boot count is one byte. A module in use may go around within half a year.
 COUNTS_FOR: Final = timedelta(days=180)
-NOT_NAMED: Final = message(marked("module not named"))
 _MODULE = "module:"
 
 
@@ -106,13 +105,6 @@ def what_differs(known: Remembered, conversation: ConversationView, now: float) 
         for command in READABLE_SETTINGS
         if command.key in settings and settings[command.key] != known.settings.get(command.key, settings[command.key])
     )
-
-
-def known_by(name: str | None) -> UserMessage:
-    """Return the sentence that has to be said wherever something is used that is kept under the name."""
-    if not name:
-        return NOT_NAMED
-    return message(marked("{module}, named by a person in this conversation"), module=name)
 
 
 def store_as_found(

@@ -14,7 +14,6 @@ from typing import Final, NamedTuple
 from app.guided.results import TITLES, VERDICT_WORDS, GuidedKind, GuidedVerdict
 from app.limits.limits import SETTING_BOUNDS, OutOfLimit, bay_outside, cell_outside, least_cell_text
 from app.limits.past import LastTested, Past
-from app.modules.names import NOT_NAMED, known_by
 from app.preflight.evidence import CHECK_LINK, FIND_OUT_WHY, HEARTBEATS, STILL_S, UNFINISHED, Evidence
 from app.procedures.read import ANSWERED_TWICE
 from app.settings.profiles import LIMITS, Profile
@@ -31,6 +30,7 @@ REPORTS_NEEDED = 15
 _ANSWERS_NEEDED = 2
 YES = message(marked("yes"))
 CHECK_LINE = message(marked("Make sure that one module only is on this line; else do not fly."))
+NOT_NAMED = message(marked("module not named"))
 _NONE = message(marked("none"))
 
 
@@ -113,8 +113,11 @@ class Case:
         return values if len(values) >= _ANSWERS_NEEDED else []
 
     def under_name(self, limit: UserMessage) -> UserMessage:
-        """A limit that comes from what is kept under the module's name."""
-        return message(marked("{limit}; {known}"), limit=limit, known=known_by(self.past.module))
+        """A limit that comes from what is kept under the module's name; it says by what the module is known."""
+        if not self.past.module:
+            return message(marked("{limit}; module not named"), limit=limit)
+        text = marked("{limit}; {module}, named by a person in this conversation")
+        return message(text, limit=limit, module=self.past.module)
 
 
 class Check(NamedTuple):

@@ -164,7 +164,15 @@ class ProfileRow(NamedTuple):
     command: Command
     target: Value | None
     module_value: Known | None
-    match: Match
+
+    @property
+    def match(self) -> Match:
+        """A stale value of the module counts as unknown."""
+        if self.target is None:
+            return Match.NOT_IN_PROFILE
+        if self.module_value is None or self.module_value.is_stale:
+            return Match.UNKNOWN
+        return Match.SAME if self.module_value.value == self.target else Match.DIFFERENT
 
     @property
     def is_worth_applying(self) -> bool:
@@ -173,15 +181,8 @@ class ProfileRow(NamedTuple):
 
 
 def compare(profile: Profile, conversation: ConversationView, now: float) -> tuple[ProfileRow, ...]:
-    """Compare all settings, in the order of the catalogue. A stale value of the module counts as unknown."""
-    rows = []
-    for command in SETTINGS:
-        target, known = profile.settings.get(command.key), conversation.known(command.key, now)
-        if target is None:
-            match = Match.NOT_IN_PROFILE
-        elif known is None or known.is_stale:
-            match = Match.UNKNOWN
-        else:
-            match = Match.SAME if known.value == target else Match.DIFFERENT
-        rows.append(ProfileRow(command, target, known, match))
-    return tuple(rows)
+    """Compare all settings, in the order of the catalogue."""
+    return tuple(
+        ProfileRow(command, profile.settings.get(command.key), conversation.known(command.key, now))
+        for command in SETTINGS
+    )
