@@ -38,7 +38,6 @@ OVER = Void("over", message(marked("The conversation in which it was checked is 
 UNREAD = Void("unread", message(marked("Not everything could be read again.")))
 TOO_OLD = Void("too_old", message(marked("It is older than 15 minutes.")))
 FIRED = Void("fired", message(marked("The module was told to fire, or reports TRIGGERED.")), message(FIND_OUT_WHY))
-NOT_ENABLED = message(marked("not enabled in this conversation"))
 
 
 def changed(what: UserMessage) -> Void:
@@ -55,7 +54,7 @@ class TriggerFlag(NamedTuple):
     says why that is not known."""
 
     is_enabled: bool | None = None
-    why: UserMessage = NOT_ENABLED
+    why: UserMessage = message(marked("not enabled in this conversation"))
 
 
 class StateReading(NamedTuple):

@@ -12,16 +12,7 @@ from dataclasses import replace
 
 from app.engine.conversation import How, Interrupted
 from app.engine.procedure import Ask, EngineView, Inspect, Pause, Procedure, Report, ask_report, ask_value
-from app.preflight.evidence import (
-    HEARTBEATS,
-    NOT_ENABLED,
-    STILL_S,
-    UNREAD,
-    Evidence,
-    TriggerFlag,
-    read_state,
-    void_of_end,
-)
+from app.preflight.evidence import HEARTBEATS, STILL_S, UNREAD, Evidence, TriggerFlag, read_state, void_of_end
 from app.preflight.verdict import Assessment, void_reason
 from app.procedures.act import Performed, perform
 from app.procedures.history import read_history
@@ -92,7 +83,8 @@ def _collect(evidence: Evidence, begin: EngineView, *, is_enabling: bool, journa
         report = yield from set_each(changes, WriteContext(journal=journal))
         for written in report.results:
             why = why_not_verified(written, report)
-            evidence.flags[written.command.key] = TriggerFlag(True) if why is None else TriggerFlag(why=why)
+            if why is not None:
+                evidence.flags[written.command.key] = TriggerFlag(why=why)
 
     # In turn, so that a charger that is plugged in meanwhile is seen in the round in which it changed the voltage.
     yield Report(4, STEPS, marked("Cell voltage"))
@@ -127,14 +119,13 @@ def _collect(evidence: Evidence, begin: EngineView, *, is_enabling: bool, journa
 
     end: EngineView = yield Inspect()
     evidence.is_answered_twice |= end.lasting.twice_at >= begin.now
-    for key, flag in evidence.flags.items():
+    for key in evidence.flags:
         # What the module acknowledged in this conversation, and was not asked to change since without an answer.
         known = end.conversation.known(key, end.now)
         if known is not None and not known.is_stale and known.how is How.ACKNOWLEDGED:
             evidence.flags[key] = TriggerFlag(known.value is True)
-        elif flag.is_enabled is not None:
-            is_repeated = end.flags.has_repeated
-            evidence.flags[key] = TriggerFlag(why=message(WriteFault.REPEATED.value) if is_repeated else NOT_ENABLED)
+        elif end.flags.has_repeated:
+            evidence.flags[key] = TriggerFlag(why=message(WriteFault.REPEATED.value))
     evidence.rejected_bytes = end.rejected_bytes - begin.rejected_bytes
     evidence.ended_at = end.now
 
