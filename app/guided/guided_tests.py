@@ -13,7 +13,6 @@ in any case.
 
 from collections.abc import Callable, Iterator
 from concurrent.futures import Future
-from enum import Enum
 from functools import partial
 from itertools import takewhile
 from math import inf
@@ -152,15 +151,7 @@ TILT_LONGEST_S = 300.0
 TILT_SLOWLY = marked("Tilt it slowly {direction} until it fires")
 # After a try that does not count. Said here, too: whoever holds it level again by then would not see that it was said.
 TILT_SLOWER = marked("Too fast. Tilt it slowly {direction} until it fires")
-
-
-class TiltDirection(Enum):
-    """The value is English, translatable."""
-
-    FORWARD = marked("forward")
-    RIGHT = marked("right")
-    BACK = marked("back")
-    LEFT = marked("left")
+DIRECTIONS = (marked("forward"), marked("right"), marked("back"), marked("left"))
 
 
 class Turn(NamedTuple):
@@ -187,9 +178,9 @@ def prepare_tilt() -> Procedure[Measure]:
 
 def measure_tilt(threshold: float, _steps: PersonSteps) -> Procedure[GuidedResult]:
     view: EngineView = yield Inspect()
-    turns: dict[TiltDirection, Turn] = {}
-    for number, direction in enumerate(TiltDirection, 1):
-        step = Report(number, TILT_STEPS, marked("Hold it level."), (("direction", message(direction.value)),))
+    turns: dict[str, Turn] = {}
+    for number, direction in enumerate(DIRECTIONS, 1):
+        step = Report(number, TILT_STEPS, marked("Hold it level."), (("direction", message(direction)),))
         turns[direction] = yield from _turn(step, threshold, view.now + TILT_LONGEST_S)
         if turns[direction].stays_triggered:
             break  # the other directions could not be told from this one
@@ -247,7 +238,7 @@ def _is_slow(before_deg: int, reports: list[StatusSample]) -> bool:
     return abs(angles[-1] - angles[-2]) <= TOLERANCE_DEG
 
 
-def _tilt_rows(direction: TiltDirection, turn: Turn, threshold: float) -> Iterator[MeasuredValue]:
+def _tilt_rows(direction: str, turn: Turn, threshold: float) -> Iterator[MeasuredValue]:
     """Yield where it fired and, if it did, where it rearmed."""
     missed = message(marked("not up to {angle:.0f}°"), angle=turn.reached_deg)
     rows = [(marked("Fires, {direction}"), turn.fired_deg, threshold, missed)]
@@ -260,7 +251,7 @@ def _tilt_rows(direction: TiltDirection, turn: Turn, threshold: float) -> Iterat
         if angle_deg is not None and not turn.is_slow:
             verdict = GuidedVerdict.UNCLEAR
         tolerance = message(f"{target_deg:.0f}° ± {TOLERANCE_DEG:.0f}°")
-        yield MeasuredValue(message(name, direction=message(direction.value)), shown, tolerance, verdict)
+        yield MeasuredValue(message(name, direction=message(direction)), shown, tolerance, verdict)
 
 
 # Fall of half a metre onto a cushion, on a locked module: how long it reports to be below the threshold.
@@ -462,7 +453,7 @@ GUIDED_TESTS: tuple[GuidedTest, ...] = (
         GuidedKind.TILT,
         marked("It will FIRE four times: take off the ejector (pyro or spring) and the rotors."),
         (message(ACT_TITLES[Act.ACTIVATE]),
-         *(message(TILT_SLOWLY, direction=message(direction.value)) for direction in TiltDirection),
+         *(message(TILT_SLOWLY, direction=message(direction)) for direction in DIRECTIONS),
          message(ACT_TITLES[Act.LOCK])),
         prepare_tilt, is_active=True, statement=marked("Ejector and rotors are off"),
     ),

@@ -6,7 +6,7 @@ from typing import Final
 
 from app.text.i18n import tr
 from app.text.messages import UserError, UserMessage, clean, message
-from protocol.catalogue import BY_NAME, READABLE_SETTINGS, SETTINGS, Command
+from protocol.catalogue import READABLE_SETTINGS, SETTINGS, Command
 from protocol.fields import NUMBER_NEEDED, Choice, Field, Flag, Quantity, Value, ValueRefused
 from protocol.translatable import marked
 
@@ -16,8 +16,6 @@ MAX_NUMBER_LENGTH: Final = 32
 LONGEST_SHOWN: Final = 40  # characters of what is refused
 LARGEST_WHOLE: Final = 10**15  # Python refuses to write an integer of more than 4,300 digits as text
 TOO_LONG: Final = marked("{value} has too many digits")
-# The vendor gives no limit for it, but says what it trades.
-_TRADE_OFFS: Final = {BY_NAME["freefall_time"]: marked("longer: fewer false triggers, more height lost")}
 
 
 def field_of(command: Command) -> Field:
@@ -110,8 +108,9 @@ def advice_text(command: Command) -> str:
         parts.append(tr("Default {value}", value=value_text(command, DEFAULTS[command.key])))
     if command.advice is not None:
         parts.append(tr("Vendor advises: {advice}", advice=tr(command.advice.text)))
-    elif command in _TRADE_OFFS:
-        parts.append(tr(_TRADE_OFFS[command]))
+    elif command.name == "freefall_time":
+        # The vendor gives no limit for it, but says what it trades.
+        parts.append(tr("longer: fewer false triggers, more height lost"))
     return " · ".join(parts)
 
 

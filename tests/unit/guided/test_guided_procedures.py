@@ -10,7 +10,7 @@ from app.engine.conversation import reason_message
 from app.engine.procedure import Report
 from app.flights.judge import TriggerLimits
 from app.guided import guided_tests
-from app.guided.guided_tests import GUIDED_TESTS, LOOSE_ENDS, PersonSteps, TiltDirection, judge_bay, measure_link
+from app.guided.guided_tests import DIRECTIONS, GUIDED_TESTS, LOOSE_ENDS, PersonSteps, judge_bay, measure_link
 from app.guided.results import GuidedKind, GuidedResult, GuidedVerdict
 from app.procedures.light import Band
 from app.procedures.stream import StreamSwitch, watch
@@ -101,7 +101,7 @@ def test_moved_too_fast_it_is_done_again_and_stays_unclear(monkeypatch: pytest.M
     assert ["Too fast" in text for text in tilts[:4]] == [False, True, True, False], (
         "level again, it may be said at once"
     )
-    named = [text for text in said for direction in TiltDirection if direction.value in text]
+    named = [text for text in said for direction in DIRECTIONS if direction in text]
     assert not named, "else what to do after it fired reads as the direction"
 
 
