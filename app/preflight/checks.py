@@ -15,7 +15,7 @@ from app.guided.results import TITLES, VERDICT_WORDS, GuidedKind, GuidedVerdict
 from app.limits.limits import SETTING_BOUNDS, OutOfLimit, bay_outside, cell_outside, least_cell_text
 from app.limits.past import LastTested, Past
 from app.preflight.evidence import CHECK_LINK, FIND_OUT_WHY, HEARTBEATS, STILL_S, UNFINISHED, Evidence
-from app.procedures.read import ANSWERED_TWICE
+from app.procedures.read import ANSWERED_TWICE, NO_REPLY
 from app.settings.profiles import LIMITS, Profile
 from app.settings.values import SETTINGS_BY_KEY, fingerprint, value_text
 from app.system.clock import DAY, local_time
@@ -104,7 +104,9 @@ class Case:
     def unread(self, key: str, limit: UserMessage) -> Finding:
         """What the check is about may well be in order."""
         void = self.evidence.void
-        why = self.evidence.faults.get(key) or (message(marked("not asked")) if void is None else void.message)
+        why = message(marked("not asked")) if void is None else void.message
+        if key in self.evidence.unanswered:
+            why = message(NO_REPLY)
         return _unknown(why, limit, CHECK_LINK if void is None else void.do)
 
     def answers(self, key: str) -> list[Value]:
@@ -355,7 +357,7 @@ def _trigger_records(case: Case) -> Finding:
         # It settles nothing where a record may be missing.
         return found._replace(word=RecordsWord.REVIEWED if new and history.is_confirmed else None)
     # E7: a module that never fired may send nothing; only a person can tell, and only of one that never answered.
-    silent = message(marked("no reply"))
+    silent = message(NO_REPLY)
     if any(status.triggered for status in evidence.statuses):
         return Finding(CheckResult.FAIL, None, _because(silent, message(marked("triggered"))), limit)
     if past.last_answer is not None:
@@ -363,7 +365,7 @@ def _trigger_records(case: Case) -> Finding:
         shown = message(text, count=past.last_answer.count, date=local_time(past.last_answer.at, DAY))
         do = message(marked("It answered before: read its label, restart it and check again."))
         return Finding(CheckResult.FAIL, None, shown, limit, do)
-    if evidence.faults or evidence.void is not None:
+    if evidence.unanswered or evidence.void is not None:
         return _unknown(silent, limit)
     word = None if past.is_said_new else RecordsWord.NEW_MODULE
     if past.is_said_new or case.person.are_records_reviewed:

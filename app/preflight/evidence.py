@@ -6,7 +6,7 @@ from typing import NamedTuple
 from app.engine.conversation import Interrupted, StatusSample, reason_message
 from app.engine.procedure import Cancelled, Procedure
 from app.procedures.history import History
-from app.procedures.read import NO_REPLY, Present, Readings, contradictions, read_settings, who_is_there
+from app.procedures.read import Present, Readings, contradictions, read_settings, who_is_there
 from app.text.messages import UserError, UserMessage, message
 from protocol.catalogue import READABLE_SETTINGS
 from protocol.events import Ended
@@ -111,8 +111,8 @@ class Evidence:
     states: list[StateReading] = field(default_factory=list)
     # All answers for cell voltage, charging and light, by key.
     series: dict[str, list[Value]] = field(default_factory=dict)
-    # Why a value is not known, by key.
-    faults: dict[str, UserMessage] = field(default_factory=dict)
+    # Keys of the values that the module, though it is there, did not answer.
+    unanswered: set[str] = field(default_factory=set)
     history: History | None = None
     # By key of the trigger.
     flags: dict[str, TriggerFlag] = field(default_factory=dict)
@@ -146,12 +146,8 @@ class Evidence:
 
     def note_state(self, state: StateReading) -> None:
         self.states.append(state)
-        for key in state.settings.errors:
-            self.values.pop(key, None)
-            self.faults[key] = message(NO_REPLY)
-        for key, value in state.settings.values.items():
-            self.values[key] = value
-            self.faults.pop(key, None)
+        self.values = dict(state.settings.values)
+        self.unanswered = (self.unanswered - self.values.keys()) | state.settings.errors.keys()
         self.status = state.status or self.status
 
     def note_error(self, error: BaseException) -> None:

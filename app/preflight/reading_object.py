@@ -6,8 +6,8 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 from msgspec import Meta, Struct
 
 from app.engine.conversation import STATUS_KEYS
-from app.procedures.read import LIVE_KEYS, SETTING_KEYS
-from app.text.messages import UserMessage, clean
+from app.procedures.read import LIVE_KEYS, NO_REPLY, SETTING_KEYS
+from app.text.messages import UserMessage, clean, message
 from protocol.fields import Value
 
 if TYPE_CHECKING:  # a reading loads nothing of a check
@@ -93,5 +93,5 @@ def readings_of(evidence: "Evidence") -> ReadJson:
         baud_rate=evidence.baud_rate,
         round_trip_s=trips_s[len(trips_s) // 2] if trips_s else None,
         values=values,
-        errors=evidence.faults,
+        errors=dict.fromkeys(evidence.unanswered, message(NO_REPLY)),
     )

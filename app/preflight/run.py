@@ -16,7 +16,6 @@ from app.preflight.evidence import HEARTBEATS, STILL_S, UNREAD, Evidence, Trigge
 from app.preflight.verdict import Assessment, void_reason
 from app.procedures.act import Performed, perform
 from app.procedures.history import read_history
-from app.procedures.read import NO_REPLY
 from app.procedures.write import SettingChange, WriteContext, WriteFault, await_flags_known, set_each, why_not_verified
 from app.safety.journal import Act, Journal, Outcome
 from app.safety.permit import Interlock, Permit, Refusal
@@ -91,7 +90,7 @@ def _collect(evidence: Evidence, begin: EngineView, *, is_enabling: bool, journa
     for command in SLOW * VALUE_ROUNDS:
         reading = yield from ask_value(command)
         if reading is None:
-            evidence.faults[command.key] = message(NO_REPLY)
+            evidence.unanswered.add(command.key)
         else:
             evidence.series.setdefault(command.key, []).append(reading.value)
 

@@ -111,8 +111,8 @@ CASES: tuple[tuple[str, dict[str, Any], CheckResult, str], ...] = (
     ("charging", cell(charging=(True, False)), FAIL, "charging"),
     ("light", light(1.9, 1.0), PASS, "1.9 V"),
     ("light", light(1.0, 2.0), FAIL, "2.0 V"),
-    ("light", light(1.0, 1.0, threshold=None) | {"void": SILENT, "faults": {"light_threshold_v": UserMessage("lost")}},
-     UNKNOWN, "lost"),
+    ("light", light(1.0, 1.0, threshold=None) | {"void": SILENT, "unanswered": {"light_threshold_v"}},
+     UNKNOWN, "no reply"),
     ("light", light(2.1, 5.0) | {"profile": Profile(is_light_inverted=True)}, PASS, "2.1 V"),
     ("light", light(1.9, 5.0) | {"profile": Profile(is_light_inverted=True)}, FAIL, "1.9 V"),
     ("triggered", {"reports": still()}, PASS, "not triggered"),
@@ -268,7 +268,7 @@ def test_a_new_record_is_judged_by_a_person_whose_word_is_asked_for_where_it_set
 
 
 @pytest.mark.parametrize(("more", "result", "shown"), [
-    ({"faults": {"light_v": UserMessage("lost")}}, UNKNOWN, "no reply"),
+    ({"unanswered": {"light_v"}}, UNKNOWN, "no reply"),
     ({"reports": [FIRED]}, FAIL, "no reply: triggered"),
     ({"may_have_fired": True}, UNKNOWN, "may have fired before the restart"),
 ])  # fmt: skip

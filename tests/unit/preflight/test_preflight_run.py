@@ -106,7 +106,7 @@ def test_the_last_reading_decides_what_is_known() -> None:
                     ends.append(lose(rig.bench, time.code))
 
         rig.run(run_preflight(evidence), answers)
-        assert (time.key in evidence.values, time.key in evidence.faults) == (last, not last)
+        assert (time.key in evidence.values, time.key in evidence.unanswered) == (last, not last)
         assert len(evidence.states) == 2
         assert evidence.status == evidence.states[-1].status
 
