@@ -90,8 +90,7 @@ def fields_of(record: TriggerRecord) -> dict[str, JsonValue]:
 
 def source_message(source: str) -> UserMessage:
     """Text of one source; a bit without a name of the vendor is shown as such."""
-    text = SOURCE_WORDS.get(source)
-    return message(marked("unnamed ({bit})"), bit=source) if text is None else UserMessage(text)
+    return UserMessage(SOURCE_WORDS.get(source, source))
 
 
 def sentence(record: TriggerRecord) -> UserMessage:

@@ -59,7 +59,7 @@ TOLD = {
     ): "fell (below 0.5 g for 1.60 s) 9 s after power-on of boot 7, serial link not connected, 4.00 V",
     raw(200, 65535, 5, charge=0): "fired by serial + fired by PWM ≥ 18 h 12 min 15 s after power-on of boot 200, "
     "serial link connected, on external power, 4.00 V",
-    raw(0, 3600, 0x12): "tipped past 60° + fired by unnamed (bit4) 1 h 0 min 0 s after power-on of boot 0, "
+    raw(0, 3600, 0x12): "tipped past 60° + fired by bit4 1 h 0 min 0 s after power-on of boot 0, "
     "serial link connected, 4.00 V",
     raw(1, 0, 0): "no cause stated 0 s after power-on of boot 1, serial link connected, 4.00 V",
 }
