@@ -118,15 +118,6 @@ def require_locked() -> Procedure[None]:
         raise UserError(marked("The module reports that it has fired."))
 
 
-def _read_setting(name: str) -> Procedure[float]:
-    """Read a threshold, twice the same."""
-    command = BY_NAME[name]
-    reading = yield from read_twice(command)
-    if reading is None:
-        raise UserError(NOT_READ, what=message(command.title))
-    return float(reading.value)
-
-
 # Tilt to the trigger: at which angle an active module fires and rearms, in four directions.
 #
 #     level  ->  tilted until it reports that it has fired  ->  back until it reports that no longer
@@ -166,14 +157,6 @@ class Turn(NamedTuple):
     @property
     def stays_triggered(self) -> bool:
         return self.fired_deg is not None and self.rearmed_deg is None
-
-
-def prepare_tilt() -> Procedure[Measure]:
-    yield from require_locked()
-    threshold = yield from _read_setting("attitude_threshold")
-    if threshold <= LEVEL_WITHIN_DEG + RESET_BELOW_THRESHOLD_DEG or threshold + TOLERANCE_DEG > HIGHEST_DEG:
-        raise UserError(marked("Not testable by hand at {threshold:.0f}°."), threshold=threshold)
-    return partial(measure_tilt, threshold)
 
 
 def measure_tilt(threshold: float, _steps: PersonSteps) -> Procedure[GuidedResult]:
@@ -271,17 +254,11 @@ FALL_STEPS = 3
 HOLD, DROP, WAIT = marked("Hold it level, 50 cm above a cushion"), marked("Let it fall"), marked("Leave it there")
 
 
-def prepare_free_fall() -> Procedure[Measure]:
-    yield from require_locked()
-    threshold = yield from _read_setting("freefall_acceleration")
-    if not 0 < threshold <= STILL_FROM_G:
-        text = marked("Not testable at {threshold:.1f} g: rest and fall cannot be told apart.")
-        raise UserError(text, threshold=threshold)
-    seconds = yield from _read_setting("freefall_time")
-    return partial(measure_free_fall, threshold, seconds)
-
-
 def measure_free_fall(threshold_g: float, time_s: float, _steps: PersonSteps) -> Procedure[GuidedResult]:
+    if not 0 < threshold_g <= STILL_FROM_G:
+        text = marked("Not testable at {threshold:.1f} g: rest and fall cannot be told apart.")
+        raise UserError(text, threshold=threshold_g)
+
     def is_still(report: StatusSample) -> bool:
         return STILL_FROM_G <= report.acceleration_g <= STILL_TO_G
 
@@ -323,13 +300,7 @@ CLOSE, OPEN = marked("Close the bay"), marked("Open the bay fully")
 BAY_CLOSED, BAY_OPEN = marked("Bay closed"), marked("Bay open")
 
 
-def prepare_bay() -> Procedure[Measure]:
-    yield from require_locked()
-    threshold = yield from _read_setting("light_threshold")
-    return partial(_measure_bay, threshold)
-
-
-def _measure_bay(threshold: float, steps: PersonSteps) -> Procedure[GuidedResult]:
+def measure_bay(threshold: float, steps: PersonSteps) -> Procedure[GuidedResult]:
     bands: list[Band] = []
     for number, doing in enumerate((CLOSE, OPEN)):
         yield Report(number, 2, doing)
@@ -386,11 +357,6 @@ PLUG_ASK_EVERY_S = 0.02
 SHAKE = marked("Shake plug and cable gently")
 
 
-def prepare_link() -> Procedure[Measure]:
-    yield from require_locked()
-    return measure_link
-
-
 def measure_link(steps: PersonSteps) -> Procedure[GuidedResult]:
     """The job expects `LOOSE_ENDS`."""
     asked = lost = rejected = 0
@@ -439,13 +405,26 @@ class GuidedTest(NamedTuple):
     kind: GuidedKind
     safety: str
     steps: tuple[UserMessage, ...]
-    prepare: Callable[[], Procedure[Measure]]
+    # It is given the thresholds, by name in the catalogue, and the steps of the person.
+    measure: Callable[..., Procedure[GuidedResult]]
+    thresholds: tuple[str, ...] = ()
     # It needs an active module, which must be locked afterwards in any case.
     is_active: bool = False
     statement: str = ""
     confirms: tuple[str, ...] = ()
     # The ends of its conversation that are a result of the test.
     expects: frozenset[EndReason] = frozenset()
+
+    def prepare(self) -> Procedure[Measure]:
+        """Read the thresholds, each twice the same. Raises `UserError`, also as `require_locked`."""
+        yield from require_locked()
+        read: list[float] = []
+        for name in self.thresholds:
+            reading = yield from read_twice(BY_NAME[name])
+            if reading is None:
+                raise UserError(NOT_READ, what=message(BY_NAME[name].title))
+            read.append(float(reading.value))
+        return partial(self.measure, *read)
 
 
 GUIDED_TESTS: tuple[GuidedTest, ...] = (
@@ -455,26 +434,28 @@ GUIDED_TESTS: tuple[GuidedTest, ...] = (
         (message(ACT_TITLES[Act.ACTIVATE]),
          *(message(TILT_SLOWLY, direction=message(direction)) for direction in DIRECTIONS),
          message(ACT_TITLES[Act.LOCK])),
-        prepare_tilt, is_active=True, statement=marked("Ejector and rotors are off"),
+        measure_tilt, ("attitude_threshold",), is_active=True, statement=marked("Ejector and rotors are off"),
     ),
     GuidedTest(
         GuidedKind.FREE_FALL,
         marked("Even locked, keep clear of its opening. Take the rotors off."),
         (message(HOLD), message(DROP), message(WAIT)),
-        prepare_free_fall,
+        measure_free_fall,
+        ("freefall_acceleration", "freefall_time"),
     ),
     GuidedTest(
         GuidedKind.BAY,
         marked("Even locked, keep clear of its opening. Secure the loaded spring under the lid."),
         (message(CLOSE), message(OPEN)),
-        prepare_bay,
+        measure_bay,
+        ("light_threshold",),
         confirms=(BAY_CLOSED, BAY_OPEN),
     ),
     GuidedTest(
         GuidedKind.LINK,
         marked("Even locked, keep clear of its opening. Take the rotors off."),
         (message(SHAKE),),
-        prepare_link,
+        measure_link,
         confirms=(marked("Shaken for 15 s"),),
         expects=LOOSE_ENDS,
     ),
