@@ -186,11 +186,6 @@ class KeptTriggers:
         self._facts.add(visit, module)
         return Visit(self.records(module), len(new))
 
-    def is_kept_apart(self, module: str, port: str) -> bool:
-        """Whether what was kept of this name is of a simulated module, and `port` leads to a real one, or reversely."""
-        last = self._facts.newest(ModuleVisited, module)
-        return last is not None and is_simulated(last.content.port) is not is_simulated(port)
-
     def records(self, module: str) -> tuple[SeenRecord, ...]:
         """Every stored record of this module, the oldest first."""
         judged = {kept.content.place: kept.content for kept in self._facts.of_module(TriggerRecordJudged, module)}
@@ -270,7 +265,8 @@ def file_triggers(
     `Store.write`."""
     history, kept = reading.history, KeptTriggers(facts)
     slots = [record.raw for record in history.records]
-    if kept.is_kept_apart(name, port):
+    last = facts.newest(ModuleVisited, name)
+    if last is not None and is_simulated(last.content.port) is not is_simulated(port):
         return message(marked("simulated"))
     if not is_same_module and not kept.do_follow(name, slots, is_confirmed=history.is_confirmed):
         return message(marked("the records do not follow those of its last visit"))
