@@ -202,12 +202,9 @@ def _turn(step: Report, threshold: float, ends_at: float) -> Procedure[Turn]:
         if out[-1].triggered:
             back = yield from until(step._replace(doing=marked("It fired. Level it slowly.")), has_rearmed_or_not)
             fired_deg = out[-1].tilt_deg
-            is_slow = _is_slow(0, out)
-            rearmed_deg = None
-            if not back[-1].triggered:
-                rearmed_deg = back[-1].tilt_deg
-                is_slow = is_slow and _is_slow(fired_deg, back)
-            turn = turn._replace(fired_deg=fired_deg, rearmed_deg=rearmed_deg, is_slow=is_slow)
+            rearmed_deg = None if back[-1].triggered else back[-1].tilt_deg
+            is_slow = _is_slow(0, out) and _is_slow(fired_deg, back)
+            turn = Turn(turn.reached_deg, fired_deg, rearmed_deg, is_slow)
         if turn.is_slow or turn.stays_triggered:
             break
         step = step._replace(doing=marked("Too fast. Hold it level."))

@@ -199,13 +199,13 @@ def _round_trip(case: Case) -> Finding:
 
 
 def _not_triggered(case: Case) -> Finding:
-    limit, statuses = message(marked("not triggered")), case.evidence.statuses
+    limit = message(marked("not triggered"))
     otherwise = case.evidence.contradiction_of("triggered")
-    if not statuses:
+    if not case.evidence.statuses:
         return case.unread("status", limit)
     if otherwise is not None:
         return _unknown(otherwise, limit, CHECK_LINE)
-    has_fired = any(status.triggered for status in statuses)
+    has_fired = case.evidence.has_triggered
     return _judged(has_fired, message(marked("TRIGGERED")) if has_fired else limit, limit, is_fine=not has_fired)
 
 
@@ -358,7 +358,7 @@ def _trigger_records(case: Case) -> Finding:
         return found._replace(word=RecordsWord.REVIEWED if new and history.is_confirmed else None)
     # E7: a module that never fired may send nothing; only a person can tell, and only of one that never answered.
     silent = message(NO_REPLY)
-    if any(status.triggered for status in evidence.statuses):
+    if evidence.has_triggered:
         return Finding(CheckResult.FAIL, None, _because(silent, message(marked("triggered"))), limit)
     if past.last_answer is not None:
         text = marked("no reply; had {count} on {date}")

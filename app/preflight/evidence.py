@@ -124,6 +124,10 @@ class Evidence:
         """All statuses that were asked for."""
         return [*(state.status for state in self.states if state.status is not None), *self.reports]
 
+    @property
+    def has_triggered(self) -> bool:
+        return any(status.triggered for status in self.statuses)
+
     def contradiction_of(self, key: str) -> UserMessage | None:
         """What 30 or 31 and the status said where they differed, or where one of them was not answered."""
         presents = [state.present for state in self.states]

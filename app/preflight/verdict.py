@@ -103,10 +103,6 @@ class Assessment(NamedTuple):
         return verdict_of(is_fine=is_fine, is_active=self.case.evidence.is_active)
 
     @property
-    def has_triggered(self) -> bool:
-        return any(status.triggered for status in self.case.evidence.statuses)
-
-    @property
     def open_checks(self) -> tuple[str, ...]:
         """Ids of the checks that stand against GO and READY."""
         return tuple(check.check.id for check in self.checks if check.blocks_go)
@@ -203,7 +199,7 @@ def void_reason(assessment: Assessment, conversation: ConversationView, now: flo
         return OVER
     if conversation.ended is not None:
         return void_of_end(conversation.ended)
-    if conversation.reported[0] is True and not assessment.has_triggered:
+    if conversation.reported[0] is True and not evidence.has_triggered:
         return FIRED
     key = _changed(assessment, conversation, now)
     if key is not None:

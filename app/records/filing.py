@@ -180,7 +180,7 @@ def keep_check(facts: Facts, filed: Filed) -> None:
     found = next(one.finding for one in assessment.checks if one.check.id == "trigger_records")
     word = found.word if person.are_records_reviewed else None
     triggers = KeptTriggers(facts)
-    if any(status.triggered for status in evidence.statuses):
+    if evidence.has_triggered:
         triggers.say_new(name, is_new=False)
     elif word is RecordsWord.NEW_MODULE:
         triggers.say_new(name)

@@ -15,7 +15,7 @@ from app.guided.results import GuidedKind
 from app.settings.profiles import LIMITS, ActivatedBy, ManualLine, Profile
 from app.settings.values import LONGEST_SHOWN, SETTINGS_BY_KEY, field_of, fitting
 from app.system.files import CANNOT_READ, write_whole
-from app.text.messages import UserError, clean, error_text, message, visible
+from app.text.messages import UserError, clean, error_text, visible
 from protocol.catalogue import Command
 from protocol.fields import Value
 from protocol.translatable import marked
@@ -135,20 +135,16 @@ def read_profile(path: Path) -> Profile:
     """Return the profile in a file; one without a name is named after the file. Raises `ProfileRefused`, also where the
     file cannot be read."""
     try:
-        data = _content(path)
+        with path.open("rb") as file:
+            data = file.read(LARGEST_BYTES + 1)
     except (OSError, ValueError) as error:  # ValueError: a NUL in the name
         raise ProfileRefused(CANNOT_READ, file=path, why=error_text(error)) from error
     try:
         profile = parse_profile(data)
     except ProfileRefused as refusal:  # of several files, it has to be said which
-        what = message(marked("{file} is not a profile"), file=path.name)
-        raise ProfileRefused(marked("{name}: {value}"), name=what, value=refusal.message) from refusal
+        text = marked("{file} is not a profile: {why}")
+        raise ProfileRefused(text, file=path.name, why=refusal.message) from refusal
     return profile if profile.name.strip() else profile._replace(name=clean(path.stem, longest=MAX_NAME_LENGTH))
-
-
-def _content(path: Path) -> bytes:
-    with path.open("rb") as file:
-        return file.read(LARGEST_BYTES + 1)
 
 
 def parse_profile(data: bytes) -> Profile:
@@ -177,8 +173,8 @@ def save_profile(path: Path, profile: Profile, *, source: Path | None = None) ->
     """
     before = ""
     if source is not None:
-        with suppress(OSError):
-            before = _content(source).decode("utf-8-sig", "replace")
+        with suppress(OSError), source.open("rb") as file:
+            before = file.read(LARGEST_BYTES).decode("utf-8-sig", "replace")
     # Read again before it is written: what a person would find refused tomorrow is refused now.
     text = profile_text(profile, before)
     parse_profile(text.encode())

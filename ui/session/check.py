@@ -189,7 +189,7 @@ class ModuleCheck(QObject):
     def _on_batch(self, batch: Batch) -> None:
         fired = void_of_news(batch.events, batch.samples)
         # What the check itself found triggered is no news.
-        if fired is not None and (self.filed is None or not self.filed.assessment.has_triggered):
+        if fired is not None and (self.filed is None or not self.filed.assessment.case.evidence.has_triggered):
             self.set_void(fired)
         self.poll()  # also what no page shows, and what is over by the next look
 
