@@ -1,5 +1,6 @@
 """What a check read in one conversation, filled in step by step; and why a check, or its verdict, holds no more."""
 
+import logging
 from dataclasses import dataclass, field
 from typing import NamedTuple
 
@@ -13,6 +14,7 @@ from protocol.events import Ended
 from protocol.fields import Value
 from protocol.translatable import marked
 
+_log = logging.getLogger(__name__)
 HEARTBEATS = 20
 # For tilt and acceleration.
 STILL_S = 2.0
@@ -156,6 +158,7 @@ class Evidence:
 
     def note_error(self, error: BaseException) -> None:
         """Record why the check ended early, unless that is known already. What was enabled is not known any more."""
+        _log.debug("check ended early: %s", error)
         self.flags = {key: TriggerFlag(why=UNFINISHED.message) for key in self.flags}
         if self.void is None:
             match error:

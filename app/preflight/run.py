@@ -40,20 +40,12 @@ SETTLE_S = 0.6
 
 def run_preflight(evidence: Evidence, *, is_enabling: bool = False, journal: Journal | None = None) -> Procedure[None]:
     """Fill `evidence`; with `is_enabling` enable both automatic triggers, if the module is locked. Raises `Interrupted`
-    or `Cancelled`; `evidence` is void then."""
+    or `Cancelled`, which whoever runs it notes in the evidence: it may not even have begun."""
     begin: EngineView = yield Inspect()
     evidence.conversation = begin.conversation.number
     evidence.baud_rate = begin.baud_rate
     _log.debug("checking in conversation %d", evidence.conversation)
-    try:
-        yield from _collect(evidence, begin, is_enabling=is_enabling, journal=journal or Journal())
-    except BaseException as error:
-        evidence.note_error(error)
-        _log.debug("check ended early: %s", error)
-        raise
 
-
-def _collect(evidence: Evidence, begin: EngineView, *, is_enabling: bool, journal: Journal) -> Procedure[None]:
     yield Report(0, STEPS, marked("Link"))
     for _ in range(HEARTBEATS):
         evidence.heartbeats_sent += 1
@@ -79,7 +71,7 @@ def _collect(evidence: Evidence, begin: EngineView, *, is_enabling: bool, journa
     if is_enabling:
         # Each is sent once, and never to an active module.
         changes = [SettingChange(command, True) for command in TRIGGER_FLAGS]
-        report = yield from set_each(changes, WriteContext(journal=journal))
+        report = yield from set_each(changes, WriteContext(journal=journal or Journal()))
         for written in report.results:
             why = why_not_verified(written, report)
             if why is not None:

@@ -240,10 +240,15 @@ def _assessed(evidence: Evidence) -> Assessment:
     return assess(Case(evidence=evidence, profile=NO_PROFILE, past=Past(), person=person))
 
 
+def _check(journal: FakeJournal) -> Procedure[Evidence]:
+    evidence = Evidence()
+    yield from run_preflight(evidence, is_enabling=True, journal=journal)
+    return evidence
+
+
 def _checked_and_activated(rig: ModuleRig, journal: FakeJournal) -> Job[Any]:
     def check() -> Procedure[Evidence]:
-        evidence = Evidence()
-        yield from run_preflight(evidence, is_enabling=True, journal=journal)
+        evidence = yield from _check(journal)
         ready = _assessed(evidence)
         if ready.verdict is Verdict.READY:
             _, evidence = yield from activate_ready(ready, journal, rig.permit(Act.ACTIVATE))
@@ -268,7 +273,7 @@ JOBS: Final[Mapping[str, Begin]] = {
     "deploy": _acted(Act.DEPLOY),
     "forbid": _acted(Act.FORBID_DEPLOY),
     "shut down": _acted(Act.SHUTDOWN),
-    "check": lambda rig, journal: rig.job(run_preflight(Evidence(), is_enabling=True, journal=journal)),
+    "check": lambda rig, journal: rig.job(_check(journal)),
     "check and activate": _checked_and_activated,
     "lock": _lock,
 }

@@ -213,7 +213,7 @@ class ModuleCheck(QObject):
             return
         self._job, evidence = None, self.evidence
         if job.error is not None:
-            evidence.note_error(job.error)  # it may not even have begun
+            evidence.note_error(job.error)
         evidence.void = evidence.void or self.void
         if evidence.history is not None and evidence.history.is_confirmed:
             self._module.note_records_read()

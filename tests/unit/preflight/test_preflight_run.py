@@ -211,12 +211,14 @@ ENDS: dict[EndReason, Callable[[Rig], object]] = {
 @pytest.mark.promise("f")
 def test_whatever_ends_the_conversation_makes_it_void_with_that_sentence(reason: EndReason) -> None:
     rig, evidence = settled_rig(), Evidence(port="sim")
-    rig.job(run_preflight(evidence, is_enabling=True, journal=FakeJournal()))
+    job = rig.job(run_preflight(evidence, is_enabling=True, journal=FakeJournal()))
     rig.step_for(1.0)
     assert evidence.void is None
     ENDS[reason](rig)
     if not rig.line.is_closed:
-        rig.step_until(lambda: evidence.void is not None, limit_s=20.0)
+        rig.step_until(lambda: job.has_ended, limit_s=20.0)
+    assert job.error is not None
+    evidence.note_error(job.error)
     ended = rig.conversation.ended
     assert evidence.void is not None
     assert evidence.void.word == reason.name.lower()
