@@ -155,7 +155,7 @@ def _check(args: argparse.Namespace, profile: Profile, records: Records) -> int:
 def contract_of(assessment: Assessment) -> PreflightJson:
     """Return the check in English, with the manual items last, as "manual_1" …"""
     checks = [_result_of(judged) for judged in assessment.checks]
-    checks += [_result_of_item(number, item) for number, item in enumerate(assessment.manual, 1)]
+    checks += [_result_of_item(number, item) for number, item in enumerate(assessment.case.profile.manual, 1)]
     return PreflightJson(
         verdict=assessment.verdict,
         checks=checks,
@@ -201,5 +201,5 @@ def page_of(filed: Filed) -> list[console.Line]:
         rows.append((tr(RESULT_WORDS[finding.result]), UserMessage(check.check.title).translated(), shown))
         if finding.result is not CheckResult.PASS:
             rows.append(("", "", f"{UserMessage(check.check.why).translated()} → {check.do.translated()}"))
-    rows += [(tr(MANUAL_WORDS[item.is_done]), clean(item.text)) for item in assessment.manual]
+    rows += [(tr(MANUAL_WORDS[item.is_done]), clean(item.text)) for item in assessment.case.profile.manual]
     return [*lines, *console.columns(rows)]

@@ -38,6 +38,7 @@ from app.terminal.results import Result
 from app.text.i18n import tr
 from app.text.messages import UserMessage, labelled
 from protocol.catalogue import BAUD_RATE
+from protocol.stale_replies import TRIGGER_FLAGS
 
 LOOK_EVERY_S: Final = 0.5  # between two attempts to find a module
 
@@ -89,7 +90,9 @@ def run(args: argparse.Namespace) -> int:
     warn(batch.changes)
     if any(change.risks for change in batch.changes) and not args.accept_risk:
         console.refuse_without("--accept-risk")
-    if not args.enable_triggers and not batch.enables_triggers:
+    # Without both triggers no module is READY.
+    enables_triggers = all(batch.profile.settings.get(command.key) is True for command in TRIGGER_FLAGS)
+    if not args.enable_triggers and not enables_triggers:
         console.refuse_without("--enable-triggers")
     person = Person(who=args.who, are_records_reviewed=args.records_reviewed)
     trouble: BaseException | None = None

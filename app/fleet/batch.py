@@ -34,7 +34,6 @@ from app.store.fact_store import Facts, Store
 from app.store.rows import ModuleProvisioned
 from app.text.messages import UserError, UserMessage, joined, message, message_from_json, visible
 from protocol.catalogue import BAUD_RATE, BOOT_COUNT, BOOTS
-from protocol.stale_replies import TRIGGER_FLAGS
 from protocol.translatable import marked
 
 _log = logging.getLogger(__name__)
@@ -82,11 +81,6 @@ class ModuleBatch(NamedTuple):
         """The same for the same names and settings: what is done is left out."""
         settings = " ".join(f"{key}={value}" for key, value in sorted(self.profile.settings.items()))
         return f"{self.names[0]}..{self.names[-1]} {len(self.names)} {settings}"
-
-    @property
-    def enables_triggers(self) -> bool:
-        """By its profile. Without both triggers no module is READY."""
-        return all(self.profile.settings.get(command.key) is True for command in TRIGGER_FLAGS)
 
 
 def batch_of(path: Path, names: tuple[str, ...]) -> ModuleBatch:

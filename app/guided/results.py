@@ -113,8 +113,6 @@ def last_tests(facts: "Facts", module: str, *, counts_simulated: bool) -> Mappin
         test = read_test(kept)
         if test is not None and (counts_simulated or not test.is_simulated):
             last.setdefault(test.kind, test)
-        if len(last) == len(GuidedKind):
-            break
     return last
 
 

@@ -94,12 +94,8 @@ class Assessment(NamedTuple):
     softened: tuple[str, ...] = ()
 
     @property
-    def manual(self) -> tuple[ManualLine, ...]:
-        return self.case.profile.manual
-
-    @property
     def verdict(self) -> Verdict:
-        is_fine = not any(map(blocks_go, self.manual)) and not self.open_checks
+        is_fine = not any(map(blocks_go, self.case.profile.manual)) and not self.open_checks
         return verdict_of(is_fine=is_fine, is_active=self.case.evidence.is_active)
 
     @property
@@ -111,7 +107,7 @@ class Assessment(NamedTuple):
     def titles_against(self) -> tuple[UserMessage, ...]:
         """Titles of the checks and texts of the manual items that stand against GO and READY."""
         checks = (check.check.title for check in self.checks if check.blocks_go)
-        items = (clean(item.text, longest=40) for item in self.manual if blocks_go(item))
+        items = (clean(item.text, longest=40) for item in self.case.profile.manual if blocks_go(item))
         return tuple(map(UserMessage, (*checks, *items)))
 
     def result(self, id_: str) -> CheckResult:

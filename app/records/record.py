@@ -190,7 +190,7 @@ def make_record(assessment: Assessment, *, at: datetime, adapter: str = "") -> R
         "checks": checks,
         "manual": [
             {"text": clean(item.text), "is_done": item.is_done, "is_required": item.is_required}
-            for item in assessment.manual
+            for item in case.profile.manual
         ],
         "tests": [msgspec.to_builtins(case.past.tests[kind].stored) for kind in GuidedKind if kind in case.past.tests],
         "read": msgspec.to_builtins(readings_of(evidence)),

@@ -114,24 +114,18 @@ def advice_text(command: Command) -> str:
     return " · ".join(parts)
 
 
-# It covers only the settings that can be read back: with the others (E8) the code of a module would depend on what was
-# written in this session. Without 0, O, 1 and I, as it is read out over the radio.
-ALPHABET = "23456789ABCDEFGHJKLMNPQRSTUVWXYZ"
-CODE_LENGTH = 8
-
-
 def fingerprint(settings: Mapping[str, Value]) -> str | None:
     """Return the code of settings by key, such as "K7QF-3M2X"; None where one that it covers is not known."""
-    import hashlib  # slow: loads OpenSSL
+    # It covers only the settings that can be read back: with the others (E8) the code of a module would depend on what
+    # was written in this session.
+    import base64  # few need these, and the second is slow: it loads OpenSSL
+    import hashlib
 
     if any(command.key not in settings for command in READABLE_SETTINGS):
         return None
     parts = [
         f"{command.code:02X}={field_of(command).encode(settings[command.key]):02X}" for command in READABLE_SETTINGS
     ]
-    number = int.from_bytes(hashlib.sha256(";".join(parts).encode()).digest()[:8])
-    code = ""
-    for _ in range(CODE_LENGTH):
-        number, place = divmod(number, len(ALPHABET))
-        code += ALPHABET[place]
-    return f"{code[:4]}-{code[4:]}"
+    # Base 32 has neither 0 nor 1, as the code is read out over the radio.
+    code = base64.b32encode(hashlib.sha256(";".join(parts).encode()).digest()).decode()
+    return f"{code[:4]}-{code[4:8]}"

@@ -20,7 +20,7 @@ from tests.support.journals import FakeJournal
 from tests.support.line.frames import at_each_frame, at_frame, lose
 from tests.support.line.sim_line import AnyRig, Rig
 
-APPROVED = "JFKY-2WSW"
+APPROVED = "OPQ7-5ZRY"
 FORBIDDEN = {0x10, 0x11, 0x12, 0x13, 0x24, 0x25}
 Arrange = Callable[[Rig], object]
 
@@ -32,7 +32,8 @@ class Checked:
 
     @property
     def against(self) -> set[str]:
-        return set(self.assessment.open_checks) | {"manual" for item in self.assessment.manual if item.is_done is False}
+        manual = self.assessment.case.profile.manual
+        return set(self.assessment.open_checks) | {"manual" for item in manual if item.is_done is False}
 
     def record(self, about: dict[str, Any], **person: Any) -> Record:
         """As checked by this person. `about`: further arguments of `make_record`."""

@@ -188,7 +188,7 @@ def test_a_setting_is_judged_by_the_advice_and_never_passes_beyond_the_bounds() 
 def test_settings_that_were_not_approved_pass_only_by_a_persons_word() -> None:
     values = {"attitude_threshold_deg": 60, "freefall_acceleration_g": 0.5, "freefall_time_s": 1.6}
     for approved, is_said, result in (
-        *(("JFKY-2WSW", False, PASS), ("CODE", False, FAIL), (None, False, WARN), ("CODE", True, PASS)),
+        *(("OPQ7-5ZRY", False, PASS), ("CODE", False, FAIL), (None, False, WARN), ("CODE", True, PASS)),
     ):
         found = finding(
             "fingerprint",

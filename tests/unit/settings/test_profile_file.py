@@ -28,7 +28,7 @@ format = 1
 name = "Survey hexacopter"
 airframe = "H6"
 light_inverted = true
-approved_fingerprint = "JFKY-2WSW"
+approved_fingerprint = "OPQ7-5ZRY"
 notes = \"\"\"
 [settings]
 freefall_time_s = "not a key, a note"
@@ -69,7 +69,7 @@ def test_a_whole_profile() -> None:
         settings=tomllib.loads(WHOLE)["settings"],
         activated_by=ActivatedBy.AIRCRAFT,
         is_light_inverted=True,
-        approved_fingerprint="JFKY-2WSW",
+        approved_fingerprint="OPQ7-5ZRY",
         manual=(ManualLine("Bridle free", is_required=True), ManualLine("Pack date", is_done=False)),
         notes=profile.notes,
     )
@@ -178,7 +178,7 @@ PROFILES = st.builds(
     settings=SETTINGS,
     limits=LIMIT_VALUES,
     manual=st.lists(st.builds(ManualLine, TEXTS.map("{}x".format), st.booleans(), st.none()), max_size=3).map(tuple),
-    approved_fingerprint=st.sampled_from([None, "JFKY-2WSW"]),
+    approved_fingerprint=st.sampled_from([None, "OPQ7-5ZRY"]),
     is_light_inverted=st.booleans(),
     is_service_required=st.booleans(),
     activated_by=st.sampled_from(ActivatedBy),

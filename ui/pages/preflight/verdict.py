@@ -89,7 +89,7 @@ def announcement(ports: Ports) -> Announcement:
         results = [judged.finding.result for judged in assessment.checks]
         passed, warnings = results.count(CheckResult.PASS), results.count(CheckResult.WARN)
         what = tr("Passed: {count}; warnings: {looks}.", count=passed, looks=warnings)
-        skipped = sum(item.is_done is None for item in assessment.manual)
+        skipped = sum(item.is_done is None for item in assessment.case.profile.manual)
         if skipped:
             what = join_sentences((what, tr("Skipped: {count}.", count=skipped)))
     caveats = () if check.filed is None else check.filed.record.caveats

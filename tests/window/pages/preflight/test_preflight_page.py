@@ -213,7 +213,7 @@ def test_changed_settings_are_approved_by_a_person_once_for_the_module(one: Rig)
 
 
 def test_what_a_profile_approves_is_changed_in_the_profile(tmp_path: Path, one: Rig) -> None:
-    approved = 'approved_fingerprint = "JFKY-2WSW"  # in May\n[['
+    approved = 'approved_fingerprint = "OPQ7-5ZRY"  # in May\n[['
     page = one.preflight
     change_threshold(one)
     profile = use_profile(one, tmp_path, PROFILE.replace("[[", approved, 1))
