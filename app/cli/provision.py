@@ -21,7 +21,8 @@ from app.fleet.batch import (
     TAKEN,
     BatchRun,
     await_gone,
-    batch_of,
+    batch_changes,
+    batch_profile,
     counted_names,
     write_batch_labels,
 )
@@ -79,25 +80,26 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def run(args: argparse.Namespace) -> int:
-    batch = batch_of(args.profile, args.names)
-    rate = batch.profile.settings.get(BAUD_RATE.key)
+    profile = batch_profile(args.profile)
+    changes = batch_changes(profile)
+    rate = profile.settings.get(BAUD_RATE.key)
     if rate not in (None, args.baud):
         console.notify(tr("The profile's {rate} baud is left out: a batch does not change it.", rate=rate))
     if args.labels is not None:
         check_target(args.labels, FORMAT)
     if not args.yes:
         console.refuse_without("--yes")
-    warn(batch.changes)
-    if any(change.risks for change in batch.changes) and not args.accept_risk:
+    warn(changes)
+    if any(change.risks for change in changes) and not args.accept_risk:
         console.refuse_without("--accept-risk")
     # Without both triggers no module is READY.
-    enables_triggers = all(batch.profile.settings.get(command.key) is True for command in TRIGGER_FLAGS)
+    enables_triggers = all(profile.settings.get(command.key) is True for command in TRIGGER_FLAGS)
     if not args.enable_triggers and not enables_triggers:
         console.refuse_without("--enable-triggers")
     person = Person(who=args.who, are_records_reviewed=args.records_reviewed)
     trouble: BaseException | None = None
     with opened_store() as store:
-        bench = BatchRun(batch, store, person, is_enabling=args.enable_triggers, are_all_new=args.all_new)
+        bench = BatchRun(args.names, profile, store, person, is_enabling=args.enable_triggers, are_all_new=args.all_new)
         try:
             _take_each(bench, store, args)
         except (KeyboardInterrupt, StoreError, console.OutputLost) as error:
@@ -125,7 +127,7 @@ def run(args: argparse.Namespace) -> int:
 
 def _take_each(bench: BatchRun, store: CommandStore, args: argparse.Namespace) -> None:
     """Take one module after the other, until no name is left. What to do is told on standard error."""
-    accepted = frozenset(bench.batch.changes if args.accept_risk else ())
+    accepted = frozenset(batch_changes(bench.profile) if args.accept_risk else ())
 
     def next_name() -> str:
         # Another program may give some, too.

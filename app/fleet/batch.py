@@ -64,34 +64,20 @@ def counted_names(text: str) -> tuple[str, ...] | None:
     return names if is_valid else None
 
 
-class ModuleBatch(NamedTuple):
-    """`names` in the order in which they are given."""
-
-    names: tuple[str, ...]
-    profile: Profile
-
-    @property
-    def changes(self) -> tuple[SettingChange, ...]:
-        """All settings of the profile but the baud rate, which a batch does not change."""
-        every = (SettingChange(SETTINGS_BY_KEY[key], value) for key, value in self.profile.settings.items())
-        return tuple(change for change in every if change.command is not BAUD_RATE)
-
-    @property
-    def key(self) -> str:
-        """The same for the same names and settings: what is done is left out."""
-        settings = " ".join(f"{key}={value}" for key, value in sorted(self.profile.settings.items()))
-        return f"{self.names[0]}..{self.names[-1]} {len(self.names)} {settings}"
-
-
-def batch_of(path: Path, names: tuple[str, ...]) -> ModuleBatch:
-    """Make the batch of a profile and names. Raises `UserError` where no module can be READY."""
+def batch_profile(path: Path) -> Profile:
+    """Read the profile of a batch. Raises `UserError`, also where no module can be READY by it."""
     profile = read_profile(path)
-    batch = ModuleBatch(names, profile)
-    if not batch.changes:
+    if not batch_changes(profile):
         raise UserError(marked("{path} holds no settings."), path=path)
     if profile.tests_within_days or any(line.is_required for line in profile.manual):
         raise UserError(marked("The profile demands manual checks or guided tests, which a batch does not have."))
-    return batch
+    return profile
+
+
+def batch_changes(profile: Profile) -> tuple[SettingChange, ...]:
+    """All settings of the profile but the baud rate, which a batch does not change."""
+    every = (SettingChange(SETTINGS_BY_KEY[key], value) for key, value in profile.settings.items())
+    return tuple(change for change in every if change.command is not BAUD_RATE)
 
 
 class BatchRow(NamedTuple):
@@ -106,15 +92,22 @@ class BatchRow(NamedTuple):
 
 @dataclass
 class BatchRun:
-    """A batch in the store. `person`: who checks, and what is said of all its modules; `last`: the name given last in
-    this run."""
+    """A batch in the store. `names` in the order in which they are given; `person`: who checks, and what is said of all
+    its modules; `last`: the name given last in this run."""
 
-    batch: ModuleBatch
+    names: tuple[str, ...]
+    profile: Profile
     store: Store
     person: Person
     is_enabling: bool
     are_all_new: bool
     last: str = ""
+
+    @property
+    def key(self) -> str:
+        """The same for the same names and settings: what is done is left out."""
+        settings = " ".join(f"{key}={value}" for key, value in sorted(self.profile.settings.items()))
+        return f"{self.names[0]}..{self.names[-1]} {len(self.names)} {settings}"
 
     def provision(self, evidence: Evidence, context: WriteContext) -> Procedure[UserMessage | None]:
         """The turn of one module, which fills `evidence`; reads from the store before it begins. Its result: why
@@ -150,7 +143,7 @@ class BatchRun:
             was = module.boot_count
             if is_same and was is not None and (boot_count - was) % BOOTS <= most_starts:
                 return message(marked("It may be {module}: boot count and settings fit."), module=module.name)
-        report = yield from write_all(self.batch.changes, context)
+        report = yield from write_all(batch_changes(self.profile), context)
         if report.interrupted is not None:
             raise report.interrupted
         if not report.is_fine:
@@ -166,7 +159,7 @@ class BatchRun:
         judge = partial(
             judge_check,
             evidence,
-            self.batch.profile,
+            self.profile,
             folder=self.store.folder,
             adapter=adapter or evidence.port,
             at=local_now(),
@@ -187,7 +180,7 @@ class BatchRun:
             self.last = name
         code = fingerprint(evidence.values) or ""
         told = None if why is None else why.to_json()
-        facts.add(ModuleProvisioned(batch=self.batch.key, name=name, why=told, code=code), module)
+        facts.add(ModuleProvisioned(batch=self.key, name=name, why=told, code=code), module)
         _log.debug("%s: %s", name, why)
         return why
 
@@ -197,11 +190,11 @@ class BatchRun:
         aside: list[BatchRow] = []
         for turn in facts.of_kind(ModuleProvisioned):
             content = turn.content
-            if content.batch == self.batch.key and content.why is None:
+            if content.batch == self.key and content.why is None:
                 done[content.name] = BatchRow(content.name, READY, turn.at, content.code)
-            elif content.batch == self.batch.key:
+            elif content.batch == self.key:
                 aside.append(BatchRow("", SET_ASIDE, turn.at, content.code, message_from_json(content.why)))
-        return [*(done.get(name, BatchRow(name)) for name in self.batch.names), *aside]
+        return [*(done.get(name, BatchRow(name)) for name in self.names), *aside]
 
     def left(self, facts: Facts) -> tuple[list[str], list[str]]:
         """The names to give, and those that are left out, as they are other modules'."""
