@@ -64,10 +64,6 @@ class Card:
     # What is wrong with the present cell voltage.
     cell_outside: Outside | None = None
 
-    @property
-    def title(self) -> str:
-        return self.name or tr("Unnamed")
-
     def needed(self, now: float) -> tuple[Need, str]:
         """The most urgent thing for a person to do, and its sentence in the language in use."""
         # In this order: what may fire or has fired, then what cannot be known, then what a check said.

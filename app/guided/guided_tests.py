@@ -292,7 +292,6 @@ def measure_free_fall(threshold_g: float, time_s: float, _steps: PersonSteps) ->
 
 # One step of the sensor: a threshold on a reading is none.
 MIN_MARGIN_V = 0.1
-ROUNDING_V = 1e-6
 CLOSE, OPEN = marked("Close the bay"), marked("Open the bay fully")
 BAY_CLOSED, BAY_OPEN = marked("Bay closed"), marked("Bay open")
 
@@ -323,7 +322,7 @@ def judge_bay(closed: Band, opened: Band, threshold: float) -> GuidedResult:
             message(name),
             message(f"{band.median_v:.1f} V ({margin:+.1f} V)"),
             tolerance,
-            passed_if(margin >= MIN_MARGIN_V - ROUNDING_V),
+            passed_if(round(margin, 3) >= MIN_MARGIN_V),
         )
         for name, band, margin in zip((BAY_CLOSED, BAY_OPEN), (closed, opened), margins, strict=True)
     )

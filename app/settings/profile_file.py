@@ -91,10 +91,8 @@ def _table(readers: Mapping[str, _Reader]) -> _Reader:
 
 
 def _manual(items: object, key: str) -> tuple[ManualLine, ...]:
-    if not isinstance(items, list) or len(items) > MAX_ITEMS:
-        raise _unexpected(key, f"[[manual]], ≤ {MAX_ITEMS}")
     lines = []
-    for number, item in enumerate(items, 1):
+    for number, item in enumerate(_ITEMS(items, key), 1):
         found = _ITEM(item, f"{key} {number}")
         if not found.get("text", "").strip():
             raise _unexpected(f"{key} {number}.text", '"…"')
@@ -104,6 +102,7 @@ def _manual(items: object, key: str) -> tuple[ManualLine, ...]:
 
 _NAME: Final = _text(MAX_NAME_LENGTH, partial(clean, longest=MAX_NAME_LENGTH))
 _FLAG: Final = _of_kind(bool, "true, false")
+_ITEMS: Final = _of_kind(Annotated[list[Any], Meta(max_length=MAX_ITEMS)], f"[[manual]], ≤ {MAX_ITEMS}")
 _ITEM: Final = _table({"text": _NAME, "required": _FLAG})
 _PROFILE: Final = _table(
     {

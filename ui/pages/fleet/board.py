@@ -221,7 +221,7 @@ def _ago(at: float | None, now: float) -> str:
 def _module(card: Card) -> _Cell:
     """Its name, also of the conversation that ended, in which it was said; and its port, which tells unnamed ones
     apart."""
-    title = card.title
+    title = card.name or tr("Unnamed")
     if card.name and not card.conversation.is_going:
         title = card.name + in_brackets(tr("offline"))
     lines = [title, card.port.replace("/", "/\u200b")]  # a path may wrap
