@@ -93,7 +93,7 @@ class BatchRow(NamedTuple):
 @dataclass
 class BatchRun:
     """A batch in the store. `names` in the order in which they are given; `person`: who checks, and what is said of all
-    its modules; `last`: the name given last in this run."""
+    its modules; `has_named`: in this run."""
 
     names: tuple[str, ...]
     profile: Profile
@@ -101,7 +101,7 @@ class BatchRun:
     person: Person
     is_enabling: bool
     are_all_new: bool
-    last: str = ""
+    has_named: bool = False
 
     @property
     def key(self) -> str:
@@ -120,10 +120,7 @@ class BatchRun:
         if not self.are_all_new:
             return modules(facts), BOOTS // 2
         # The last one, also of a former run, may still be plugged in.
-        turns = reversed(facts.of_kind(ModuleProvisioned))
-        last = self.last or next((turn.content.name for turn in turns if turn.content.why is None), "")
-        known = remembered(facts, last)
-        return () if known is None else (known,), REPLUGGED_STARTS if self.last else 0
+        return modules(facts)[:1], REPLUGGED_STARTS if self.has_named else 0
 
     def _turn(
         self, evidence: Evidence, context: WriteContext, known: Sequence[Remembered], most_starts: int
@@ -176,8 +173,7 @@ class BatchRun:
         module = None if why else name
         if evidence.conversation:  # it was checked, if not to the end
             keep_check(facts, filed if module else judge(replace(self.person, module=None), Past(module=None)))
-        if module:
-            self.last = name
+        self.has_named |= module is not None
         code = fingerprint(evidence.values) or ""
         told = None if why is None else why.to_json()
         facts.add(ModuleProvisioned(batch=self.key, name=name, why=told, code=code), module)
