@@ -112,21 +112,17 @@ class BatchRun:
     def provision(self, evidence: Evidence, context: WriteContext) -> Procedure[UserMessage | None]:
         """The turn of one module, which fills `evidence`; reads from the store before it begins. Its result: why
         nothing was written, or not everything is as written; None where it was checked."""
-        known = self.store.read(self._known)
-        return self._turn(evidence, context, *known)
-
-    def _known(self, facts: Facts) -> tuple[Sequence[Remembered], int]:
-        """The modules that one may be that is plugged in, and how often it may have started since."""
-        if not self.are_all_new:
-            return modules(facts), BOOTS // 2
-        # The last one, also of a former run, may still be plugged in.
-        return modules(facts)[:1], REPLUGGED_STARTS if self.has_named else 0
+        known, most_starts = self.store.read(modules), BOOTS // 2
+        if self.are_all_new:
+            # The last one, also of a former run, may still be plugged in.
+            known, most_starts = known[:1], REPLUGGED_STARTS if self.has_named else 0
+        return self._turn(evidence, context, known, most_starts)
 
     def _turn(
         self, evidence: Evidence, context: WriteContext, known: Sequence[Remembered], most_starts: int
     ) -> Procedure[UserMessage | None]:
-        """In one conversation. Raises `Interrupted`: what was written is unknown then, and the module that answers next
-        begins from the start."""
+        """In one conversation. `known`: the modules that this one may be, with so many starts since. Raises
+        `Interrupted`: what was written is unknown then, and the module that answers next begins from the start."""
         before = yield from read_state()
         boot_count, status = before.settings.boot_count, before.status
         if not before.is_complete or boot_count is None or status is None:
