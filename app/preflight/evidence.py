@@ -18,8 +18,6 @@ _log = logging.getLogger(__name__)
 HEARTBEATS = 20
 # For tilt and acceleration.
 STILL_S = 2.0
-
-
 CHECK_AGAIN = message(marked("Check again."))
 CHECK_LINK = message(marked("Check cable and power."))
 FIND_OUT_WHY = marked("Find out why (Triggers), repack, lock and restart.")
@@ -30,7 +28,7 @@ class Void(NamedTuple):
 
     word: str
     message: UserMessage
-    # A cable has nothing to do with what a person or the module did.
+    # What to do about it. A cable has nothing to do with what a person or the module did.
     do: UserMessage = CHECK_LINK
 
 
