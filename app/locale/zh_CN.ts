@@ -764,8 +764,12 @@
         <translation>{seconds:.0f} 秒后结束。</translation>
     </message>
     <message>
-        <source>Even locked, keep clear of its opening.</source>
-        <translation>即使已锁定，也请远离伞仓开口。</translation>
+        <source>Even locked, keep clear of its opening. Secure the loaded spring under the lid.</source>
+        <translation>即使已锁定，也请远离伞仓开口。固定仓盖下的压缩弹簧。</translation>
+    </message>
+    <message>
+        <source>Even locked, keep clear of its opening. Take the rotors off.</source>
+        <translation>即使已锁定，也请远离伞仓开口。拆下桨叶。</translation>
     </message>
     <message>
         <source>Every session is recorded. Open or drop logs of PX4, ArduPilot, or CSV.</source>
@@ -1800,10 +1804,6 @@
         <translation>{threshold:.1f} g 时无法测试：静止与坠落无法区分。</translation>
     </message>
     <message>
-        <source>Not testable by hand at {threshold:.0f}°.</source>
-        <translation>阈值 {threshold:.0f}° 无法手动测试。</translation>
-    </message>
-    <message>
         <source>Not verified: {names}.</source>
         <translation>未验证：{names}。</translation>
     </message>
@@ -2264,10 +2264,6 @@
         <translation>搜索</translation>
     </message>
     <message>
-        <source>Secure the loaded spring under the lid.</source>
-        <translation>固定仓盖下的压缩弹簧。</translation>
-    </message>
-    <message>
         <source>Seen in one reading only. Read again.</source>
         <translation>仅在一次读取中出现。请重新读取。</translation>
     </message>
@@ -2534,10 +2530,6 @@
     <message>
         <source>Take over</source>
         <translation>采用</translation>
-    </message>
-    <message>
-        <source>Take the rotors off.</source>
-        <translation>拆下桨叶。</translation>
     </message>
     <message>
         <source>Takes this position as level; for small mounting errors only.</source>
@@ -3702,10 +3694,6 @@
         <translation>已命名</translation>
     </message>
     <message>
-        <source>nested too deeply.</source>
-        <translation>嵌套过深。</translation>
-    </message>
-    <message>
         <source>never</source>
         <translation>从未</translation>
     </message>
@@ -3812,10 +3800,6 @@
     <message>
         <source>not TOML: {why}.</source>
         <translation>不是 TOML：{why}。</translation>
-    </message>
-    <message>
-        <source>not UTF-8 text.</source>
-        <translation>不是 UTF-8 文本。</translation>
     </message>
     <message>
         <source>not a recording by this program</source>
@@ -4234,10 +4218,6 @@
         <translation>未知：{why}</translation>
     </message>
     <message>
-        <source>unnamed ({bit})</source>
-        <translation>未命名来源（{bit}）</translation>
-    </message>
-    <message>
         <source>verified</source>
         <translation>已验证</translation>
     </message>
@@ -4386,8 +4366,8 @@
         <translation>{file} 已损坏</translation>
     </message>
     <message>
-        <source>{file} is not a profile</source>
-        <translation>{file} 不是配置文件</translation>
+        <source>{file} is not a profile: {why}</source>
+        <translation>{file} 不是配置文件：{why}</translation>
     </message>
     <message>
         <source>{file}: the name of a report ends in .pdf.</source>
@@ -4422,8 +4402,12 @@
         <translation>{limit}，建议 {advised}</translation>
     </message>
     <message>
-        <source>{limit}; {known}</source>
-        <translation>{limit}；{known}</translation>
+        <source>{limit}; module not named</source>
+        <translation>{limit}；模块未命名</translation>
+    </message>
+    <message>
+        <source>{limit}; {module}, named by a person in this conversation</source>
+        <translation>{limit}；{module}，本次通信中由人员指定</translation>
     </message>
     <message>
         <source>{lost} of {asked}</source>
@@ -4466,16 +4450,8 @@
         <translation>{module} 在 {time} 仍为激活状态。</translation>
     </message>
     <message>
-        <source>{module}, given by --module</source>
-        <translation>{module}，由 --module 指定</translation>
-    </message>
-    <message>
         <source>{module}, interrupted {time}, not written: {what}.</source>
         <translation>{module}，{time} 中断，未写入：{what}。</translation>
-    </message>
-    <message>
-        <source>{module}, named by a person in this conversation</source>
-        <translation>{module}，本次通信中由人员指定</translation>
     </message>
     <message>
         <source>{module}, {time}: {what}</source>
