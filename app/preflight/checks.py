@@ -12,7 +12,7 @@ from functools import partial
 from typing import Final, NamedTuple
 
 from app.guided.results import TITLES, VERDICT_WORDS, GuidedKind, GuidedVerdict
-from app.limits.limits import SETTING_BOUNDS, bay_outside, cell_outside, least_cell_text
+from app.limits.limits import SETTING_BOUNDS, OutOfLimit, bay_outside, cell_outside, least_cell_text
 from app.limits.past import LastTested, Past
 from app.preflight.evidence import CHECK_LINK, FIND_OUT_WHY, HEARTBEATS, STILL_S, UNFINISHED, Evidence
 from app.procedures.read import ANSWERED_TWICE, NO_REPLY
@@ -263,18 +263,18 @@ def _cell_voltage(case: Case) -> Finding:
     volts = [float(value) for value in case.answers("cell_voltage_v")]
     if not volts:
         return case.unread("cell_voltage_v", limit)
-    charging = case.answers("charging")
+    lowest, highest, shown = min(volts), max(volts), f"{min(volts):.2f} V"
+    if cell_outside(lowest, case.profile, is_charging=None) is not None:
+        return _judged(lowest, shown, limit, is_fine=False)
     # With external power the charging voltage is read, which is above the cell's: it only proves that a cell is low.
-    may_charge = not charging or any(charging)
-    for value in (min(volts), max(volts)):
-        outside = cell_outside(value, case.profile, is_charging=None if may_charge else False)
-        if outside is not None:
-            return _judged(value, _because(f"{value:.2f} V", message(outside.fault.value)), limit, is_fine=False)
-    shown = f"{min(volts):.2f} V"
-    if may_charge:
+    charging = case.answers("charging")
+    if not charging or any(charging):
         why = message(marked("{voltage} may be the charger's"), voltage=shown)
         return _unknown(why, limit, message(marked("Unplug the external power.")))
-    return _judged(min(volts), shown, limit, is_fine=True)
+    if cell_outside(highest, case.profile, is_charging=False) is not None:
+        why = _because(f"{highest:.2f} V", message(OutOfLimit.CELL_HIGH.value))
+        return _judged(highest, why, limit, is_fine=False)
+    return _judged(lowest, shown, limit, is_fine=True)
 
 
 def _not_charging(case: Case) -> Finding:
