@@ -9,6 +9,8 @@ if TYPE_CHECKING:  # reading loads none of it
     from app.guided.results import GuidedKind, StoredTest
     from app.modules.names import Remembered
     from app.modules.service import DueService
+    from app.store.fact_store import Kept
+    from app.store.rows import ModuleVisited
 
 
 class LastTested(NamedTuple):
@@ -16,14 +18,6 @@ class LastTested(NamedTuple):
 
     stored: "StoredTest"
     age_days: float | None
-
-
-@dataclass(frozen=True, slots=True)
-class LastAnswer:
-    """When the module last answered the query for its trigger records, and how many it had. `at`: ISO 8601, UTC."""
-
-    at: str
-    count: int
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -35,7 +29,7 @@ class Past:
     reviewed: Counter[bytes] = field(default_factory=Counter)  # raw trigger records with a person's judgement
     has_check: bool = False  # there was a GO before
     do_records_follow: bool = True  # False: its trigger records do not continue those of the last visit
-    last_answer: LastAnswer | None = None  # None if it was always silent when it was asked for its records
+    last_answer: "Kept[ModuleVisited] | None" = None  # None if it was always silent when it was asked for its records
     is_said_new: bool = False  # a person said that it has no records yet; it has not reported a trigger since
     fingerprint: str | None = None  # of its last GO
     # Those of simulated modules only count for a simulated one.

@@ -362,7 +362,8 @@ def _trigger_records(case: Case) -> Finding:
         return Finding(CheckResult.FAIL, None, _because(silent, message(marked("triggered"))), limit)
     if past.last_answer is not None:
         text = marked("no reply; had {count} on {date}")
-        shown = message(text, count=past.last_answer.count, date=local_time(past.last_answer.at, DAY))
+        count, at = len(past.last_answer.content.slots), past.last_answer.at
+        shown = message(text, count=count, date=local_time(at, DAY))
         do = message(marked("It answered before: read its label, restart it and check again."))
         return Finding(CheckResult.FAIL, None, shown, limit, do)
     if evidence.unanswered or evidence.void is not None:

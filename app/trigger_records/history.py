@@ -8,11 +8,10 @@ from typing import NamedTuple
 from app.engine.procedure import EngineView, Inspect, Procedure
 from app.engine.target import is_simulated
 from app.limits.limits import record_outside
-from app.limits.past import LastAnswer
 from app.modules.names import remember
 from app.procedures.history import History, read_history
 from app.store.acts import claim_fired
-from app.store.fact_store import Facts
+from app.store.fact_store import Facts, Kept
 from app.store.rows import Judgement, ModuleVisited, SaidNew, TriggerRecordJudged, TriggerRecordSeen
 from app.system.files import write_whole
 from app.text.csv_cells import BYTE_ORDER_MARK, csv_text, utc_cell
@@ -223,12 +222,10 @@ class KeptTriggers:
 
     # A module that does not answer the query for its records (E7)
 
-    def last_answer(self, module: str) -> LastAnswer | None:
-        """None if it never answered."""
-        for visit in self._facts.back_from_newest(ModuleVisited, module):
-            if visit.content.is_confirmed or visit.content.slots:
-                return LastAnswer(visit.at, len(visit.content.slots))
-        return None
+    def last_answer(self, module: str) -> Kept[ModuleVisited] | None:
+        """The last visit at which it answered the query; None if it never did."""
+        visits = self._facts.back_from_newest(ModuleVisited, module)
+        return next((visit for visit in visits if visit.content.is_confirmed or visit.content.slots), None)
 
     def is_said_new(self, module: str) -> bool:
         said = self._facts.newest(SaidNew, module)

@@ -10,7 +10,7 @@ import pytest
 from app.engine.conversation import Interrupted, StatusSample
 from app.guided.results import GuidedKind, GuidedVerdict, StoredTest
 from app.limits.limits import SETTING_BOUNDS
-from app.limits.past import LastAnswer, LastTested, Past
+from app.limits.past import LastTested, Past
 from app.modules.names import Remembered
 from app.modules.service import DueService
 from app.preflight import evidence
@@ -30,6 +30,8 @@ from app.preflight.evidence import (
 from app.procedures.history import History
 from app.procedures.read import Present, Readings
 from app.settings.profiles import NO_PROFILE, Profile
+from app.store.fact_store import Kept
+from app.store.rows import ModuleVisited, Row
 from app.text.messages import UserMessage
 from protocol.catalogue import BY_NAME
 from protocol.events import EndReason, Unanswered
@@ -234,7 +236,10 @@ def record() -> TriggerRecord:
 
 
 ONE, NONE, REVIEWED = (record(),), History(is_answered=True, is_confirmed=True), Counter([RECORD])
-LAST = LastAnswer("2026-11-02T10:00:00+00:00", 3)
+LAST = Kept(
+    Row("", "visit", "M-07", "", "2026-11-02T10:00:00+00:00", ""),
+    ModuleVisited(port="p", boot_count=1, slots=["00"] * 3, is_confirmed=True),
+)
 
 
 def records(count: int) -> History:
