@@ -93,7 +93,7 @@ class BatchRow(NamedTuple):
 @dataclass
 class BatchRun:
     """A batch in the store. `names` in the order in which they are given; `person`: who checks, and what is said of all
-    its modules; `has_named`: in this run."""
+    its modules; `last`: the name given last in this run."""
 
     names: tuple[str, ...]
     profile: Profile
@@ -101,7 +101,7 @@ class BatchRun:
     person: Person
     is_enabling: bool
     are_all_new: bool
-    has_named: bool = False
+    last: str = ""
 
     @property
     def key(self) -> str:
@@ -115,7 +115,8 @@ class BatchRun:
         known, most_starts = self.store.read(modules), BOOTS // 2
         if self.are_all_new:
             # The last one, also of a former run, may still be plugged in.
-            known, most_starts = known[:1], REPLUGGED_STARTS if self.has_named else 0
+            known = [module for module in known if module.name == self.last] or known[:1]
+            most_starts = REPLUGGED_STARTS if self.last else 0
         return self._turn(evidence, context, known, most_starts)
 
     def _turn(
@@ -169,7 +170,7 @@ class BatchRun:
         module = None if why else name
         if evidence.conversation:  # it was checked, if not to the end
             keep_check(facts, filed if module else judge(replace(self.person, module=None), Past(module=None)))
-        self.has_named |= module is not None
+        self.last = module or self.last
         code = fingerprint(evidence.values) or ""
         told = None if why is None else why.to_json()
         facts.add(ModuleProvisioned(batch=self.key, name=name, why=told, code=code), module)
