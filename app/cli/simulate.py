@@ -12,13 +12,14 @@ import argparse
 import signal
 import sys
 from contextlib import closing, suppress
-from dataclasses import fields
 from threading import Event
-from typing import Any
+from typing import Any, get_args
+
+import msgspec
 
 from app.simulator.bench import SimulatedBench
 from app.simulator.endpoints import PtyEndpoint, TcpEndpoint, serve
-from app.simulator.setup import YES_OR_NO, Setup, as_text, parse_options
+from app.simulator.setup import Setup, parse_options
 from app.terminal import console
 from app.text.i18n import tr
 from app.text.messages import ErrorCode, error_text, labelled
@@ -30,23 +31,18 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     console.add_file(way, "--link", metavar="PATH", help="symbolic link to the pseudo-terminal")
     way.add_argument("--tcp", type=console.tcp_address, metavar="HOST:PORT")
     module = parser.add_argument_group("module, line and world")
-    for option in fields(Setup):
-        metavar = option.metadata["metavar"]
-        value: dict[str, Any] = {"nargs": "?", "const": ""} if metavar == YES_OR_NO else {}
-        module.add_argument(
-            "--" + option.name.replace("_", "-"),
-            dest=option.name,
-            metavar=metavar,
-            default=argparse.SUPPRESS,
-            help=f"{option.metadata['text']} [{as_text(option.default)}]",
-            **value,
-        )
+    for option in msgspec.structs.fields(Setup):
+        # The last of its annotations describes it. A switch needs no value.
+        kind, *notes = get_args(option.type)
+        value: dict[str, Any] = {"nargs": "?", "const": "yes", "metavar": "yes|no"} if kind is bool else {}
+        text = f"{notes[-1].description} [{option.default}]"
+        module.add_argument("--" + option.name.replace("_", "-"), default=argparse.SUPPRESS, help=text, **value)
 
 
 def run(args: argparse.Namespace) -> int:
     """Serve until SIGINT or SIGTERM. Exit code 0; 2 for wrong usage; 3 if the port cannot be made."""
-    texts = {option.name: getattr(args, option.name) for option in fields(Setup) if hasattr(args, option.name)}
-    bench = SimulatedBench(Setup(**parse_options(texts)))
+    texts = {name: getattr(args, name) for name in Setup.__struct_fields__ if hasattr(args, name)}
+    bench = SimulatedBench(parse_options(texts))
     if args.tcp is None and sys.platform == "win32":
         raise console.Refused(tr("Windows has no pseudo-terminals: use {option}.", option="--tcp 127.0.0.1:0"))
     try:

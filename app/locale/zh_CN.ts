@@ -4502,10 +4502,6 @@
         <translation>{option} 只能用于一个端口。</translation>
     </message>
     <message>
-        <source>{option}={text}: expected {expected}</source>
-        <translation>{option}={text}：应为 {expected}</translation>
-    </message>
-    <message>
         <source>{path} holds no settings.</source>
         <translation>{path} 中没有设置。</translation>
     </message>
@@ -4752,10 +4748,6 @@
     <message>
         <source>“{name}” is there twice.</source>
         <translation>“{name}”出现两次。</translation>
-    </message>
-    <message>
-        <source>“{name}” is unknown.</source>
-        <translation>“{name}”未知。</translation>
     </message>
     <message>
         <source>“{name}” is unknown; the columns are {columns}.</source>

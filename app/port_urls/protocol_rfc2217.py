@@ -5,26 +5,15 @@ pyserial's refuses every `write_timeout`, lets a write wait for five seconds, an
 
 import logging
 import socket
-from typing import TYPE_CHECKING
 
 import serial.rfc2217
-from serial.serialutil import SerialException, SerialTimeoutException
 
-if TYPE_CHECKING:
-    from _typeshed import ReadableBuffer
-
-# For each of its two parts, where the URL has no `timeout`; with pyserial's three seconds opening takes too long.
-NEGOTIATION_S = 1.0
 _log = logging.getLogger(__name__)
 
 
 class Rfc2217Port(serial.rfc2217.Serial):
     _write_timeout: float | None
     _socket: socket.socket | None
-
-    def from_url(self, url: str) -> tuple[str, int]:
-        self._network_timeout = NEGOTIATION_S
-        return super().from_url(url)
 
     def _reconfigure_port(self) -> None:
         limit_s = self._write_timeout
@@ -35,15 +24,6 @@ class Rfc2217Port(serial.rfc2217.Serial):
             self._write_timeout = limit_s
         if self._socket is not None:
             self._socket.settimeout(limit_s)
-
-    def write(self, data: "ReadableBuffer", /) -> int | None:
-        """Raises `SerialTimeoutException` if the other end takes no bytes, as pyserial's other ports do."""
-        try:
-            return super().write(data)
-        except SerialException as error:
-            if isinstance(error.__context__, TimeoutError):
-                raise SerialTimeoutException("Write timeout") from error
-            raise
 
     def _telnet_read_loop(self) -> None:
         try:

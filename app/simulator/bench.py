@@ -9,19 +9,18 @@ import random
 import threading
 import time
 from collections import deque
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
-from dataclasses import replace
 from typing import Any
 
-from app.simulator.module import BITS_PER_BYTE, Memory, Physics, SimulatedModule, invent_records
+from msgspec.structs import replace
+
+from app.simulator.module import BITS_PER_BYTE, Memory, Physics, SimulatedModule
 from app.simulator.setup import Setup
 from protocol.catalogue import BAUD
-from protocol.messages import HOST_FRAME_LENGTH, Source
+from protocol.messages import Source
 
-DEFAULT_NAME = "module"
 FALL_M = 30.0  # the height of the fall that an option asks for
-MAX_BYTES = 65536  # what the driver keeps for a host that does not read
 
 
 class Wire:
@@ -42,18 +41,17 @@ class Wire:
 
     def write(self, data: bytes, now_s: float) -> None:
         byte_s = BITS_PER_BYTE / (self.host_baud or self.module.baud_rate)
-        self._free_s = max(now_s, self._free_s)
-        for at in range(0, len(data), HOST_FRAME_LENGTH):
-            frame = data[at : at + HOST_FRAME_LENGTH]
-            self._free_s += len(frame) * byte_s
-            self._to_module.append((self._free_s, frame))
+        self._free_s = max(now_s, self._free_s) + len(data) * byte_s
+        self._to_module.append((self._free_s, data))
 
     def read(self, now_s: float) -> bytes:
         while self._to_module and self._to_module[0][0] <= now_s:
             at_s, data = self._to_module.popleft()
             self.module.receive(self._received(data, self.host_baud, self.module.baud_rate), at_s)
         faults, dice = self.module.setup, self._dice
-        for sent in self.module.collect(now_s):
+        self.module.advance(now_s)
+        while self.module.out:
+            sent = self.module.out.popleft()
             if faults.mute or dice.random() < faults.drop:
                 continue
             data = self._received(sent.data, sent.baud_rate, self.host_baud)
@@ -64,14 +62,14 @@ class Wire:
         arrived = bytearray()
         while self._to_host and self._to_host[0][0] <= now_s:
             arrived += self._to_host.popleft()[1]
-        return bytes(arrived[-MAX_BYTES:])
+        return bytes(arrived)
 
-    def next_due(self, now_s: float) -> float | None:
+    def next_due(self, now_s: float) -> float:
+        """Return when something is to be read, or happens to the module; infinity for never."""
+        if self.module.out:
+            return now_s
         dues_s = [queue[0][0] for queue in (self._to_module, self._to_host) if queue]
-        module_s = self.module.next_due(now_s)
-        if module_s is not None:
-            dues_s.append(module_s)
-        return max(now_s, min(dues_s)) if dues_s else None
+        return max(now_s, min([*dues_s, self.module.due_s]))
 
     def clear(self, now_s: float) -> None:
         """Discard all that is on its way: the adapter was unplugged, or the port is being opened."""
@@ -92,12 +90,12 @@ class Wire:
 
 
 class SimulatedBench:
-    """A simulated module with its port and its world. All methods are thread-safe. `changed` is notified where
-    something may have become due."""
+    """A simulated module with its port and its world. All methods are thread-safe; whoever uses its parts holds
+    `lock`."""
 
     def __init__(self, setup: Setup | None = None, *, clock: Callable[[], float] = time.monotonic) -> None:
         setup = setup or Setup()
-        self.changed = threading.Condition(threading.RLock())
+        self.lock = threading.RLock()
         self.clock = clock
         self.world = Physics(
             tilt_deg=setup.tilt,
@@ -106,14 +104,21 @@ class SimulatedBench:
             cell_v=setup.cell,
             is_lifelike=setup.lifelike,
         )
-        memory = Memory(boot_count=setup.boots, baud_code=BAUD.encode(setup.baud))
-        invent_records(memory, setup.history, seed=setup.seed)
-        memory.boot_count = (setup.boots - 1) & 0xFF  # to switch it on counts one
+        # Each time it is switched on counts one.
+        before = (setup.boots - setup.history - 1) & 0xFF
+        memory = Memory(boot_count=before, baud_code=BAUD.encode(setup.baud))
         self.module = SimulatedModule(self.world, setup, memory=memory)
         self.wire = Wire(self.module)
         self.is_plugged_in = True
         self.holder: object | None = None  # who has the port open; one that had it when it was unplugged is dead
-        now_s = clock()
+        now_s, dice = clock(), random.Random(setup.seed)  # noqa: S311 (variety, not secrets)
+        for _ in range(setup.history):
+            self.module.power_on(now_s - dice.randrange(20, 5400))
+            self.module.activate(is_active=True)
+            self.module.fire(dice.choice((Source.ATTITUDE, Source.FREEFALL, Source.PWM)), now_s)
+        self.module.power_off()
+        self.world.bay_is_open = setup.bay_open
+        self.wire.clear(now_s)
         self.module.power_on(now_s - setup.uptime)
         if setup.uptime:
             self.wire.clear(now_s)
@@ -128,13 +133,10 @@ class SimulatedBench:
 
     @contextmanager
     def at_present(self) -> Iterator[float]:
-        with self.changed:
+        with self.lock:
             now_s = self.clock()
             self.module.advance(now_s)
-            try:
-                yield now_s
-            finally:
-                self.changed.notify_all()
+            yield now_s
 
     # The body
 
@@ -173,10 +175,7 @@ class SimulatedBench:
 
     def plug(self) -> None:
         """Plug the serial adapter in again; ports that were open stay dead."""
-        with self.at_present() as now_s:
-            if not self.is_plugged_in:
-                self.wire.clear(now_s)
-                self.is_plugged_in = True
+        self.is_plugged_in = True
 
     def change(self, **values: Any) -> None:
         """Set options by name, of which the rate of the stream and the faults on the line count from now on."""
@@ -185,22 +184,16 @@ class SimulatedBench:
 
 
 _benches: dict[str, SimulatedBench] = {}
-_benches_lock = threading.Lock()
 
 
-def module(name: str = DEFAULT_NAME, options: Mapping[str, Any] | None = None) -> SimulatedBench:
-    """Return the module of this name, which is made where there is none.
-
-    `options` are values by option name, of a new one; what an existing one is like was chosen before.
-    """
-    with _benches_lock:
-        if name not in _benches:
-            _benches[name] = SimulatedBench(Setup(**(options or {})))
-        return _benches[name]
+def module(name: str, setup: Setup | None = None) -> SimulatedBench:
+    """Return the module of this name, which is made so where there is none; an existing one is as it is."""
+    if name not in _benches:
+        _benches.setdefault(name, SimulatedBench(setup))  # another thread may have made it meanwhile
+    return _benches[name]
 
 
-def remove_bench(name: str = DEFAULT_NAME) -> None:
-    with _benches_lock:
-        bench = _benches.pop(name, None)
+def remove_bench(name: str) -> None:
+    bench = _benches.pop(name, None)
     if bench is not None:
         bench.unplug()

@@ -13,14 +13,13 @@ from pathlib import Path
 from threading import Event
 
 from app.simulator.bench import SimulatedBench
+from protocol.catalogue import BAUD_RATES
 
 if sys.platform != "win32":
     import termios
     import tty
 
-    _BAUD_RATES = {
-        code: int(name[1:]) for name, code in vars(termios).items() if name[:1] == "B" and name[1:].isdigit()
-    }
+    _BAUD_RATES = {getattr(termios, f"B{rate}"): rate for rate in BAUD_RATES}
 
 # A signal's handler runs only after the wait, so the wait is short.
 LONGEST_WAIT_S = 0.1
@@ -33,15 +32,16 @@ def serve(bench: SimulatedBench, endpoint: "Endpoint", is_stopped: Event) -> Non
     while not is_stopped.is_set():
         ready, _, _ = select.select([endpoint], [], [], wait_s)
         received = endpoint.receive() if ready else b""
-        with bench.changed:
+        with bench.lock:
             now_s = bench.clock()
             bench.wire.host_baud = endpoint.host_baud()
-            bench.wire.write(received, now_s)
+            if received:
+                bench.wire.write(received, now_s)
             data = bench.wire.read(now_s)
             due_s = bench.wire.next_due(now_s)
         if data:
             endpoint.send(data)
-        wait_s = LONGEST_WAIT_S if due_s is None else min(LONGEST_WAIT_S, due_s - now_s)
+        wait_s = min(LONGEST_WAIT_S, due_s - now_s)
 
 
 class PtyEndpoint:
@@ -102,27 +102,22 @@ class TcpEndpoint:
         return None
 
     def receive(self) -> bytes:
-        if self._client is None:
-            with suppress(OSError):
+        data = b""
+        with suppress(OSError):
+            if self._client is None:
                 self._client, _ = self._listener.accept()
                 self._client.setblocking(False)
                 self._client.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
-            return b""
-        data = b""
-        with suppress(OSError):
+                return b""
             data = self._client.recv(CHUNK)
         if not data:
             self._disconnect()
         return data
 
     def send(self, data: bytes) -> None:
-        if self._client is not None:
-            try:
+        with suppress(OSError):  # it does not read, or has left, which receiving finds out
+            if self._client is not None:
                 self._client.send(data)
-            except BlockingIOError:
-                pass  # it does not read
-            except OSError:
-                self._disconnect()
 
     def close(self) -> None:
         self._disconnect()

@@ -12,7 +12,6 @@ used; acknowledges a set with its value, and a new baud rate at the old one; doe
 """
 
 import math
-import random
 from collections import deque
 from collections.abc import Callable
 from dataclasses import dataclass, field
@@ -115,33 +114,6 @@ class ModuleState:
     is_forbidden: bool = False
 
 
-# Of records of earlier boots; together they have every source, alone and with others.
-_PAST_SOURCES = (
-    Source.ATTITUDE, Source.FREEFALL, Source.SERIAL, Source.ATTITUDE | Source.FREEFALL, Source.PWM, Source.ATTITUDE,
-    Source.SERIAL | Source.PWM, Source.FREEFALL, Source.ATTITUDE | Source.PWM | Source.FREEFALL,
-)  # fmt: skip
-
-
-def invent_records(memory: Memory, count: int, *, seed: int) -> None:
-    """Add `count` (0 … 9) plausible records of earlier boots; the same ones for the same seed."""
-    source = random.Random(seed)  # noqa: S311 (variety, not secrets)
-    boots = sorted(source.randrange(max(1, memory.boot_count)) for _ in range(count))
-    for boot, sources in zip(boots, _PAST_SOURCES[:count], strict=True):
-        raws = {
-            "boot_count": boot,
-            "sources": sources.value,
-            "attitude_threshold_deg": source.choice((55, 60, 65)),
-            "freefall_acceleration_g": 5,
-            "freefall_time_s": 160,
-            "uptime_s": source.randrange(20, 5400),
-            "serial_connected": INVERTED.encode(Source.SERIAL in sources or source.random() < 0.5),
-            "charging": INVERTED.encode(False),
-            "light_v": source.randrange(2, 5),
-            "cell_voltage_v": source.randrange(182, 208),
-        }
-        memory.records.append(encode_record_data(raws))
-
-
 BOOT_GAP_S = 0.05  # "间隔50ms"
 ANSWERED_UNDER = {0x17: 0x16, 0x34: 0x35}  # E4 and E3: the codes that the table prints
 EMPTY_SLOT = bytes(11)
@@ -177,7 +149,7 @@ class SimulatedModule:
         self._judge = Judge()
         self._fired = NOTHING
         self._plans: list[tuple[float, Callable[[float], object]]] = []
-        self._out: deque[SentBytes] = deque(maxlen=MAX_WAITING)
+        self.out: deque[SentBytes] = deque(maxlen=MAX_WAITING)
         self._line_free_s = -math.inf
         self._stream_due_s = math.inf
         self._booted_s = 0.0
@@ -220,21 +192,20 @@ class SimulatedModule:
         self.power_off()
         self.is_on = True
         self.memory.boot_count = (self.memory.boot_count + 1) & 0xFF
-        self.state = ModuleState()
         self.baud_rate = BAUD.values[self.memory.baud_code]
         self._booted_s = now_s
         self._sampled_s = now_s
         self.send(HEARTBEAT_REPLY, now_s)
 
         def beat_again(at_s: float) -> None:
-            # Not where it was switched off since, or off and on.
-            if self.is_on and at_s == self._booted_s + BOOT_GAP_S:
+            if self.is_on:
                 self.send(HEARTBEAT_REPLY, at_s)
 
         self.plan(now_s + BOOT_GAP_S, beat_again)
 
     def power_off(self) -> None:
         self.is_on = False
+        self.state = ModuleState()
         self._heard = StreamParser()
         self._heard_s = -math.inf
         self.stop_stream()
@@ -254,7 +225,7 @@ class SimulatedModule:
         self._judge.reset()
 
     def fire(self, sources: Source, now_s: float) -> bool:
-        if not self.is_on or not self.state.is_active or self.state.is_forbidden:
+        if not self.state.is_active or self.state.is_forbidden:
             return False
         self._fired |= sources
         raws = {
@@ -274,7 +245,7 @@ class SimulatedModule:
         return True
 
     def _watch(self, until_s: float) -> None:
-        if not self.is_on or not self.state.is_active:
+        if not self.state.is_active:
             self._sampled_s = until_s
             return
         self._sampled_s = max(self._sampled_s, until_s - MAX_LOOK_BACK_S)
@@ -305,7 +276,7 @@ class SimulatedModule:
 
     def advance(self, now_s: float) -> None:
         self._stream_due_s = max(self._stream_due_s, now_s - MAX_LOOK_BACK_S)
-        while (due_s := self._due_s()) <= now_s:
+        while (due_s := self.due_s) <= now_s:
             self._watch(due_s)
             if self._plans and self._plans[0][0] == due_s:
                 self._plans.pop(0)[1](due_s)
@@ -316,28 +287,16 @@ class SimulatedModule:
                     self.send(self.status(due_s), due_s)
         self._watch(now_s)
 
-    def collect(self, now_s: float) -> list[SentBytes]:
-        """Return what left it, or began to leave it, until now, and was not collected before."""
-        self.advance(now_s)
-        sent = list(self._out)
-        self._out.clear()
-        return sent
-
-    def next_due(self, now_s: float) -> float | None:
-        """Return when it does something by itself, or has something to collect; None for never."""
-        if self._out:
-            return now_s
-        due_s = self._due_s()
-        return None if due_s == math.inf else max(now_s, due_s)
-
-    def _due_s(self) -> float:
+    @property
+    def due_s(self) -> float:
+        """When it does something by itself; infinity for never."""
         return min(self._plans[0][0] if self._plans else math.inf, self._stream_due_s)
 
     def send(self, data: bytes, now_s: float) -> None:
-        """Send a burst, behind what its line still carries."""
+        """Send a burst into `out`, behind what its line still carries."""
         begins_s = max(now_s, self._line_free_s)
         self._line_free_s = begins_s + len(data) * BITS_PER_BYTE / self.baud_rate
-        self._out.append(SentBytes(self._line_free_s, data, self.baud_rate))
+        self.out.append(SentBytes(self._line_free_s, data, self.baud_rate))
 
     def start_stream(self, now_s: float) -> None:
         self._stream_due_s = now_s + 1 / self.setup.rate

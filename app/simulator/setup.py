@@ -1,88 +1,47 @@
 """The options of a simulated module and its line: `dps-s simulate --tilt 5 --drop 0.1`, `sim://bench?tilt=5&drop=0.1`."""
 
 from collections.abc import Mapping
-from contextlib import suppress
-from dataclasses import dataclass, field, fields
-from typing import Any, Final
+from typing import Annotated, Final, Literal
+
+from msgspec import Meta, Struct, ValidationError, convert
 
 from app.text.messages import UserError
-from protocol.catalogue import BAUD_RATES
-from protocol.translatable import marked
 
-YES_OR_NO: Final = "yes|no"
-_SWITCH: Final = {"": True, "yes": True, "no": False}
-_RATES: Final = {str(rate): rate for rate in BAUD_RATES}
-
-
-def one_of(default: Any, text: str, expected: str, values: Mapping[str, Any]) -> Any:
-    """Return an option with these values; its `parse` raises `ValueError` with the form that it expects."""
-
-    def parse(typed: str) -> Any:
-        if typed.lower() not in values:
-            raise ValueError(expected)
-        return values[typed.lower()]
-
-    return field(default=default, metadata={"text": text, "metavar": expected, "parse": parse})
+Rate = Literal[115200, 57600, 38400, 19200, 9600, 4800]
+Share = Annotated[float, Meta(ge=0, le=1)]
+Later = Annotated[float, Meta(ge=0, le=86_400)]
+_SWITCHED: Final = {"": "true", "yes": "true", "no": "false"}
 
 
-def switch(text: str) -> Any:
-    return one_of(False, text, YES_OR_NO, _SWITCH)
-
-
-def number(default: float, text: str, metavar: str, least: float, most: float) -> Any:
-    """Return an option that is a number of the kind of its default."""
-
-    def parse(typed: str) -> float:
-        with suppress(ValueError):
-            value = type(default)(typed)
-            if least <= value <= most:  # no NaN is
-                return value
-        raise ValueError(f"{least:g}…{most:.10g}")
-
-    return field(default=default, metadata={"text": text, "metavar": metavar, "parse": parse})
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Setup:
+class Setup(Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
     """How the module and its line begin. Shares are 0 … 1; what happens after 0 s never happens."""
 
-    baud: int = one_of(115200, "baud rate", "|".join(_RATES), _RATES)
-    rate: float = number(50.0, "frames a second while it streams", "HZ", 1, 1440)
-    active: bool = switch("active from the beginning")
-    boots: int = number(37, "boot count", "N", 0, 255)
-    uptime: float = number(60.0, "seconds since power-on; 0 sends the two heartbeats", "S", 0, 65535)
-    history: int = number(0, "trigger records of earlier boots", "N", 0, 9)
-    seed: int = number(1, "of what is random", "N", 0, 2**31)
-    mute: bool = switch("silent: says nothing")
-    drop: float = number(0.0, "share of the replies that are lost", "SHARE", 0, 1)
-    corrupt: float = number(0.0, "share of the bytes of replies with a wrong bit", "SHARE", 0, 1)
-    lag_ms: float = number(0.0, "how late replies come", "MS", 0, 10_000)
-    tilt: float = number(0.0, "tilt", "DEG", -180, 180)
-    bay_open: bool = switch("the bay is open")
-    cell: float = number(3.9, "cell voltage", "V", 0, 5)
-    charger: bool = switch("external power")
-    lifelike: bool = switch("moves a little, as in a hand")
-    fall_after: float = number(0.0, "falls after so many seconds", "S", 0, 86_400)
-    pwm_after: float = number(0.0, "is triggered by PWM after so many seconds", "S", 0, 86_400)
-    restart_after: float = number(0.0, "restarts after so many seconds", "S", 0, 86_400)
+    baud: Annotated[Rate, Meta(description="baud rate")] = 115200
+    rate: Annotated[float, Meta(ge=1, le=1440, description="frames a second while it streams")] = 50.0
+    active: Annotated[bool, Meta(description="active from the beginning")] = False
+    boots: Annotated[int, Meta(ge=0, le=255, description="boot count")] = 37
+    uptime: Annotated[float, Meta(ge=0, le=65535, description="seconds since power-on; 0: two heartbeats come")] = 60.0
+    history: Annotated[int, Meta(ge=0, le=9, description="trigger records of earlier boots")] = 0
+    seed: Annotated[int, Meta(ge=0, description="of what is random")] = 1
+    mute: Annotated[bool, Meta(description="silent: says nothing")] = False
+    drop: Annotated[Share, Meta(description="share of the replies that are lost")] = 0.0
+    corrupt: Annotated[Share, Meta(description="share of the bytes of replies with a wrong bit")] = 0.0
+    lag_ms: Annotated[float, Meta(ge=0, le=10_000, description="how late replies come, in ms")] = 0.0
+    tilt: Annotated[float, Meta(ge=-180, le=180, description="tilt in degrees")] = 0.0
+    bay_open: Annotated[bool, Meta(description="the bay is open")] = False
+    cell: Annotated[float, Meta(ge=0, le=5, description="cell voltage in V")] = 3.9
+    charger: Annotated[bool, Meta(description="external power")] = False
+    lifelike: Annotated[bool, Meta(description="moves a little, as in a hand")] = False
+    fall_after: Annotated[Later, Meta(description="falls after so many seconds")] = 0.0
+    pwm_after: Annotated[Later, Meta(description="is triggered by PWM after so many seconds")] = 0.0
+    restart_after: Annotated[Later, Meta(description="restarts after so many seconds")] = 0.0
 
 
-def as_text(value: Any) -> str:
-    return ("yes" if value else "no") if isinstance(value, bool) else f"{value:.10g}"
-
-
-def parse_options(texts: Mapping[str, str]) -> dict[str, Any]:
-    """Return the values by the name of the option, which may have `-` for `_`. Raises `UserError` for a wrong one."""
-    options = {one.name: one for one in fields(Setup)}
-    values = {}
-    for typed, text in texts.items():
-        name = typed.replace("-", "_")
-        if name not in options:
-            raise UserError(marked("“{name}” is unknown."), name=typed)
-        try:
-            values[name] = options[name].metadata["parse"](text)
-        except ValueError as error:
-            raise UserError(
-                marked("{option}={text}: expected {expected}"), option=name, text=text, expected=error
-            ) from error
-    return values
+def parse_options(texts: Mapping[str, str]) -> Setup:
+    """Return the setup with these options, by name, which may have `-` for `_`; a switch needs no value. Raises
+    `UserError`, which names the wrong option."""
+    values = {name.replace("-", "_"): _SWITCHED.get(text.lower(), text) for name, text in texts.items()}
+    try:
+        return convert(values, Setup, strict=False)
+    except ValidationError as error:
+        raise UserError(str(error)) from error

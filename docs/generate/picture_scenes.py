@@ -24,6 +24,7 @@ from app.flights.judging import FlightGroup
 from app.preflight.checks import Person
 from app.preflight.verdict import Standing
 from app.simulator import bench
+from app.simulator.setup import Setup
 from app.text.i18n import CHINESE, ENGLISH, tr
 from ui.acts.ritual_widget import RitualWidget
 from ui.core.port_watcher import PortWatcher
@@ -42,8 +43,8 @@ SIZE: Final = QSize(1024, 600)
 """The smallest supported screen."""
 NAME, OTHER_NAME = "guide", "other"
 PORT, OTHER_PORT = f"sim://{NAME}", f"sim://{OTHER_NAME}"
-OPTIONS: Final = {"history": 4, "cell": 4.0, "lifelike": True}
-OTHER_OPTIONS: Final = {"baud": 57600}
+SETUP: Final = Setup(history=4, cell=4.0, lifelike=True)
+OTHER_SETUP: Final = Setup(baud=57600)
 MODULE, WHO, AIRCRAFT = "M-07", "Lin Wei", "H6"
 ADAPTER: Final = PortInfo("/dev/ttyUSB0", "CP2102 USB to UART", "Silicon Labs", "0001", 0x10C4, 0xEA60, "1-1")
 README: Final = {ENGLISH: ("live-en.png", Choice.LIGHT), CHINESE: ("live-zh_CN.png", Choice.DARK)}
@@ -241,7 +242,7 @@ def write_flight(path: Path, *, peak_deg: float = 20.0, lost_s: float = math.inf
 
 def why(studio: Studio) -> None:
     """A module at another baud rate, just powered up."""
-    other = bench.module(OTHER_NAME, OTHER_OPTIONS)
+    other = bench.module(OTHER_NAME, OTHER_SETUP)
     studio.assembly.ports.current.disconnect_port()
     studio.run(0.5)
     page = studio.page("diagnosis", DiagnosisPage)
@@ -278,7 +279,7 @@ def opened(language: str, home: Path) -> Iterator[Studio]:
     preferences.theme = Choice.LIGHT.value
     preferences.who = WHO
     options = WindowOptions(language=language)
-    module = bench.module(NAME, OPTIONS)
+    module = bench.module(NAME, SETUP)
     assembly = assemble(
         app, options, preferences=preferences, storage=Storage(home), watcher=PortWatcher(lambda _deadline_s: [ADAPTER])
     )

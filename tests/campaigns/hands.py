@@ -25,6 +25,7 @@ from app.guided.results import GuidedKind
 from app.preflight.verdict import Standing
 from app.safety.journal import Act
 from app.simulator import bench as benches
+from app.simulator.setup import Setup
 from app.text.i18n import set_language
 from protocol.catalogue import LOCK, Request
 from protocol.fields import Value
@@ -351,7 +352,7 @@ class Hands(Hand):
         self.turn()
         name = self.url.removeprefix("sim://")
         benches.remove_bench(name)
-        self.bench = benches.module(name, {"seed": self.dice.randrange(1000), "rate": 20})
+        self.bench = benches.module(name, Setup(seed=self.dice.randrange(1000), rate=20))
         self._open()
 
     def _change_state(self) -> None:

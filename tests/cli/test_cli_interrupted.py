@@ -14,7 +14,7 @@ from app.port_urls.protocol_sim import open_bench
 from app.procedures.history import read_history
 from app.safety.journal import Act, Outcome
 from app.simulator.bench import SimulatedBench
-from app.simulator.module import invent_records
+from app.simulator.setup import Setup
 from app.terminal.connection import connected
 from protocol.catalogue import BY_NAME
 from tests.support.cli_line import Program, faults, sets
@@ -169,7 +169,7 @@ def test_after_an_end_lock_is_said_of_the_module_that_answers_now(port: str, dps
 
 @pytest.mark.promise("a")
 def test_of_records_that_came_before_the_end_nothing_is_kept(port: str, dps_s: Program) -> None:
-    invent_records(open_bench(port).module.memory, 3, seed=5)
+    open_bench(port).module.memory.records = SimulatedBench(Setup(history=3, seed=5)).module.memory.records
     at(open_bench(port), "trigger_records", exchange, number=2)
     printed = dps_s(["history", "--port", port, "--json", "--module", "M-07"], 3)
     assert json.loads(printed.out)["error"]["code"] == "interrupted"

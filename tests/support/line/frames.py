@@ -69,5 +69,5 @@ def echo(bench: SimulatedBench) -> Callable[[], None]:
 def restart_silently(bench: SimulatedBench) -> None:
     """Restart it without its two heartbeats."""
     bench.module.power_on(bench.clock())
-    bench.module._out.pop()
+    bench.module.out.pop()
     bench.module._plans.clear()

@@ -13,7 +13,7 @@ from app.procedures.stream import StreamSwitch, watch
 from app.safety.journal import Act
 from app.safety.permit import Origin, Permit
 from app.simulator.bench import SimulatedBench
-from app.simulator.setup import Setup, as_text, parse_options
+from app.simulator.setup import Setup
 from protocol.catalogue import Hazard, Layout, Request
 from protocol.messages import Frame, decode_request
 from protocol.stale_replies import FlagAnswers, LastingValues
@@ -85,7 +85,7 @@ class SimulatedLine(VirtualLine):
         self._check()
         wire, clock = self.bench.wire, self.clock
         end_s, looked_s = clock.now_s + longest_s, -inf
-        while (due_s := wire.next_due(clock.now_s)) is not None and due_s <= end_s:
+        while (due_s := wire.next_due(clock.now_s)) <= end_s:
             if looked_s == clock.now_s or due_s > clock.now_s:
                 clock.now_s = max(due_s, clock.now_s + FINEST_S)
                 self._check()
@@ -222,8 +222,7 @@ class Rig(AnyRig):
         background: Callable[[], Procedure[None]] | None = None,
     ) -> None:
         self.clock = FakeClock()
-        texts = {name: as_text(value) for name, value in {"rate": 10, **(options or {})}.items()}
-        bench = SimulatedBench(Setup(**parse_options(texts)), clock=self.clock)
+        bench = SimulatedBench(Setup(**{"rate": 10, **(options or {})}), clock=self.clock)
         self.line = SimulatedLine(self.clock, bench, baud_rate)
         self.session = Session(self.line, self.clock, background=background)
         self.clock.now_s += INSTANT_S

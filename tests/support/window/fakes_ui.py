@@ -4,6 +4,7 @@ from collections.abc import Iterator
 from concurrent.futures import wait
 from contextlib import contextmanager
 from pathlib import Path
+from typing import Any
 
 from PySide6.QtCore import QTranslator
 from PySide6.QtWidgets import QApplication
@@ -13,6 +14,7 @@ from app.engine.ports import PortInfo
 from app.engine.target import Target
 from app.simulator import bench
 from app.simulator.bench import SimulatedBench
+from app.simulator.setup import Setup
 from app.store.fact_store import Store
 from app.text.i18n import ENGLISH, language
 from tests.support.patience import PATIENCE_S
@@ -99,11 +101,11 @@ def wait_for_disk(assembly: Assembly) -> None:
 
 
 @contextmanager
-def simulated(name: str, **options: object) -> Iterator[SimulatedBench]:
+def simulated(name: str, **options: Any) -> Iterator[SimulatedBench]:
     """Make the simulated module of this name with these options; discard it afterwards."""
     bench.remove_bench(name)  # a window that outlived another one of this name has opened it again
     try:
-        yield bench.module(name, {"rate": 20} | options)  # more takes time, and shows nothing else
+        yield bench.module(name, Setup(**{"rate": 20} | options))  # more takes time, and shows nothing else
     finally:
         bench.remove_bench(name)
 
