@@ -1,21 +1,22 @@
 """Shares an open port over TCP with readers that may only ask, for `dps-s serve` and for the window.
 
-    a question    asked in its turn; all that wait for the same are answered by it
+    a question    asked in its turn, and answered to whoever asked
     LOCK          sent at once by the owner of the port, as its own, whatever else is asked
     all else      refused: it never reaches the port
 
 What the module says unasked goes to every reader. When the conversation with the module ends nothing is passed on for
 `QUIET_S`, longer than a link waits: so it ends for each reader, too, and none takes another module for the same one.
 
-What is kept of a reader is bounded: its questions by the catalogue, the rest by the constants below. One that sends no
-frames, or that does not read, is dropped.
+What is kept of a reader is bounded by the catalogue: its questions, each once, and a frame that is not whole. One that
+does not read is dropped.
 """
 
 import socket
-from collections.abc import Callable, Iterator, Sequence
-from contextlib import contextmanager, suppress
+from collections.abc import Callable, Sequence
+from contextlib import suppress
+from functools import partial
 from ipaddress import ip_address
-from selectors import EVENT_READ, DefaultSelector
+from select import select
 from typing import Any, Literal
 
 from app.engine.conversation import ConversationView, reason_message
@@ -45,11 +46,6 @@ from protocol.timing import LONGEST_SILENCE_S
 MOST_READERS = 16
 QUIET_S = LONGEST_SILENCE_S + 0.3
 CHUNK = 4096
-# Bytes in a row that are no frame: whoever sends more speaks another protocol.
-MOST_NOISE = 512
-# Bytes that a reader has not taken yet.
-MOST_UNREAD = 65_536
-
 
 # What happened: "lock" where a reader's LOCK is being sent, "ended" the conversation with the module.
 Event = Literal["joined", "left", "dropped", "refused", "lock", "locked", "not_locked", "ended"]
@@ -62,34 +58,10 @@ class Reader:
         self.client = client
         self.name = name
         self.parser = StreamParser()
-        self.unread = bytearray()
         self.refused: set[int] = set()  # codes, each told once
-        self.noise = 0
 
-    def receive(self) -> list[Request]:
-        """Return what it asks for. Raises OSError where it has left."""
-        data = self.client.recv(CHUNK)
-        if not data:
-            raise ConnectionResetError
-        requests: list[Request] = []
-        for piece in self.parser.feed(data):
-            if isinstance(piece, Frame) and piece.direction is Direction.HOST_TO_MODULE:
-                requests.append(decode_request(piece.raw))
-                self.noise = 0
-            else:
-                self.noise += len(piece.raw)
-        return requests
-
-    @property
-    def is_at_fault(self) -> bool:
-        return self.noise > MOST_NOISE or len(self.unread) > MOST_UNREAD
-
-    def send(self, data: bytes = b"") -> None:
-        """Send it, behind what waits. Raises OSError where the reader has left."""
-        self.unread += data
-        if self.unread:
-            with suppress(BlockingIOError):
-                del self.unread[: self.client.send(self.unread)]
+    def fileno(self) -> int:
+        return self.client.fileno()
 
 
 def listen_at(host: str, port: int) -> tuple[socket.socket, str, str]:
@@ -121,27 +93,24 @@ class Sharing:
         self._submit = submit
         self._lock = lock
         self._tell = tell
-        self._selector = DefaultSelector()
         self.readers: list[Reader] = []
         # What they wait for, each once.
         self._questions: list[tuple[Reader, Request]] = []
-        self._conversation: ConversationView | None = None  # None before the first batch
-        self._quiet_until = 0.0
-        # A question is being asked, for these readers; and the readers whose LOCK is being sent.
         self._is_asking = False
-        self._askers: list[Reader] = []
+        self._conversation = ConversationView()
+        self._quiet_until = 0.0
+        # The readers whose LOCK is being sent.
         self._lockers: list[Reader] = []
         self._listener = listener
         listener.setblocking(False)
-        self._selector.register(listener, EVENT_READ, None)
 
     def turn(self, longest_s: float) -> None:
         """Do what is due, and wait at most `longest_s` for readers."""
         self._ask_next()
-        self._send(self.readers, b"")
-        for key, _ in self._selector.select(longest_s):
-            if isinstance(key.data, Reader):
-                self._hear(key.data)
+        ready, _, _ = select([self._listener, *self.readers], [], [], longest_s)
+        for one in ready:
+            if isinstance(one, Reader):
+                self._hear(one)
             else:
                 self._accept()
 
@@ -150,7 +119,6 @@ class Sharing:
         for event in batch.events:
             if isinstance(event, Ended) and event.reason not in (EndReason.CLOSED, EndReason.PORT_LOST):
                 self._quiet_until = steady_time() + QUIET_S
-                self._askers.clear()
                 self._tell("ended", "", reason_message(event.reason, event.contradiction).translated())
             elif isinstance(event, Received) and event.role in (Role.STREAMED, Role.UNSOLICITED, Role.DUPLICATE):
                 is_quiet = steady_time() < self._quiet_until
@@ -165,8 +133,6 @@ class Sharing:
         for reader in self.readers:
             reader.client.close()
         self.readers.clear()
-        self._askers.clear()
-        self._selector.close()
         self._listener.close()
 
     # Readers
@@ -178,71 +144,69 @@ class Sharing:
             client.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
             reader = Reader(client, f"{address[0]}:{address[1]}")
             self.readers.append(reader)
-            self._selector.register(client, EVENT_READ, reader)
             self._tell("joined", reader.name, "")
             if len(self.readers) > MOST_READERS:
                 self._drop(reader, tr("Dropped: too many readers."))
 
     def _hear(self, reader: Reader) -> None:
-        with self._watched(reader), suppress(BlockingIOError):
-            for request in reader.receive():
-                if request == LOCK:
-                    if reader not in self._lockers:
-                        self._lockers.append(reader)
-                        self._tell("lock", reader.name, "LOCK")
-                    self._lock(self._on_locked)
-                elif not request.command.can_be_asked or request.is_set:
-                    if request.command.code not in reader.refused:
-                        reader.refused.add(request.command.code)
-                        why = labelled(request.encode().hex(" ").upper(), tr(SHARED))
-                        self._tell("refused", reader.name, why)
-                elif (reader, request) not in self._questions:
-                    self._questions.append((reader, request))
-
-    @contextmanager
-    def _watched(self, reader: Reader) -> Iterator[None]:
-        # Whoever leaves meanwhile, or is at fault after it, is no reader any more.
-        try:
-            yield
-        except OSError:
+        data = b""
+        with suppress(OSError):
+            data = reader.client.recv(CHUNK)
+        if not data:
             self._drop(reader)
-        else:
-            if reader.is_at_fault:
-                self._drop(reader, tr("Dropped: sends no frames, or does not read."))
+        for piece in reader.parser.feed(data):
+            if isinstance(piece, Frame) and piece.direction is Direction.HOST_TO_MODULE:
+                self._take_request(reader, decode_request(piece.raw))
+
+    def _take_request(self, reader: Reader, request: Request) -> None:
+        if request == LOCK:
+            if reader not in self._lockers:
+                self._lockers.append(reader)
+                self._tell("lock", reader.name, "LOCK")
+            self._lock(self._on_locked)
+        elif not request.command.can_be_asked or request.is_set:
+            if request.command.code not in reader.refused:
+                reader.refused.add(request.command.code)
+                why = labelled(request.encode().hex(" ").upper(), tr(SHARED))
+                self._tell("refused", reader.name, why)
+        elif (reader, request) not in self._questions:
+            self._questions.append((reader, request))
 
     def _drop(self, reader: Reader, why: str = "") -> None:
         if reader in self.readers:
             self.readers.remove(reader)
             self._questions = [(one, asked) for one, asked in self._questions if one is not reader]
-            self._selector.unregister(reader.client)
             reader.client.close()
             self._tell("dropped" if why else "left", reader.name, why)
 
     def _send(self, readers: Sequence[Reader], data: bytes) -> None:
         for reader in tuple(readers):
-            with self._watched(reader):
-                reader.send(data)
+            try:
+                # What the system keeps for a reader is bounded, and a part of a frame is of no use.
+                is_taken = reader.client.send(data) == len(data)
+            except BlockingIOError:
+                is_taken = False
+            except OSError:  # it has left, which receiving finds out
+                continue
+            if not is_taken:
+                self._drop(reader, tr("Dropped: it does not read."))
 
     # The module
 
     def _ask_next(self) -> None:
         conversation = self._conversation
-        if conversation is None:
-            return
         if not conversation.is_going or steady_time() < self._quiet_until:
             self._questions.clear()
         if self._is_asking or not self._questions:
             return
-        question = self._questions[0][1]
-        self._askers = [reader for reader, asked in self._questions if asked == question]
-        self._questions = [(reader, asked) for reader, asked in self._questions if asked != question]
+        reader, question = self._questions.pop(0)
         self._is_asking = True
-        self._submit(Job(_ask(question), conversation=conversation.number), self._on_answered)
+        self._submit(Job(_ask(question), conversation=conversation.number), partial(self._on_answered, reader))
 
-    def _on_answered(self, job: Job[tuple[Message, ...]]) -> None:
+    def _on_answered(self, reader: Reader, job: Job[tuple[Message, ...]]) -> None:
+        self._is_asking = False
         if job.error is None:
-            self._send(self._askers, b"".join(map(frame_of, job.outcome())))
-        self._askers, self._is_asking = [], False
+            self._send([reader], b"".join(map(frame_of, job.outcome())))
 
     def _on_locked(self, done: Locked) -> None:
         names = join_names(reader.name for reader in self._lockers)

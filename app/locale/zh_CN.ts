@@ -704,8 +704,8 @@
         <translation>日期</translation>
     </message>
     <message>
-        <source>Dropped: sends no frames, or does not read.</source>
-        <translation>已断开：发送的不是数据帧，或不读取数据。</translation>
+        <source>Dropped: it does not read.</source>
+        <translation>已断开：不读取数据。</translation>
     </message>
     <message>
         <source>Dropped: too many readers.</source>
