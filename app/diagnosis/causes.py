@@ -46,14 +46,10 @@ class PortEvidence(NamedTuple):
     noise: bytes = b""
     # Its USB identity, where it is known.
     adapter: str = ""
-    round_trip_median_s: float | None = None
-    # As `sys.platform`.
-    platform: str = "linux"
+    platform: str = sys.platform
 
-    def has(self, *kinds: PortErrorKind, is_address: bool = False) -> bool:
-        """Whether the port has one of these troubles; with `is_address` only one that is a network address."""
-        is_one = self.trouble is not None and self.trouble.kind in kinds
-        return is_one and (not is_address or is_network_address(self.port))
+    def has(self, *kinds: PortErrorKind) -> bool:
+        return self.trouble is not None and self.trouble.kind in kinds
 
     def is_silent(self) -> bool:
         """Whether requests were sent on the open port and no module answers."""
@@ -77,19 +73,16 @@ class PortEvidence(NamedTuple):
         return self.is_silent() and begun >= CHECKSUM_SHARE * counters.rejected
 
     def is_at_flight_controller(self) -> bool:
-        """Whether no module was ever heard on the port of a flight controller, nor anything else."""
-        return self.came() is Silence.NOTHING and not self.was_online and is_flight_controller(self.adapter)
+        """Whether a flight controller answers, or nothing was ever heard on the port of one."""
+        is_quiet = self.came() is Silence.NOTHING and not self.was_online and is_flight_controller(self.adapter)
+        return is_quiet or self.came() is Silence.FLIGHT_CONTROLLER
 
 
 class EvidenceCollector:
-    """Collects evidence from every batch. Belongs to one thread."""
+    """Collects the evidence of one connection from every batch. Belongs to one thread."""
 
-    def __init__(self) -> None:
-        self.begin("")
-
-    def begin(self, port: str) -> None:
-        """Discards all evidence: a new connection to `port`."""
-        self.seen = PortEvidence(port=port, platform=sys.platform)
+    def __init__(self, port: str = "") -> None:
+        self.seen = PortEvidence(port)
         # Evidence of a conversation counts from its beginning, that of a silence from the last answer. Bytes that came
         # at another rate are no evidence.
         self._mark = Counters()
@@ -112,40 +105,35 @@ class EvidenceCollector:
             is_answering=is_answering,
             was_online=seen.was_online or is_answering,
             counters=seen.counters if counters is None else counters - self._mark,
-            round_trip_median_s=seen.round_trip_median_s if counters is None else batch.conversation.lag_s,
             noise=seen.noise if counters is None else batch.noise,
         )
 
 
 class NextStep(Enum):
-    CHOOSE_PORT = "choose_port"
-    FIND_RATE = "find_rate"
-    CONNECT_AGAIN = "connect_again"
-    COPY_COMMAND = "copy_command"
-    WHY = "why"
+    """The value is English, translatable."""
 
-
-STEP_WORDS: Mapping[NextStep, str] = {
-    NextStep.CHOOSE_PORT: marked("Choose a port"),
-    NextStep.FIND_RATE: marked("Find the baud rate"),
-    NextStep.CONNECT_AGAIN: marked("Connect again"),
-    NextStep.COPY_COMMAND: marked("Copy"),
-    NextStep.WHY: marked("Why?"),
-}
+    CHOOSE_PORT = marked("Choose a port")
+    FIND_RATE = marked("Find the baud rate")
+    CONNECT_AGAIN = marked("Connect again")
+    COPY_COMMAND = marked("Copy")
+    WHY = marked("Why?")
 
 
 class Diagnosis(NamedTuple):
-    """Texts in the language in use; to be made when they are shown."""
+    """What is wrong, and what to do. The texts are in the language in use; in `CAUSES` they are marked, with the
+    place-holders that `diagnose` fills."""
 
+    # Empty for what `CAUSES` does not have.
+    cause: str
     what: str
     next_step: str
-    # A command of this program, for the command line.
-    terminal_command: str = ""
-    step: NextStep = NextStep.CONNECT_AGAIN
-    # For tests; empty for what no row of `CAUSES` is about.
-    cause: str = ""
     # The shell command that is the next step.
     command: str = ""
+    # A command of this program, for the command line.
+    terminal_command: str = ""
+    # The next step brings a hand near the module.
+    is_at_module: bool = False
+    step: NextStep = NextStep.CONNECT_AGAIN
 
     @property
     def terminal_sentence(self) -> str:
@@ -155,56 +143,35 @@ class Diagnosis(NamedTuple):
         return sentence[:-1] + in_brackets(self.terminal_command) + sentence[-1]  # before the full stop
 
 
-class CauseRow(NamedTuple):
-    """`what` and `next_step` are English, marked, with the place-holders that `diagnose` fills."""
-
-    cause: str
-    fits: Callable[[PortEvidence], bool]
-    what: str
-    next_step: str
-    command: str = ""
-    terminal_command: str = ""
-    # The next step brings a hand near the module.
-    is_at_module: bool = False
-    # Where no command is the next step.
-    step: NextStep = NextStep.CONNECT_AGAIN
-
-
 def diagnose(evidence: PortEvidence) -> Diagnosis | None:
     """The cause and what to do; None where nothing is wrong or nothing was asked yet."""
-    row = next((row for row in CAUSES if row.fits(evidence)), None)
-    if row is None:
+    found = next((diagnosis for fits, diagnosis in CAUSES if fits(evidence)), None)
+    if found is None:
         return None
-    trouble = evidence.trouble
     values: dict[str, object] = {
-        "port": evidence.port or ("" if trouble is None else trouble.port),
+        "port": evidence.port,
         "rate": evidence.baud_rate,
         "bytes": evidence.counters.bytes_received,
         "rejected": evidence.counters.rejected,
-        "command": row.command,
+        "command": found.command,
     }
-    next_step = tr(row.next_step, **values)
+    next_step = tr(found.next_step, **values)
     if evidence.was_active and not evidence.is_answering:
-        next_step = keep_away("" if row.is_at_module else next_step)
-    step = NextStep.COPY_COMMAND if row.command else row.step
-    return Diagnosis(tr(row.what, **values), next_step, row.terminal_command, step, row.cause, row.command)
+        next_step = keep_away("" if found.is_at_module else next_step)
+    return found._replace(what=tr(found.what, **values), next_step=next_step)
 
 
 def explain(error: Exception | PortEvidence) -> Diagnosis:
     """Explains a `PortError`, an `Interrupted` or what was seen of a silent port; any other error is reported as
     unexpected."""
-    evidence = error if isinstance(error, PortEvidence) else None
-    if isinstance(error, PortError):
-        evidence = PortEvidence(port=error.port, trouble=error, platform=sys.platform)
-    explanation = None if evidence is None else diagnose(evidence)
+    evidence = PortEvidence(error.port, trouble=error) if isinstance(error, PortError) else error
+    explanation = diagnose(evidence) if isinstance(evidence, PortEvidence) else None
     if explanation is not None:
         return explanation
     if isinstance(error, Interrupted):
-        return Diagnosis(error.sentence, tr(_AFTER_END[error.reason]))
-    return Diagnosis(
-        tr("Unexpected error: {error}.", error=error),
-        tr("Connect again. If it fails, save a support bundle (Diagnosis)."),
-    )
+        return Diagnosis("", error.sentence, tr(_AFTER_END[error.reason]))
+    what = tr("Unexpected error: {error}.", error=error)
+    return Diagnosis("", what, tr("Connect again. If it fails, save a support bundle (Diagnosis)."))
 
 
 # What to do when the conversation ended before what was asked for was done.
@@ -225,72 +192,70 @@ def _is_on_linux(seen: PortEvidence, kind: PortErrorKind) -> bool:
     return seen.platform.startswith("linux") and seen.has(kind)
 
 
-_PASSTHROUGH = marked(
-    "Switch its passthrough on: guide or docs/adapters.md, “Through the flight controller”. Its restart ends that."
-)
 _OF_A_NETWORK = PortErrorKind.MISSING, PortErrorKind.UNUSABLE, PortErrorKind.LOST, PortErrorKind.STUCK
-CAUSES: tuple[CauseRow, ...] = (
+CAUSES: tuple[tuple[Callable[[PortEvidence], bool], Diagnosis], ...] = (
     # The port cannot be opened
-    CauseRow("held", lambda seen: _is_on_linux(seen, PortErrorKind.BUSY),
-             marked("{port} is in use by another program, perhaps ModemManager."),
-             marked("Close it, or type: {command} — then plug the adapter in again."),
-             "sudo systemctl stop ModemManager"),
-    CauseRow("held", lambda seen: seen.has(PortErrorKind.BUSY),
-             marked("{port} is in use by another program."), marked("Close it and connect again.")),
-    CauseRow("no permission", lambda seen: _is_on_linux(seen, PortErrorKind.NOT_ALLOWED),
-             marked("No permission for {port}."), marked("Type: {command} — then log out and in again."),
-             "sudo usermod -aG dialout $USER"),
-    CauseRow("no permission", lambda seen: seen.has(PortErrorKind.NOT_ALLOWED),
-             marked("No permission for {port}."), marked("Ask the administrator for access to serial ports.")),
-    CauseRow("unreachable", lambda seen: seen.has(*_OF_A_NETWORK, is_address=True),
-             marked("{port} cannot be reached."),
-             marked("Check the network and the program that offers the port, then connect again.")),
-    CauseRow("missing", lambda seen: seen.has(PortErrorKind.MISSING), marked("There is no port {port}."),
-             marked(
-                 "Plug the adapter in. On Linux brltty may take it: remove that. If no port comes, install its driver."
-             ),
-             terminal_command="dps-s ports", step=NextStep.CHOOSE_PORT),
-    CauseRow("unplugged", lambda seen: seen.has(PortErrorKind.LOST, PortErrorKind.STUCK),
-             marked("{port} was unplugged, or its driver failed."), marked("Unplug the adapter and plug it in again.")),
-    CauseRow("unusable", lambda seen: seen.has(PortErrorKind.UNUSABLE),
-             marked("{port} is no serial port."), marked("Choose a port."), terminal_command="dps-s ports",
-             step=NextStep.CHOOSE_PORT),
-    CauseRow("unusable", lambda seen: seen.has(PortErrorKind.UNSUPPORTED),
-             marked("{port} is no serial port."),
-             marked("Use a device name, socket://HOST:PORT or rfc2217://HOST:PORT; dps-s FILE opens a file."),
-             step=NextStep.CHOOSE_PORT),
+    (lambda seen: _is_on_linux(seen, PortErrorKind.BUSY), Diagnosis(
+        "held", marked("{port} is in use by another program, perhaps ModemManager."),
+        marked("Close it, or type: {command} — then plug the adapter in again."),
+        "sudo systemctl stop ModemManager", step=NextStep.COPY_COMMAND)),
+    (lambda seen: seen.has(PortErrorKind.BUSY), Diagnosis(
+        "held", marked("{port} is in use by another program."), marked("Close it and connect again."))),
+    (lambda seen: _is_on_linux(seen, PortErrorKind.NOT_ALLOWED), Diagnosis(
+        "no permission", marked("No permission for {port}."), marked("Type: {command} — then log out and in again."),
+        "sudo usermod -aG dialout $USER", step=NextStep.COPY_COMMAND)),
+    (lambda seen: seen.has(PortErrorKind.NOT_ALLOWED), Diagnosis(
+        "no permission", marked("No permission for {port}."),
+        marked("Ask the administrator for access to serial ports."))),
+    (lambda seen: is_network_address(seen.port) and seen.has(*_OF_A_NETWORK), Diagnosis(
+        "unreachable", marked("{port} cannot be reached."),
+        marked("Check the network and the program that offers the port, then connect again."))),
+    (lambda seen: seen.has(PortErrorKind.MISSING), Diagnosis(
+        "missing", marked("There is no port {port}."),
+        marked("Plug the adapter in. On Linux brltty may take it: remove that. If no port comes, install its driver."),
+        terminal_command="dps-s ports", step=NextStep.CHOOSE_PORT)),
+    (lambda seen: seen.has(PortErrorKind.LOST, PortErrorKind.STUCK), Diagnosis(
+        "unplugged", marked("{port} was unplugged, or its driver failed."),
+        marked("Unplug the adapter and plug it in again."))),
+    (lambda seen: seen.has(PortErrorKind.UNUSABLE, PortErrorKind.UNSUPPORTED), Diagnosis(
+        "unusable", marked("{port} is no serial port."),
+        marked("Use a device name, socket://HOST:PORT or rfc2217://HOST:PORT; dps-s FILE opens a file."),
+        step=NextStep.CHOOSE_PORT)),
     # The port is open
-    CauseRow("flight controller", lambda seen: seen.came() is Silence.FLIGHT_CONTROLLER,
-             marked("A flight controller answers on {port}, not a module."), _PASSTHROUGH),
-    CauseRow("flight controller", PortEvidence.is_at_flight_controller,
-             marked("No module answers on {port}, a flight controller's port."), _PASSTHROUGH),
-    CauseRow("echo", lambda seen: seen.came() is Silence.ECHO, marked("Only an echo on {port}."),
-             marked("Check the wiring: TX and RX touch, or no module is connected."), is_at_module=True,
-             step=NextStep.CHOOSE_PORT),
-    CauseRow("bad line", PortEvidence.is_bad_line,
-             marked("Damaged frames: {rejected} of {bytes} bytes are invalid."),
-             marked("Use a shorter cable, connect ground, avoid motors and antennas."), is_at_module=True),
-    CauseRow("wrong rate", lambda seen: _is_socket(seen, Silence.GARBAGE), marked("No readable frames on {port}."),
-             marked("Check the address, and the baud rate in the program that offers the port.")),
-    CauseRow("wrong rate", lambda seen: seen.came() is Silence.GARBAGE,
-             marked("No readable frames on {port} at {rate} baud."), marked("Find the baud rate."),
-             terminal_command="dps-s find, or --baud auto", step=NextStep.FIND_RATE),
-    CauseRow("too slow",
-             lambda seen: seen.came() is Silence.OTHER_FRAMES and seen.counters.by_role[Role.LATE] > 0,
-             marked("The module on {port} answers later than a second."),
-             marked("Use the cable, or a quicker line. LOCK works."), is_at_module=True),
-    CauseRow("deaf", lambda seen: seen.came() is Silence.OTHER_FRAMES and not seen.was_online,
-             marked("The module on {port} sends, but does not answer."), marked("Check the wire to the module's RX."),
-             is_at_module=True, step=NextStep.CHOOSE_PORT),
-    CauseRow("fell silent", lambda seen: seen.came() is not None and seen.was_online,
-             marked("The module does not answer."), marked("Check its power and cable; hold its switch for 2 s."),
-             is_at_module=True),
-    CauseRow("nothing", lambda seen: _is_socket(seen, Silence.NOTHING) and not seen.was_online,
-             marked("No module answers on {port}."),
-             marked("Check the address, the baud rate at the other end, and the module's power and wires."),
-             is_at_module=True),
-    CauseRow("nothing", lambda seen: seen.came() is Silence.NOTHING,
-             marked("No module answers on {port} at {rate} baud."),
-             marked("Check power, ground and crossed TX and RX, or find the baud rate."),
-             terminal_command="dps-s find", is_at_module=True, step=NextStep.FIND_RATE),
+    (PortEvidence.is_at_flight_controller, Diagnosis(
+        "flight controller", marked("No module answers on {port}, a flight controller's port."),
+        marked(
+            "Switch its passthrough on: guide or docs/adapters.md, “Through the flight controller”. Its restart ends "
+            "that."
+        ))),
+    (lambda seen: seen.came() is Silence.ECHO, Diagnosis(
+        "echo", marked("Only an echo on {port}."),
+        marked("Check the wiring: TX and RX touch, or no module is connected."), is_at_module=True,
+        step=NextStep.CHOOSE_PORT)),
+    (PortEvidence.is_bad_line, Diagnosis(
+        "bad line", marked("Damaged frames: {rejected} of {bytes} bytes are invalid."),
+        marked("Use a shorter cable, connect ground, avoid motors and antennas."), is_at_module=True)),
+    (lambda seen: _is_socket(seen, Silence.GARBAGE), Diagnosis(
+        "wrong rate", marked("No readable frames on {port}."),
+        marked("Check the address, and the baud rate in the program that offers the port."))),
+    (lambda seen: seen.came() is Silence.GARBAGE, Diagnosis(
+        "wrong rate", marked("No readable frames on {port} at {rate} baud."), marked("Find the baud rate."),
+        terminal_command="dps-s find, or --baud auto", step=NextStep.FIND_RATE)),
+    (lambda seen: seen.came() is Silence.OTHER_FRAMES and seen.counters.by_role[Role.LATE] > 0, Diagnosis(
+        "too slow", marked("The module on {port} answers later than a second."),
+        marked("Use the cable, or a quicker line. LOCK works."), is_at_module=True)),
+    (lambda seen: seen.came() is Silence.OTHER_FRAMES and not seen.was_online, Diagnosis(
+        "deaf", marked("The module on {port} sends, but does not answer."),
+        marked("Check the wire to the module's RX."), is_at_module=True, step=NextStep.CHOOSE_PORT)),
+    (lambda seen: seen.came() is not None and seen.was_online, Diagnosis(
+        "fell silent", marked("The module does not answer."),
+        marked("Check its power and cable; hold its switch for 2 s."), is_at_module=True)),
+    (lambda seen: _is_socket(seen, Silence.NOTHING) and not seen.was_online, Diagnosis(
+        "nothing", marked("No module answers on {port}."),
+        marked("Check the address, the baud rate at the other end, and the module's power and wires."),
+        is_at_module=True)),
+    (lambda seen: seen.came() is Silence.NOTHING, Diagnosis(
+        "nothing", marked("No module answers on {port} at {rate} baud."),
+        marked("Check power, ground and crossed TX and RX, or find the baud rate."),
+        terminal_command="dps-s find", is_at_module=True, step=NextStep.FIND_RATE)),
 )  # fmt: skip

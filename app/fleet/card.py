@@ -5,7 +5,7 @@ from dataclasses import dataclass, field
 from enum import Enum
 from typing import NamedTuple
 
-from app.diagnosis.link_state import LinkState, Phase, link_text
+from app.diagnosis.link_state import LinkState, Phase
 from app.engine.conversation import ConversationView
 from app.limits.limits import Outside
 from app.preflight.verdict import NOT_CHECKED, CheckState, Standing, Verdict, verdict_sentence
@@ -64,7 +64,7 @@ class Card:
     # What is wrong with the present cell voltage.
     cell_outside: Outside | None = None
 
-    def needed(self, now: float) -> tuple[Need, str]:
+    def needed(self) -> tuple[Need, str]:
         """The most urgent thing for a person to do, and its sentence in the language in use."""
         # In this order: what may fire or has fired, then what cannot be known, then what a check said.
         check, state = self.check, self.activation.state
@@ -79,9 +79,8 @@ class Card:
         if self.may_have_fired:
             return _plain(Need.MAY_HAVE_FIRED)
         if self.link.phase is not Phase.ONLINE:
-            words = link_text(self.link, now)
             is_coming = self.link.phase in (Phase.OPENING, Phase.FINDING, Phase.ASKING)
-            return Need.WAIT if is_coming else Need.LINK, words.next_step or words.what
+            return Need.WAIT if is_coming else Need.LINK, self.link.next_step or self.link.what
         if check.standing is Standing.CHECKING:
             return Need.WAIT, capitalised(tr("checking…"))
         if check.standing is Standing.NO_GO:

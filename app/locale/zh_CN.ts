@@ -40,10 +40,6 @@
         <translation>读数漂移说明传感器松动或失效。</translation>
     </message>
     <message>
-        <source>A flight controller answers on {port}, not a module.</source>
-        <translation>{port} 上应答的是飞控，不是模块。</translation>
-    </message>
-    <message>
         <source>A jolt may fire it.</source>
         <translation>颠簸即可能触发。</translation>
     </message>
@@ -62,10 +58,6 @@
     <message>
         <source>A pause of the attitude of more than 0.2 s may hide a tilt.</source>
         <translation>姿态中断超过 0.2 s，其间可能倾斜过。</translation>
-    </message>
-    <message>
-        <source>A program error closed the port.</source>
-        <translation>程序错误导致串口关闭。</translation>
     </message>
     <message>
         <source>A weak cell may not deploy the parachute.</source>

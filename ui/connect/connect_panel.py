@@ -18,7 +18,7 @@ from PySide6.QtWidgets import (
     QWidget,
 )
 
-from app.diagnosis.link_state import Phase, link_text
+from app.diagnosis.link_state import Phase
 from app.engine.ports import NOT_LISTED, PortInfo, is_flight_controller
 from app.engine.target import Target, is_simulated
 from app.text.i18n import tr
@@ -262,10 +262,9 @@ class ConnectPanel(QWidget):
         if state.phase is Phase.CLOSED or target is None:
             self.state_label.setText(tr("Connecting reads the module; Live also switches its serial output on."))
         else:
-            words = link_text(state, self._ports.clock())
             name = tr("Simulated module") if target.is_simulated else target.device.removeprefix("/dev/")
             rate = tr("{rate} baud", rate=port.connection.baud_rate) if port.is_open else ""
-            said = join_sentences((words.what, words.next_step))
+            said = join_sentences((state.what, state.next_step))
             self.state_label.setText(labelled(_listed(name, rate), said))
         self.disconnect_button.setVisible(port.is_requested)
         self.connect_button.setEnabled(self.chosen_target() is not None)

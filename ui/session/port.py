@@ -157,21 +157,23 @@ class Port(QObject):
         return self.is_requested and self.module.activation.may_fire
 
     @property
+    def trouble(self) -> PortError | None:
+        """Why the port that is wanted is not open; between two attempts to reconnect, what lost it."""
+        if self._return.absence is not None:
+            return self._trouble
+        return self.connection.trouble if self.is_requested else None
+
+    @property
     def state(self) -> LinkState:
-        connection, absence = self.connection, self._return.absence
-        if absence is not None:
-            connection = connection._replace(trouble=self._trouble)
-        elif not self.is_requested and connection.state is PortState.CLOSED:
-            connection = connection._replace(trouble=None)  # that port is no longer wanted
         # A change of the rate that the module does not answer searches for it, too: until all rates were tried, nothing
         # is wrong with its power or its cable.
         is_searching = self.is_changing_rate and not self.module.is_going
         return link_state(
-            connection,
+            self.connection._replace(trouble=self.trouble),
             self.module.view,
             self.evidence.seen.came(),
             is_finding=self._finding is not None or is_searching,
-            absence=absence,
+            absence=self._return.absence,
             adapter="" if self.target is None else self.target.identity,
             switched_off_at=self.switched_off_at,
             was_active=self.is_active,
@@ -183,7 +185,7 @@ class Port(QObject):
         values = [module.view.known(key, self.now_s) for key in VIEWED]
         activation = module.activation.state
         shown = (
-            state,
+            (state, self.connection.port, self.connection.baud_rate),
             module.number,
             module.is_going,
             module.is_read,
@@ -294,7 +296,7 @@ class Port(QObject):
     def _open(self, target: Target) -> None:
         self.target = target
         self._finding = None
-        self.evidence.begin(target.device)
+        self.evidence = EvidenceCollector(target.device)
         background = partial(watch, self.stream, memory=self._storage.stream_memory(target))
         self._opening = self._worker.open(target.device, target.baud_rate, background, adapter=self.key)
         self.connection = Connection(PortState.OPENING, target.device, target.baud_rate, opening=self._opening)

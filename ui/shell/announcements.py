@@ -12,7 +12,7 @@ from typing import Final
 from PySide6.QtCore import QObject
 from PySide6.QtWidgets import QApplication
 
-from app.diagnosis.link_state import Phase, link_text
+from app.diagnosis.link_state import Phase
 from app.safety.last_known import LAST_HEARD_ACTIVE, Activation, keep_away
 from app.text.i18n import tr
 from app.text.messages import join_sentences
@@ -69,7 +69,7 @@ class StateAnnouncer(QObject):
             if was_linked and state.phase in _LOST:
                 reset()  # told again when it answers again
                 if module.end is None or module.end.reason not in UNTOLD:
-                    parts = [link_text(state, port.now_s).what]
+                    parts = [state.what]
                     if port.is_active:
                         parts += [tr(LAST_HEARD_ACTIVE), keep_away()]
                         self.play(Sound.LOST_WHILE_ACTIVE)

@@ -9,8 +9,8 @@ from PySide6.QtCore import QObject, Qt, Signal
 from PySide6.QtGui import QGuiApplication
 
 from app import version
-from app.diagnosis.causes import STEP_WORDS, NextStep
-from app.diagnosis.link_state import Phase, link_text
+from app.diagnosis.causes import NextStep
+from app.diagnosis.link_state import Phase
 from app.modules.names import what_differs
 from app.procedures.act import Armed
 from app.safety.last_known import LAST_HEARD_ACTIVE, keep_away
@@ -151,15 +151,14 @@ class Attention(QObject):
         state = port.state
         if state.is_fine or (state.phase is Phase.CLOSED and self._window.is_choosing):
             return None
-        words = link_text(state, port.now_s)
         is_calm = state.phase in (Phase.CLOSED, Phase.SWITCHED_OFF)
-        parts = ["" if words.what == words.word else words.what, words.next_step]  # the top bar has the word
-        if state.was_active and not is_calm:
+        parts = ["" if state.what == state.word else state.what, state.next_step]  # the top bar has the word
+        if port.is_active and not is_calm:
             parts = [tr(LAST_HEARD_ACTIVE), parts[0], keep_away()]  # no more, so that nothing of it is elided
-        steps = [] if words.step is None else [words.step]
+        steps = [] if state.step is None else [state.step]
         if state.phase in _ASKS_WHY:
             steps.append(NextStep.WHY)
-        choices = [Choice(step.value, tr(STEP_WORDS[step]), partial(self._window.take_step, step)) for step in steps]
+        choices = [Choice(step.name.lower(), tr(step.value), partial(self._window.take_step, step)) for step in steps]
         if choices and not is_calm:
             choices[0] = choices[0]._replace(is_main=True)
         meaning = Meaning.INFORMATION if is_calm else Meaning.ATTENTION

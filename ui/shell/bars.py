@@ -19,7 +19,7 @@ from PySide6.QtWidgets import (
     QWidget,
 )
 
-from app.diagnosis.link_state import LinkText, Phase, link_text
+from app.diagnosis.link_state import LinkState, Phase
 from app.engine.conversation import ConversationView
 from app.engine.target import is_simulated
 from app.limits.limits import LimitsInUse, value_outside
@@ -81,23 +81,22 @@ class PortButton(QPushButton):
         row = in_row(self._sign, lines, arrow, 1, of=self, spacing=Space.S, margins=(Space.S, Space.XS))
         row.setSizeConstraint(QLayout.SizeConstraint.SetMinimumSize)
 
-    def show_link(self, name: str, title: str, phase: Phase, words: LinkText) -> None:
-        if (name, title, phase, words) == self._shown:
+    def show_link(self, name: str, title: str, link: LinkState, word: str) -> None:
+        if (name, title, link, word) == self._shown:
             return
-        self._shown = name, title, phase, words
-        picture, meaning = _PHASES[phase]
+        self._shown = name, title, link, word
+        picture, meaning = _PHASES[link.phase]
         self._sign.show_icon(picture, meaning)
         port = title.partition(" · ")[0] if is_text_large() else title
         self.title.setText(name or port)
         # Always two lines, or the bar would be lower without a module.
-        state = words.word if words.word != title else words.next_step
+        state = word if word != title else link.next_step
         self.word.setText(f"{state} · {port}" if name else state)
         set_role(self.word, "attention" if meaning is Meaning.ATTENTION else "small")
         # Without the duration, which would be announced every second.
-        word = tr("Offline") if phase is Phase.OFFLINE else words.word
-        told = tr("Port {port}: {state}", port=title, state=word)
+        told = tr("Port {port}: {state}", port=title, state=link.word)
         self.setAccessibleName(join_names([labelled(tr("Module"), name), told] if name else [told]))
-        self.setAccessibleDescription(f"{words.what} {words.next_step}".strip())
+        self.setAccessibleDescription(f"{link.what} {link.next_step}".strip())
 
 
 class TopBar(QFrame):
@@ -176,14 +175,15 @@ class TopBar(QFrame):
     def refresh(self) -> None:
         port, now = self._ports.current, self._ports.clock()
         module, state = port.module, port.state
-        device = state.port if port.target is None else port.target.device
+        device = port.connection.port if port.target is None else port.target.device
         title = tr("Not connected")
         if state.phase is not Phase.CLOSED and device:
             name = port_name(device)
-            title = f"{name} · {state.baud_rate}" if state.baud_rate else name
+            rate = port.connection.baud_rate
+            title = f"{name} · {rate}" if rate else name
             if is_simulated(device):
                 title = tr("Simulated module")
-        self.port.show_link(module.name if port.is_requested else "", title, state.phase, link_text(state, now))
+        self.port.show_link(module.name if port.is_requested else "", title, state, state.word_at(now))
         seen = module.activation
         if seen.state is Activation.UNKNOWN:
             self.activation.show_unknown()

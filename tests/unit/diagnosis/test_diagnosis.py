@@ -8,9 +8,9 @@ from typing import Any
 import pytest
 
 from app.diagnosis.causes import EvidenceCollector, PortEvidence, diagnose, explain
-from app.diagnosis.link_state import LinkState, Phase, link_text
+from app.diagnosis.link_state import Phase, link_state
 from app.diagnosis.silence import Silence
-from app.engine.conversation import Interrupted
+from app.engine.conversation import ConversationView, Interrupted
 from app.engine.reconnect import Absence
 from app.engine.transport import PortError, PortErrorKind, _trouble_at_opening
 from app.engine.worker import Batch, Connection, PortState
@@ -142,23 +142,34 @@ def test_nobody_is_sent_to_a_silent_module_that_was_active(language: str) -> Non
             assert not any(word in armed.next_step for word in AT_THE_MODULE), name
 
 
+OPEN = Connection(PortState.OPEN, PORT, 115200)
+LOST = OPEN._replace(state=PortState.CLOSED, trouble=PortError(PortErrorKind.LOST, PORT, ""))
+NONE, GOING = ConversationView(), ConversationView(number=1)
+ENDED = ConversationView(number=1, ended=Ended(EndReason.SILENT, 0.0))
+LINKS: dict[Phase, tuple[Connection, ConversationView, Silence | None, dict[str, Any]]] = {
+    Phase.CLOSED: (Connection(), ENDED, None, {}),
+    Phase.OPENING: (OPEN._replace(state=PortState.OPENING), ENDED, None, {}),
+    Phase.FINDING: (OPEN, ENDED, None, {"is_finding": True}),
+    Phase.ASKING: (OPEN, NONE, None, {}),
+    Phase.SILENT: (OPEN, NONE, Silence.NOTHING, {}),
+    Phase.ONLINE: (OPEN, GOING, None, {}),
+    Phase.LATE: (OPEN, GOING._replace(lag_s=0.9), None, {}),
+    Phase.OFFLINE: (OPEN, ENDED, None, {}),
+    Phase.LOST: (LOST, ENDED, None, {"absence": Absence.AWAY}),
+    Phase.FAILED: (LOST, ENDED, None, {}),
+    Phase.SWITCHED_OFF: (OPEN, ENDED, None, {"switched_off_at": 0.0}),
+}
+
+
 @pytest.mark.parametrize("language", ["en", "zh_CN"])
 @pytest.mark.parametrize("phase", Phase)
 @pytest.mark.promise("l")
 def test_what_the_window_advises_about_a_silent_module_that_was_active(phase: Phase, language: str) -> None:
-    state = LinkState(
-        phase,
-        PORT,
-        115200,
-        ended=Ended(EndReason.SILENT, 0.0),
-        off_at=0.0,
-        silence=Silence.NOTHING,
-        absence=Absence.AWAY,
-        was_active=True,
-    )
     set_language(language)
-    said = link_text(state, 9.0)
-    assert said.next_step.startswith(keep_away()) is not (state.is_fine or phase is Phase.CLOSED)
+    connection, conversation, silence, known = LINKS[phase]
+    said = link_state(connection, conversation, silence, **{"is_finding": False, "was_active": True} | known)
+    assert said.phase is phase
+    assert said.next_step.startswith(keep_away()) is not (said.is_fine or phase is Phase.CLOSED)
     assert not any(word in said.next_step for word in AT_THE_MODULE)
 
 
@@ -192,8 +203,7 @@ class Watched:
     def __init__(self, seconds: float = 3.0, spoil: Callable[[Rig], object] = bool, **options: object) -> None:
         self.rig = Rig(options)
         spoil(self.rig)
-        self.collector = EvidenceCollector()
-        self.collector.begin(PORT)
+        self.collector = EvidenceCollector(PORT)
         self.wait(seconds)
 
     def tell(self, connection: Connection | None = None) -> None:

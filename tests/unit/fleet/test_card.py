@@ -41,7 +41,7 @@ def view(*, ended: bool = False, **values: Value) -> ConversationView:
 def member(
     phase: Phase = Phase.ONLINE, state: Activation = Activation.LOCKED, conversation: ConversationView | None = None
 ) -> Card:
-    link = LinkState(phase, "/dev/ttyUSB0", 115200)
+    link = LinkState(phase, "word", "What is known.")
     return Card(port="ttyUSB0", link=link, conversation=conversation or view(), activation=SeenActivation(state, 99.0))
 
 
@@ -74,13 +74,13 @@ TABLE = {
 @pytest.mark.promise("l")
 def test_what_it_needs_next_and_why() -> None:
     for name, (card, need) in TABLE.items():
-        found, sentence = card.needed(NOW)
+        found, sentence = card.needed()
         assert found is need, name
         assert sentence, name
         assert "{" not in sentence, name
-    assert replace(member(), check=VOID).needed(NOW)[1] == "Check again: The module restarted."
-    assert replace(member(), expected="M-07").needed(NOW)[1] == "M-07 again? Read its label."
-    assert replace(member(), cell_outside=LOW).needed(NOW)[1] == "Cell voltage: low, limit 3.80 V"
+    assert replace(member(), check=VOID).needed()[1] == "Check again: The module restarted."
+    assert replace(member(), expected="M-07").needed()[1] == "M-07 again? Read its label."
+    assert replace(member(), cell_outside=LOW).needed()[1] == "Cell voltage: low, limit 3.80 V"
 
 
 # Verdicts
@@ -96,7 +96,7 @@ def test_no_go_names_what_stands_against_it() -> None:
         case = check(Fault(options=options)).assessment.case
         assessment = assess(replace(case, profile=case.profile._replace(manual=(line,))))
         card = replace(member(), check=check_state(assessment, None, is_running=False))
-        assert card.needed(NOW)[1] == f"Not met: {why}"
+        assert card.needed()[1] == f"Not met: {why}"
 
 
 PROFILE = Profile(

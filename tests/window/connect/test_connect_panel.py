@@ -10,7 +10,7 @@ from pytestqt.qtbot import QtBot
 
 from app.captures.traffic import Way, entries_of
 from app.diagnosis.causes import NextStep
-from app.diagnosis.link_state import Phase, link_state, link_text
+from app.diagnosis.link_state import Phase, link_state
 from app.diagnosis.silence import Silence
 from app.engine.conversation import ConversationView
 from app.engine.ports import NOT_LISTED, PortInfo
@@ -55,17 +55,15 @@ OPEN = Connection(PortState.OPEN, "/dev/ttyUSB0", 115200)
 def test_each_trouble_has_its_sentence_and_its_next_step() -> None:
     for trouble in PortErrorKind:
         refused = OPEN._replace(state=PortState.CLOSED, trouble=PortError(trouble, OPEN.port, "driver's"))
-        state = link_state(refused, ConversationView(), None, is_finding=False)
-        said = link_text(state, 22.0)
-        assert (state.phase, said.step) == (Phase.FAILED, NextStep.CONNECT_AGAIN)
+        said = link_state(refused, ConversationView(), None, is_finding=False)
+        assert (said.phase, said.step) == (Phase.FAILED, NextStep.CONNECT_AGAIN)
         assert said.what
         assert said.next_step
         assert "driver's" not in said.what
-    states = {silence: link_state(OPEN, ConversationView(), silence, is_finding=False) for silence in Silence}
-    silent = {silence: (state, link_text(state, 22.0)) for silence, state in states.items()}
-    assert {state.phase for state, _said in silent.values()} == {Phase.SILENT}
-    assert len({said.what for _state, said in silent.values()}) == len(Silence)
-    assert silent[Silence.GARBAGE][1].step is NextStep.FIND_RATE
+    silent = {silence: link_state(OPEN, ConversationView(), silence, is_finding=False) for silence in Silence}
+    assert {said.phase for said in silent.values()} == {Phase.SILENT}
+    assert len({said.what for said in silent.values()}) == len(Silence)
+    assert silent[Silence.GARBAGE].step is NextStep.FIND_RATE
 
 
 # The panel

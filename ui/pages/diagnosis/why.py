@@ -6,8 +6,8 @@ from PySide6.QtCore import Qt
 from PySide6.QtGui import QGuiApplication
 from PySide6.QtWidgets import QCheckBox, QFrame, QGridLayout, QLabel, QLineEdit, QPushButton, QWidget
 
-from app.diagnosis.causes import STEP_WORDS, Diagnosis, NextStep, PortEvidence, diagnose
-from app.diagnosis.link_state import Phase, link_text
+from app.diagnosis.causes import Diagnosis, NextStep, PortEvidence, diagnose
+from app.diagnosis.link_state import Phase
 from app.text.i18n import tr
 from app.text.messages import join_names, labelled
 from protocol.events import Role
@@ -98,7 +98,7 @@ class WhyPanel(QWidget):
             adapter="" if target is None else target.identity,
         )
         # Between two attempts to reconnect, only the port knows the error.
-        return seen if seen.is_open else seen._replace(trouble=current.state.trouble)
+        return seen if seen.is_open else seen._replace(trouble=current.trouble)
 
     # Display
 
@@ -107,10 +107,10 @@ class WhyPanel(QWidget):
         is_asked = state.phase not in (Phase.CLOSED, Phase.OPENING, Phase.FINDING, Phase.LATE, Phase.SWITCHED_OFF)
         self.diagnosis = found = diagnose(evidence) if is_asked else None
         if found is not None:
-            meaning, self._step, said = Meaning.ATTENTION, found.step, found[:2]
+            meaning, self._step, said = Meaning.ATTENTION, found.step, (found.what, found.next_step)
         else:
             meaning, self._step = _WITHOUT_CAUSE.get(state.phase, (Meaning.ATTENTION, NextStep.CONNECT_AGAIN))
-            said = link_text(state, self._ports.clock())[1:3]
+            said = state.what, state.next_step
         self._picture.show_icon(MEANING_ICONS[meaning], meaning)
         for label, text in zip((self.what, self.next_step), said, strict=True):
             label.setText(text)
@@ -118,7 +118,7 @@ class WhyPanel(QWidget):
         self.act.setVisible(self._step is not None)
         self.act.setEnabled(self._step is not NextStep.FIND_RATE or self._ports.current.is_open)
         if self._step is not None:
-            self.act.setText(tr(STEP_WORDS[self._step]))
+            self.act.setText(tr(self._step.value))
         self._tick(evidence)
 
     def _tick(self, evidence: PortEvidence) -> None:
@@ -139,7 +139,7 @@ class WhyPanel(QWidget):
                 self._ticks[key].show_icon(Icon.CROSS, Meaning.DANGER)
             else:
                 self._ticks[key].show_icon(Icon.UNKNOWN, None)
-        trip_s = evidence.round_trip_median_s if counters.frames else None  # else it is of an earlier connection
+        trip_s = self._ports.module.view.lag_s if counters.frames else None  # else it is of an earlier connection
         parts = [f"{frames:,}"]
         if counters.rejected:
             parts.append(labelled(tr("Invalid bytes"), f"{counters.rejected:,}"))

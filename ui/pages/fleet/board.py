@@ -148,7 +148,7 @@ class Board(QTableWidget):
             STATE: _state(card, now),
             TRIGGERS_CELL: _values(card, now),
             VERDICT: _verdict(card, now),
-            NEXT: self._next(port, card, now),
+            NEXT: self._next(port, card),
         }
         shown = current().name, cells
         if shown == self._shown.get(port):
@@ -163,10 +163,10 @@ class Board(QTableWidget):
         # Also of columns that are left out.
         items[MODULE].setToolTip("\n".join(cell.text for cell in cells.values()))
 
-    def _next(self, port: Port, card: Card, now: float) -> _Cell:
+    def _next(self, port: Port, card: Card) -> _Cell:
         """What a person does next; with a profile, what writing it changes or has come to."""
         if self._profile.profile is None or port in self._members.unticked:
-            need, sentence = card.needed(now)
+            need, sentence = card.needed()
             meaning = NEED_MEANINGS[need]
             return _Cell(sentence, meaning, MEANING_ICONS[meaning])
         applied = self._profile.result(port)

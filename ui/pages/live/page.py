@@ -16,7 +16,7 @@ from PySide6.QtGui import QColor, QImage, QPainter, QPixmap, QShowEvent, QWindow
 from PySide6.QtWidgets import QFrame, QPushButton, QStackedLayout, QToolButton, QWidget
 
 from app import version
-from app.diagnosis.link_state import Phase, link_text
+from app.diagnosis.link_state import Phase
 from app.engine.worker import Batch, PortState
 from app.recordings.excerpt import csv_parts, part_count
 from app.recordings.recording import write_parts
@@ -166,10 +166,9 @@ class LivePage(Page):
     def _refresh_empty(self) -> None:
         if self.is_empty:
             state = self._ports.current.state
-            state_text = link_text(state, self._ports.clock())
             is_idle = state.phase is Phase.CLOSED
-            self.empty.title.setText(tr("Not connected") if is_idle else state_text.word)
-            self.empty.text.setText(state_text.next_step)
+            self.empty.title.setText(state.word_at(self._ports.clock()))
+            self.empty.text.setText(state.next_step)
             self.empty.text.setVisible(is_idle)
             self.choose.setVisible(state.phase not in _BUSY)
 

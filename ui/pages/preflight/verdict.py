@@ -11,7 +11,7 @@ from PySide6.QtCore import QRectF, Qt
 from PySide6.QtGui import QAccessible, QFont, QFontMetrics, QPainter, QPaintEvent
 from PySide6.QtWidgets import QFrame, QLabel, QProgressBar, QWidget
 
-from app.diagnosis.link_state import Phase, link_text
+from app.diagnosis.link_state import Phase
 from app.preflight.checks import CheckResult
 from app.preflight.verdict import VALID_FOR_S, Standing, Verdict, meaning_of
 from app.safety.last_known import LAST_HEARD_ACTIVE, keep_away
@@ -103,7 +103,7 @@ def _not_checked(ports: Ports) -> Announcement:
     if can_check(ports):
         head = tr("Start the check.")
     elif ports.current.is_open:
-        head = link_text(ports.current.state, ports.clock()).what
+        head = ports.current.state.what
     lines = [tr("Set the aircraft level and do not touch it.")]
     if can_check(ports) and ports.module.view.fresh("active", ports.clock()):
         lines = [tr("The module is ACTIVE: lock it first."), tr("Do not touch the aircraft.")]
