@@ -125,7 +125,7 @@ def _no_reply(attempts: int, waited_s: float) -> UserMessage:
 
 
 def _row(key: str, values: Mapping[str, Value], errors: Mapping[str, UserMessage]) -> tuple[str, str]:
-    from app.limits.limits import outside_of
+    from app.limits.limits import cell_outside
     from app.settings.profiles import NO_PROFILE
 
     title, value, field = tr(_TITLES[key]), values.get(key), _FIELDS[key]
@@ -134,6 +134,7 @@ def _row(key: str, values: Mapping[str, Value], errors: Mapping[str, UserMessage
         return title, tr("unknown") + in_brackets(tr("cannot be read") if why is None else why.translated())
     text = field.text(field.encode(value))
     shown = f"{value} {tr(field.unit)}" if isinstance(field, Choice) else tr(text)
-    # Nobody has measured here whether an open bay reads more or less light, so nothing is said of the bay.
-    outside = None if key == "light_v" else outside_of(key, values, NO_PROFILE)
-    return title, shown if outside is None else outside.beside(shown)
+    if key == "cell_voltage_v":
+        outside = cell_outside(float(value), NO_PROFILE, is_charging=values.get("charging"))
+        shown = shown if outside is None else outside.beside(shown)
+    return title, shown

@@ -5,9 +5,9 @@ verdict.
 """
 
 from collections.abc import Mapping
+from dataclasses import dataclass
 from enum import Enum
-from types import MappingProxyType
-from typing import NamedTuple
+from typing import Final, NamedTuple
 
 from app.engine.conversation import ConversationView
 from app.safety.consequences import SHORT_FALL_S
@@ -35,14 +35,12 @@ class SettingBound(NamedTuple):
         return message(self.shown.format(self.advised_low, self.advised_high))
 
 
-SETTING_BOUNDS: Mapping[str, SettingBound] = MappingProxyType(
-    {
-        "attitude_threshold_deg": SettingBound("attitude_threshold", "{:g}–{:g}°", 55, 90, 30, 90),
-        "freefall_acceleration_g": SettingBound("freefall_acceleration", "{:g}–{:g} g", 0.1, 0.6, 0.1, 0.8),
-        "freefall_time_s": SettingBound("freefall_time", "{:.2f}–{:.2f} s", SHORT_FALL_S, 2.55, 0.2, 2.55),
-        "light_threshold_v": SettingBound("light_threshold", "{:g}–{:g} V", 0.1, 25.4, 0.1, 25.5),
-    }
-)
+SETTING_BOUNDS: Final[Mapping[str, SettingBound]] = {
+    "attitude_threshold_deg": SettingBound("attitude_threshold", "{:g}–{:g}°", 55, 90, 30, 90),
+    "freefall_acceleration_g": SettingBound("freefall_acceleration", "{:g}–{:g} g", 0.1, 0.6, 0.1, 0.8),
+    "freefall_time_s": SettingBound("freefall_time", "{:.2f}–{:.2f} s", SHORT_FALL_S, 2.55, 0.2, 2.55),
+    "light_threshold_v": SettingBound("light_threshold", "{:g}–{:g} V", 0.1, 25.4, 0.1, 25.5),
+}
 
 
 def softened(profile: Profile) -> Mapping[str, UserMessage]:
@@ -60,8 +58,8 @@ def softened(profile: Profile) -> Mapping[str, UserMessage]:
     return {check: joined(texts) for check, texts in advice.items()}
 
 
+# More than two steps above the highest cell voltage it is not the cell's.
 CELL_ABOVE_V = 0.05
-"""More than two steps above the highest cell voltage it is not the cell's."""
 
 
 class OutOfLimit(Enum):
@@ -69,7 +67,6 @@ class OutOfLimit(Enum):
 
     CELL_LOW = marked("low")
     CELL_HIGH = marked("too high")
-    BAY_OPEN = marked("bay open")
 
 
 class Outside(NamedTuple):
@@ -82,14 +79,11 @@ class Outside(NamedTuple):
         return tr("{value} (!) {fault}, limit {limit}", value=value, fault=tr(self.fault.value), limit=self.limit)
 
 
+@dataclass
 class LimitsInUse:
     """The limits of the chosen profile; what it does not say is the program's own."""
 
-    def __init__(self) -> None:
-        self.profile = NO_PROFILE
-
-    def use(self, profile: Profile | None) -> None:
-        self.profile = profile or NO_PROFILE
+    profile: Profile = NO_PROFILE
 
 
 def least_cell_text(profile: Profile) -> str:
@@ -98,9 +92,14 @@ def least_cell_text(profile: Profile) -> str:
     return f"{least:.2f} V" if round(least, 2) == least else f"{least:g} V"
 
 
-def cell_outside(volts: float, profile: Profile, *, is_charging: bool | None) -> Outside | None:
+# Recordings keep four bytes of a value: 3.7999999 is 3.80.
+_DECIMALS = 3
+
+
+def cell_outside(volts: float, profile: Profile, *, is_charging: Value | None) -> Outside | None:
     """Judge the cell voltage. With external power the charger's voltage is read, which is above the cell's: too low is
     too low then, too."""
+    volts = round(volts, _DECIMALS)
     if volts < profile.limit("cell_voltage_min_v"):
         return Outside(OutOfLimit.CELL_LOW, least_cell_text(profile))
     if is_charging is False and volts > HIGHEST_CELL_V + CELL_ABOVE_V:
@@ -108,33 +107,12 @@ def cell_outside(volts: float, profile: Profile, *, is_charging: bool | None) ->
     return None
 
 
-def bay_outside(light_v: float, threshold_v: float, *, is_inverted: bool = False) -> Outside | None:
-    """`is_inverted`: a calibration found that more light reads lower."""
-    is_dark = light_v > threshold_v if is_inverted else light_v < threshold_v
-    return None if is_dark else Outside(OutOfLimit.BAY_OPEN, f"{threshold_v:.1f} V")
-
-
-def value_outside(key: str, conversation: ConversationView, now: float, profile: Profile) -> Outside | None:
-    """Judge the module's last value; None also if the value or its limit is unknown."""
-    values = {name: known.value for name in (key, "charging") if (known := conversation.known(name, now)) is not None}
-    threshold = conversation.fresh("light_threshold_v", now)
-    return outside_of(key, values if threshold is None else values | {"light_threshold_v": threshold}, profile)
-
-
-def outside_of(key: str, values: Mapping[str, Value], profile: Profile) -> Outside | None:
-    measured = values.get(key)
-    if measured is None:
+def last_cell_outside(conversation: ConversationView, now: float, profile: Profile) -> Outside | None:
+    """Judge the module's last cell voltage; None also if it is unknown."""
+    voltage, charging = conversation.known("cell_voltage_v", now), conversation.known("charging", now)
+    if voltage is None:
         return None
-    value = round(float(measured), 3)  # recordings keep four bytes of it: 3.7999999 is 3.80
-    if key == "cell_voltage_v":
-        charging = values.get("charging")
-        return cell_outside(value, profile, is_charging=None if charging is None else charging is True)
-    if key == "light_v":
-        threshold = values.get("light_threshold_v")
-        if threshold is None:
-            return None
-        return bay_outside(value, float(threshold), is_inverted=profile.is_light_inverted)
-    return None
+    return cell_outside(float(voltage.value), profile, is_charging=None if charging is None else charging.value)
 
 
 def record_outside(record: TriggerRecord) -> Outside | None:
@@ -143,3 +121,9 @@ def record_outside(record: TriggerRecord) -> Outside | None:
     if record.implausible:
         return None
     return cell_outside(record.cell_voltage_v, NO_PROFILE, is_charging=record.charging)
+
+
+def is_bay_open(light_v: float, threshold_v: float, *, is_inverted: bool) -> bool:
+    """`is_inverted`: a calibration found that more light reads lower."""
+    light_v = round(light_v, _DECIMALS)
+    return light_v <= threshold_v if is_inverted else light_v >= threshold_v

@@ -12,7 +12,7 @@ from functools import partial
 from typing import Final, NamedTuple
 
 from app.guided.results import TITLES, VERDICT_WORDS, GuidedKind, GuidedVerdict
-from app.limits.limits import SETTING_BOUNDS, OutOfLimit, bay_outside, cell_outside, least_cell_text
+from app.limits.limits import SETTING_BOUNDS, OutOfLimit, cell_outside, is_bay_open, least_cell_text
 from app.limits.past import LastTested, Past
 from app.preflight.evidence import CHECK_LINK, FIND_OUT_WHY, HEARTBEATS, STILL_S, UNFINISHED, Evidence
 from app.procedures.read import ANSWERED_TWICE, NO_REPLY
@@ -299,8 +299,8 @@ def _bay_closed(case: Case) -> Finding:
     if not lights:
         return case.unread("light_v", limit)
     worst = min(lights) if is_inverted else max(lights)
-    is_dark = bay_outside(worst, float(threshold), is_inverted=is_inverted) is None
-    return _judged(worst, f"{worst:.1f} V", limit, is_fine=is_dark)
+    is_open = is_bay_open(worst, float(threshold), is_inverted=is_inverted)
+    return _judged(worst, f"{worst:.1f} V", limit, is_fine=not is_open)
 
 
 # Its settings and triggers

@@ -10,7 +10,7 @@ from enum import Enum
 from typing import NamedTuple
 
 from app.engine.conversation import ConversationView, StatusSample
-from app.limits.limits import softened, value_outside
+from app.limits.limits import is_bay_open, softened
 from app.preflight.checks import CHECKS, Case, Check, CheckResult, Finding
 from app.preflight.evidence import FIRED, OVER, TOO_OLD, UNFINISHED, Void, changed, void_of_end
 from app.safety.journal import REQUESTS, Act
@@ -206,7 +206,7 @@ def void_reason(assessment: Assessment, conversation: ConversationView, now: flo
 
 def _changed(assessment: Assessment, conversation: ConversationView, now: float) -> str | None:
     """The key of the first value that differs from the checked one: it was set since, or drifted."""
-    evidence = assessment.case.evidence
+    evidence, profile = assessment.case.evidence, assessment.case.profile
     checked = evidence.settings
     charging = evidence.series.get("charging")
     if charging:
@@ -221,8 +221,11 @@ def _changed(assessment: Assessment, conversation: ConversationView, now: float)
         if flag.is_enabled is not None and (known is None or known.value is not flag.is_enabled):
             return key
     # What drifts voids only what had passed.
-    for check_id, key in (("cell_voltage", "cell_voltage_v"), ("light", "light_v")):
-        had_passed = assessment.result(check_id) is CheckResult.PASS
-        if had_passed and value_outside(key, conversation, now, assessment.case.profile) is not None:
-            return key
-    return None
+    voltage = conversation.fresh("cell_voltage_v", now)
+    was_charged = assessment.result("cell_voltage") is CheckResult.PASS
+    if was_charged and voltage is not None and voltage < profile.limit("cell_voltage_min_v"):
+        return "cell_voltage_v"
+    light, threshold = conversation.fresh("light_v", now), evidence.values.get("light_threshold_v")
+    if light is None or threshold is None or assessment.result("light") is not CheckResult.PASS:
+        return None
+    return "light_v" if is_bay_open(light, threshold, is_inverted=profile.is_light_inverted) else None

@@ -6,11 +6,10 @@ from typing import Final, NamedTuple
 
 from PySide6.QtCore import QObject, Signal
 
-from app.limits.limits import LimitsInUse, Outside, outside_of
+from app.limits.limits import LimitsInUse, Outside, cell_outside
 from app.recordings.excerpt import LimitSteps, Measured
 from app.recordings.markers import Marker, MarkerKind
 from app.samples.samples import Readable, StepFunction
-from protocol.fields import Value
 from protocol.translatable import marked
 from ui.style.icons import Icon
 from ui.style.theme import Meaning
@@ -126,10 +125,8 @@ SLOW_GAP_S: Final = 5.0
 def measured_lanes(data: Measured, in_use: LimitsInUse, acting: LimitSteps, unproven: LimitSteps) -> tuple[Lane, ...]:
     """Make the lanes of a session or a recording, with the limits that act, and those of which that is not known."""
 
-    def cell_outside(volts: float, time_s: float) -> Outside | None:
-        charging = data.charging_at(time_s)
-        known: dict[str, Value] = {} if charging is None else {"charging": charging}
-        return outside_of("cell_voltage_v", {"cell_voltage_v": volts, **known}, in_use.profile)
+    def outside(volts: float, time_s: float) -> Outside | None:
+        return cell_outside(volts, in_use.profile, is_charging=data.charging_at(time_s))
 
     lights = (acting.lights, unproven.lights)
     threshold = _limits(lights, marked("{value} V threshold"), marked("{value} V threshold?"), Meaning.ATTENTION, 1)
@@ -146,7 +143,7 @@ def measured_lanes(data: Measured, in_use: LimitsInUse, acting: LimitSteps, unpr
             decimals=2,
             weight=1.2,
             gap_s=SLOW_GAP_S,
-            outside=cell_outside,
+            outside=outside,
         ),
     )
 

@@ -22,7 +22,7 @@ from PySide6.QtWidgets import (
 from app.diagnosis.link_state import LinkState, Phase
 from app.engine.conversation import ConversationView
 from app.engine.target import is_simulated
-from app.limits.limits import LimitsInUse, value_outside
+from app.limits.limits import LimitsInUse, last_cell_outside
 from app.safety.last_known import Activation, TriggerFlags, trigger_flags
 from app.text.i18n import tr
 from app.text.messages import duration, in_brackets, join_names, labelled
@@ -246,7 +246,7 @@ class TopBar(QFrame):
         else:
             picture = battery((volts - 3.3) / (4.2 - 3.3))  # the usual range of a lithium cell, for the icon only
         meaning, detail = None, ""
-        outside = value_outside("cell_voltage_v", view, now, self._in_use.profile)
+        outside = last_cell_outside(view, now, self._in_use.profile)
         if outside is not None:
             said.append(tr(outside.fault.value))
             picture, meaning, detail = Icon.WARNING, Meaning.ATTENTION, tr("limit {value}", value=outside.limit)

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from app.limits.limits import SETTING_BOUNDS, OutOfLimit, Outside, cell_outside, outside_of, record_outside, softened
+from app.limits.limits import SETTING_BOUNDS, OutOfLimit, cell_outside, is_bay_open, record_outside, softened
 from app.preflight.checks import CheckResult
 from app.preflight.verdict import Verdict
 from app.records.filing import local_now
@@ -86,9 +86,8 @@ def test_cell(volts: float, is_charging: bool | None, fault: OutOfLimit | None) 
 
 @pytest.mark.promise("g")
 def test_what_was_kept_in_four_bytes_is_judged_by_its_step() -> None:
-    assert outside_of("cell_voltage_v", {"cell_voltage_v": float(np.float32(3.8))}, NO_PROFILE) is None
-    open_bay = {"light_v": float(np.float32(1.8)), "light_threshold_v": 1.8}
-    assert outside_of("light_v", open_bay, NO_PROFILE) == Outside(OutOfLimit.BAY_OPEN, "1.8 V")
+    assert cell_outside(float(np.float32(3.8)), OURS, is_charging=False) is None
+    assert is_bay_open(float(np.float32(1.8)), 1.8, is_inverted=False)
 
 
 @pytest.mark.promise("g")

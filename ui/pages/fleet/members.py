@@ -9,7 +9,7 @@ from PySide6.QtWidgets import QMenu, QToolButton
 from app.engine.ports import PortInfo
 from app.engine.target import Target
 from app.fleet.card import Card
-from app.limits.limits import value_outside
+from app.limits.limits import last_cell_outside
 from app.text.i18n import tr
 from protocol.catalogue import DEFAULT_BAUD_RATE
 from ui.files.file_dialogs import AskText, ask_text
@@ -83,7 +83,7 @@ class FleetMembers:
             lock_sent=port.lock.sent,
             lock_failed=port.lock.failed,
             is_shown=port is self._ports.current,
-            cell_outside=value_outside("cell_voltage_v", module.view, self.now(), self._services.in_use.profile),
+            cell_outside=last_cell_outside(module.view, self.now(), self._services.in_use.profile),
         )
 
 

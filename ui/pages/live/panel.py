@@ -6,7 +6,7 @@ Each number is fresh, stale with its age, or unknown.
 from PySide6.QtWidgets import QFrame
 
 from app.engine.conversation import ConversationView, Known
-from app.limits.limits import LimitsInUse, OutOfLimit, bay_outside, value_outside
+from app.limits.limits import LimitsInUse, is_bay_open, last_cell_outside
 from app.procedures.light import LightDirection
 from app.recordings.markers import acting_limits, last_limits, limits_of
 from app.safety.last_known import TRIGGER_NOT_KNOWN, TRIGGER_OFF, trigger_flags
@@ -38,7 +38,7 @@ class LivePanel(QFrame):
         in_column(self.gauge, *values, 1, of=self, spacing=Space.S, margins=(Space.M, Space.S))
         # Room for all that may be said, so that the plots beside it never move.
         age = tr("{time} ago", time=tr("{value:.0f} min", value=10))
-        bays = [tr("{state} (assumed)", state=state) for state in (tr(OutOfLimit.BAY_OPEN.value), tr("bay closed"))]
+        bays = [tr("{state} (assumed)", state=state) for state in (tr("bay open"), tr("bay closed"))]
         words = (tr(TRIGGER_OFF), tr(TRIGGER_NOT_KNOWN), tr("free fall"), tr("not charging"), tr("charger unknown"))
         self.light.reserve([f"{note}    " for note in (*bays, *words, tr("over {value}°", value=180))], limit="00.0 V")
         self.boot_count.reserve((age,))
@@ -83,17 +83,17 @@ class LivePanel(QFrame):
             # Which side is dark is an assumption until it was measured with the bay closed and open, and is called one
             # (E11).
             is_inverted = in_use.profile.is_light_inverted if direction is None else direction is LightDirection.FALLS
-            outside = bay_outside(round(float(light.value), 3), fresh.light_v, is_inverted=is_inverted)
-            state = tr("bay closed") if outside is None else tr(OutOfLimit.BAY_OPEN.value)
+            is_open = is_bay_open(float(light.value), fresh.light_v, is_inverted=is_inverted)
+            state = tr("bay open") if is_open else tr("bay closed")
             if direction is None and not is_inverted:
                 state = tr("{state} (assumed)", state=state)
-            note = None if outside is None else Meaning.ATTENTION, state
+            note = Meaning.ATTENTION if is_open else None, state
         _show(self.light, light, now_s, 1, note)
 
         charging = view.fresh("charging", now_s)
         charge = tr("charging") if charging else tr("not charging")
         charge = tr("charger unknown") if charging is None else charge
-        cell = value_outside("cell_voltage_v", view, now_s, in_use.profile)
+        cell = last_cell_outside(view, now_s, in_use.profile)
         self.cell.set_limit("" if cell is None else cell.limit)
         note = (None, charge) if cell is None else (Meaning.ATTENTION, tr(cell.fault.value))
         _show(self.cell, view.known("cell_voltage_v", now_s), now_s, 2, note)

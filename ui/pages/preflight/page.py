@@ -23,7 +23,7 @@ from app.records.report import write_report
 from app.records.verification import RecordState, Verification, verify_file
 from app.safety.journal import Act
 from app.settings.profile_file import save_profile
-from app.settings.profiles import ActivatedBy, Profile
+from app.settings.profiles import NO_PROFILE, ActivatedBy, Profile
 from app.store.fact_store import StoreError, not_kept
 from app.system.files import CANNOT_READ, CANNOT_WRITE
 from app.text.i18n import tr
@@ -137,7 +137,7 @@ class PreflightForm(QWidget):
 
     def _use(self, profile: Profile | None, path: Path | None) -> None:
         self.profile, self.path = profile, path
-        self._services.in_use.use(self.profile)
+        self._services.in_use.profile = self.profile or NO_PROFILE
         self._services.exchange.limits_used.emit()
         name = tr("Vendor's advice") if self.profile is None else clean(self.profile.name, longest=40)
         self.choose.setText(without_key(name))
