@@ -21,7 +21,7 @@ from app.system.clock import MINUTE, local_time
 from app.terminal import console
 from app.terminal.records import opened_store
 from app.terminal.results import Count, Result, Time
-from app.text.csv_cells import csv_text, utc_cell
+from app.text.csv_cells import csv_text
 from app.text.i18n import tr
 from app.text.messages import ErrorCode, labelled
 from protocol.translatable import marked
@@ -155,13 +155,13 @@ def run_report(args: argparse.Namespace, store: Store) -> int:
         if check is not None:
             last_check = ArchiveCheckJson.of(check, void=check.is_void or check.is_fired_since)
             outcome = (check.verdict, last_check.void, check.is_simulated)
-            of_check = (*outcome, utc_cell(check.at), check.who, check.aircraft)
+            of_check = (*outcome, local_time(check.at, zone=UTC), check.who, check.aircraft)
         due = [due.in_english() for due in state.due]
         answer.modules.append(
             ArchiveModuleJson.of(state, last_at=state.last_at or None, last_check=last_check, due=due)
         )
         counts = (state.checks, state.trigger_records, state.unjudged)
-        cells.append((state.name, utc_cell(state.last_at), *of_check, *counts, state.due_words))
+        cells.append((state.name, local_time(state.last_at, zone=UTC), *of_check, *counts, state.due_words))
         at = "" if check is None else local_time(check.at, MINUTE)
         verdict = tr("none") if check is None else check.words.translated()
         page.append((state.name, at, verdict, str(state.trigger_records), state.due_words))

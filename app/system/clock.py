@@ -4,7 +4,6 @@ During sleep `time.monotonic` stops on Linux and macOS: a value that is twelve m
 was armed before would still be armed. The time of day is not used: people and time servers set it.
 """
 
-import math
 import sys
 import time
 from collections.abc import Callable
@@ -48,9 +47,5 @@ def local_time(text: str, form: str = SECOND, zone: tzinfo | None = None) -> str
 
 def clock_text(wall_s: float, decimals: int = 0) -> str:
     """The local time of day of seconds since 1970, with `decimals` of a second."""
-    whole = math.floor(round(wall_s, decimals))
-    text = time.strftime("%H:%M:%S", time.localtime(whole))
-    if not decimals:
-        return text
-    part = round((wall_s - whole) * 10**decimals)
-    return f"{text}.{max(0, part):0{decimals}d}"
+    text = f"{datetime.fromtimestamp(round(wall_s, decimals)).astimezone():%H:%M:%S.%f}"
+    return text[: 9 + decimals] if decimals else text[:8]

@@ -13,28 +13,22 @@ from typing import Final
 from app.text.i18n import tr
 from app.text.messages import join_sentences
 
+# Those that others bring with them, or that every system has, are left out.
 ALWAYS: Final = {
-    "libstdc++.so.6": "libstdc++6",
     "libglib-2.0.so.0": "libglib2.0-0",  # newer releases call it libglib2.0-0t64, and know this name, too
     "libGL.so.1": "libgl1",
     "libEGL.so.1": "libegl1",
-    "libX11.so.6": "libx11-6",
     "libxkbcommon.so.0": "libxkbcommon0",
-    "libfreetype.so.6": "libfreetype6",
     "libfontconfig.so.1": "libfontconfig1",
     "libdbus-1.so.3": "libdbus-1-3",
-    "libzstd.so.1": "libzstd1",
 }
 FOR_X: Final = {
     "libX11-xcb.so.1": "libx11-xcb1",
     "libxkbcommon-x11.so.0": "libxkbcommon-x11-0",
     "libxcb-cursor.so.0": "libxcb-cursor0",
     "libxcb-icccm.so.4": "libxcb-icccm4",
-    "libxcb-image.so.0": "libxcb-image0",
     "libxcb-keysyms.so.1": "libxcb-keysyms1",
-    "libxcb-render-util.so.0": "libxcb-render-util0",
     "libxcb-shape.so.0": "libxcb-shape0",
-    "libxcb-xkb.so.1": "libxcb-xkb1",
 }
 
 

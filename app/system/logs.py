@@ -17,18 +17,15 @@ _FORMAT = "%(asctime)s.%(msecs)03d %(levelname)-7s %(threadName)s %(name)s: %(me
 
 
 class Log:
-    """The running log. `trouble` is why there is no file."""
+    """The running log."""
 
     def __init__(self, folder: Path | None = None) -> None:
         """Start logging into `folder`, or the platform's. Never raises."""
         self.path = (folder or user_log_path("dps-s-configurator", appauthor=False)) / "dps-s.log"
-        self.trouble: OSError | None = None
         self._handler: logging.Handler = logging.NullHandler()
-        try:
+        with suppress(OSError):
             self.path.parent.mkdir(parents=True, exist_ok=True)
             self._handler = RotatingFileHandler(self.path, "a", FILE_BYTES, MAX_FILES, "utf-8", errors="replace")
-        except OSError as error:
-            self.trouble = error
         self._handler.setFormatter(logging.Formatter(_FORMAT, "%Y-%m-%d %H:%M:%S"))
         logging.raiseExceptions = False  # a full disk neither ends the program nor fills standard error
         root = logging.getLogger()

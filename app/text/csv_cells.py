@@ -4,7 +4,6 @@ import csv
 import io
 import json
 from collections.abc import Iterable, Sequence
-from datetime import UTC, datetime
 from typing import Any
 
 BYTE_ORDER_MARK = b"\xef\xbb\xbf"  # tells spreadsheets that the file is UTF-8
@@ -27,14 +26,6 @@ def cell(value: object) -> str:
     if isinstance(value, list):
         value = " ".join(map(str, value))
     return defused(value) if isinstance(value, str) else str(value)
-
-
-def utc_cell(text: str) -> str:
-    # An ISO 8601 time as "2026-01-31 23:59:59" in UTC, which spreadsheets know; other text as it is.
-    try:
-        return f"{datetime.fromisoformat(text).astimezone(UTC):%Y-%m-%d %H:%M:%S}"
-    except ValueError:
-        return text
 
 
 def defused(text: str) -> str:

@@ -14,7 +14,6 @@ from typing import Final
 ENGLISH: Final = "en"
 CHINESE: Final = "zh_CN"
 LANGUAGES: Final = (ENGLISH, CHINESE)
-CONTEXT: Final = "dps-s"
 
 TRANSLATIONS: Final = Path(__file__).parent.parent / "locale" / f"{CHINESE}.ts"
 _language: str = ENGLISH

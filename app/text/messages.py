@@ -1,7 +1,6 @@
 """Texts for people: messages with values, sentences, durations, the error that is read, text made safe to show."""
 
 import re
-import unicodedata
 from collections.abc import Iterable, Mapping, Sequence
 from enum import StrEnum
 from typing import Any, Final, NamedTuple, Union
@@ -76,36 +75,30 @@ def duration(seconds: float) -> str:
     return tr("{value:.0f} h", value=seconds / 3600)
 
 
-_LINE_BREAKS = "\t\n\r\v\f\x85\u2028\u2029"
-_DIRECTION_MARKS = "\u061c\u200b\u200e\u200f\u202a\u202b\u202c\u202d\u202e\u2066\u2067\u2068\u2069\ufeff"
-_IN_JSON = "[\x7f-\x9f\u061c\u200b\u200e\u200f\u2028-\u202e\u2066-\u2069\ufeff\ud800-\udfff]"
+# Control characters, line breaks, direction marks and unpaired surrogates.
+_HIDDEN: Final = "[\0-\x1f\x7f-\x9f\u061c\u200b\u200e\u200f\u2028-\u202e\u2066-\u2069\ufeff\ud800-\udfff]"
 
 
 def visible(text: str, *, keep: str = "") -> str:
-    """`text` with control characters, direction marks and unpaired surrogates as code points, and with spaces for line
-    breaks and tabs; those in `keep` stay. Terminals execute escape characters, and direction marks reorder text."""
-    if text.isprintable():
-        return text
-    shown = ""
-    for character in text:
-        if character in _LINE_BREAKS and character not in keep:
-            shown += " "
-        elif unicodedata.category(character) in ("Cc", "Cs", "Co", "Cn") and character not in keep:
-            shown += f"[U+{ord(character):04X}]"
-        else:
-            shown += f"[U+{ord(character):04X}]" if character in _DIRECTION_MARKS else character
-    return shown
+    """`text` with spaces for line breaks and tabs, and with code points for other characters that are not seen; those
+    in `keep` stay. Terminals execute escape characters, and direction marks reorder text."""
+
+    def shown(match: re.Match[str]) -> str:
+        character = match[0]
+        if character in keep:
+            return character
+        return " " if character.isspace() else f"[U+{ord(character):04X}]"
+
+    return re.sub(_HIDDEN, shown, text)
 
 
 def visible_json(text: str) -> str:
-    """JSON with such characters escaped; `json` has already escaped those below U+0020."""
-    return re.sub(_IN_JSON, lambda match: f"\\u{ord(match[0]):04x}", text)
+    """JSON with such characters escaped."""
+    return re.sub(_HIDDEN, lambda match: f"\\u{ord(match[0]):04x}", text)
 
 
 MAX_TEXT_LENGTH = 400  # characters of a name or a note that are shown
 _PLACE = r"\{(\w{1,40})(?::([\w.]{1,6}))?\}"
-_LIST = r"\{p0\}(?:, \{p\d+\})+"
-_SENTENCES = r"\{p0\}(?: \{p\d+\})+"
 _DEEPEST = 4
 
 
@@ -127,10 +120,10 @@ class UserMessage(NamedTuple):
     def translated(self) -> str:
         """Return it in the language in use; see `joined` for lists."""
         values = {name: value if isinstance(value, str) else value.translated() for name, value in self.values}
-        if language() == CHINESE and re.fullmatch(_LIST, self.text):
-            return _filled(self.text.replace(", ", "，"), values)
-        filled = _filled(tr(self.text), values)
-        return join_sentences([filled]) if re.fullmatch(_SENTENCES, self.text) else filled
+        text = tr(self.text)
+        if text.startswith("{p0}, ") and language() == CHINESE:
+            text = text.replace(", ", "，")
+        return join_sentences([_filled(text, values)])
 
     def to_json(self) -> dict[str, Any]:
         """Return it for a record; `message_from_json` reverses it."""

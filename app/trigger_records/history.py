@@ -2,6 +2,7 @@
 
 from collections import Counter
 from collections.abc import Iterable, Mapping, Sequence
+from datetime import UTC
 from pathlib import Path
 from typing import NamedTuple
 
@@ -13,8 +14,9 @@ from app.procedures.history import History, read_history
 from app.store.acts import claim_fired
 from app.store.fact_store import Facts, Kept
 from app.store.rows import Judgement, ModuleVisited, SaidNew, TriggerRecordJudged, TriggerRecordSeen
+from app.system.clock import local_time
 from app.system.files import write_whole
-from app.text.csv_cells import BYTE_ORDER_MARK, csv_text, utc_cell
+from app.text.csv_cells import BYTE_ORDER_MARK, csv_text
 from app.text.messages import UserMessage, clean, joined, message
 from protocol.catalogue import BOOTS, MAX_RECORDS, RECORD_PART
 from protocol.fields import Value
@@ -282,7 +284,7 @@ def write_archive(path: Path, module: str, records: Iterable[SeenRecord], *, see
             **fields_of(record),
             "module": clean(module),
             "place": seen.place + 1,
-            "first_seen_at": utc_cell(seen.first_seen_at),
+            "first_seen_at": local_time(seen.first_seen_at, zone=UTC),
             "confirmed": seen.place not in seen_once,
             "told": sentence(record).translated(),
             "judgement": None if seen.judgement is None else seen.judgement.value,
