@@ -22,7 +22,7 @@ from app.engine.conversation import STATUS_KEYS
 from app.engine.target import Target
 from app.procedures.act import Armed
 from app.system.logs import Log
-from app.system.uncaught import catch_uncaught_errors
+from app.system.uncaught import uncaught_errors_told
 from app.text.i18n import ENGLISH, LANGUAGES, system_language, tr
 from protocol.translatable import marked
 from ui.connect.connect_panel import SIMULATED_PORT
@@ -226,7 +226,7 @@ def run(options: WindowOptions) -> int:
             text = tr("Install a Chinese font (fonts-noto-cjk), then restart.")
             window.attention.said.notify(Meaning.ATTENTION, text, text)
         # Uncaught errors in any thread disarm, are logged and shown; the window stays open.
-        stack.callback(catch_uncaught_errors(window.attention.report))
+        stack.enter_context(uncaught_errors_told(window.attention.report))
         stack.enter_context(_signals_close(window))
         stack.enter_context(collecting_garbage(assembly))
         start(assembly, options)

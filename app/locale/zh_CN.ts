@@ -4742,6 +4742,10 @@
         <translation>“{name}”出现两次。</translation>
     </message>
     <message>
+        <source>“{name}” is unknown.</source>
+        <translation>“{name}”未知。</translation>
+    </message>
+    <message>
         <source>“{name}” is unknown; the columns are {columns}.</source>
         <translation>未知的“{name}”；有这些列：{columns}。</translation>
     </message>

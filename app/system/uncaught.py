@@ -4,8 +4,8 @@ import logging
 import sys
 import threading
 import traceback
-from collections.abc import Callable
-from types import TracebackType
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from typing import NamedTuple
 
 _log = logging.getLogger(__name__)
@@ -22,28 +22,23 @@ class UncaughtError(NamedTuple):
 _listeners: list[Callable[[UncaughtError], None]] = []
 
 
-def catch_uncaught_errors(tell: Callable[[UncaughtError], None]) -> Callable[[], None]:
-    """Log uncaught exceptions and pass them to `tell` instead of the terminal; it is called in their thread. Ctrl-C
-    stays what it is. Return what ends that."""
+@contextmanager
+def uncaught_errors_told(tell: Callable[[UncaughtError], None]) -> Iterator[None]:
+    """Log uncaught exceptions and pass them to `tell` instead of the terminal; it is called in their thread."""
     before = sys.excepthook, threading.excepthook
-
-    def caught(kind: type[BaseException], error: BaseException, trace: TracebackType | None) -> None:
-        if issubclass(kind, KeyboardInterrupt):
-            before[0](kind, error, trace)
-        else:
-            report_uncaught_error(error)
 
     def caught_in_thread(args: threading.ExceptHookArgs) -> None:
         if args.exc_value is not None:
             report_uncaught_error(args.exc_value)
 
-    def undo() -> None:
+    sys.excepthook = lambda _kind, error, _trace: report_uncaught_error(error)
+    threading.excepthook = caught_in_thread
+    _listeners.append(tell)
+    try:
+        yield
+    finally:
         sys.excepthook, threading.excepthook = before
         _listeners.remove(tell)
-
-    sys.excepthook, threading.excepthook = caught, caught_in_thread
-    _listeners.append(tell)
-    return undo
 
 
 def report_uncaught_error(error: BaseException) -> None:

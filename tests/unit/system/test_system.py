@@ -21,7 +21,7 @@ from app.system import logs
 from app.system.clock import steady_time
 from app.system.files import whole_file, write_whole
 from app.system.logs import Log
-from app.system.uncaught import UncaughtError, catch_uncaught_errors, report_uncaught_error
+from app.system.uncaught import UncaughtError, report_uncaught_error, uncaught_errors_told
 from tests.support.cli_line import run_here
 from tests.support.records.recordings_made import asked
 from ui.pages.diagnosis.traffic import Column, TrafficModel
@@ -92,15 +92,12 @@ def test_errors_of_all_threads_are_logged_and_told(caplog: pytest.LogCaptureFixt
     def fall() -> None:
         raise ValueError("from a thread")
 
-    undo = catch_uncaught_errors(told.append)
-    try:
+    with uncaught_errors_told(told.append):
         thread = threading.Thread(target=fall, name="falling")
         thread.start()
         thread.join()
         sys.excepthook(KeyError, KeyError("from the window"), None)
         report_uncaught_error(RuntimeError("caught, so that the thread goes on"))
-    finally:
-        undo()
     report_uncaught_error(RuntimeError("only logged"))
     assert [one.summary.partition(":")[0] for one in told] == ["ValueError", "KeyError", "RuntimeError"]
     assert told[0].details.startswith("falling\n")

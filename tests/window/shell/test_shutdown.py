@@ -22,7 +22,7 @@ from pytestqt.qtbot import QtBot
 from app.engine.session import Session
 from app.engine.target import Target
 from app.safety.journal import Act
-from app.system.uncaught import catch_uncaught_errors
+from app.system.uncaught import uncaught_errors_told
 from tests.support.patience import MACHINE_S, PATIENCE_S, in_time
 from tests.support.processes import ran_code
 from tests.support.window.fakes_ui import ADAPTER, ListedPorts, connect, simulated, window
@@ -175,7 +175,7 @@ def test_an_error_disarms_at_once_and_is_said_until_it_is_closed(
     """Also one of a thread that has nothing to do with a port, and again with the next error of its place."""
     with window(qapp, tmp_path) as assembly, ExitStack() as stack:
         bar, armed = assembly.window.notice_bar, assembly.armed
-        stack.callback(catch_uncaught_errors(assembly.window.attention.report))
+        stack.enter_context(uncaught_errors_told(assembly.window.attention.report))
         for _ in range(2):
             armed.act = Act.DEPLOY
             thread = threading.Thread(target=int, args=("no number",), name="falling")
@@ -196,7 +196,7 @@ def test_an_error_in_the_worker_closes_the_port_and_is_shown(
         raise KeyError("bug")
 
     with simulated("struck"), window(qapp, tmp_path) as assembly, ExitStack() as stack:
-        stack.callback(catch_uncaught_errors(assembly.window.attention.report))
+        stack.enter_context(uncaught_errors_told(assembly.window.attention.report))
         connect(qtbot, assembly, "sim://struck")
         assembly.armed.act = Act.ZERO
         monkeypatch.setattr(Session, "step", fail)
