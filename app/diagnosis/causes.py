@@ -27,7 +27,7 @@ REJECTED_SHARE = 0.02
 
 
 class PortEvidence(NamedTuple):
-    """Observations of one port since it was opened, or why it was not. Times in seconds."""
+    """Observations of one port since it was opened, or why it was not."""
 
     port: str = ""
     baud_rate: int = 115200
@@ -47,6 +47,31 @@ class PortEvidence(NamedTuple):
     # Its USB identity, where it is known.
     adapter: str = ""
     platform: str = sys.platform
+    # What was counted before it: evidence of a conversation counts from its beginning, that of a silence from the last
+    # answer. Bytes that came at another rate are no evidence.
+    mark: Counters = Counters()
+
+    def after(self, batch: Batch) -> "PortEvidence":
+        """Return it with what a batch tells; to be called with every batch, in order."""
+        connection, counters, mark = batch.connection, batch.counters, self.mark
+        is_open = connection.state is PortState.OPEN
+        is_answering = is_open and batch.conversation.is_going
+        is_new = connection.baud_rate != self.baud_rate or is_answering is not self.is_answering
+        if connection.state is PortState.OPENING:
+            mark = Counters()
+        elif counters is not None and is_new:
+            mark = counters
+        return self._replace(
+            port=connection.port or self.port,
+            baud_rate=connection.baud_rate or self.baud_rate,
+            trouble=connection.trouble,
+            is_open=is_open,
+            is_answering=is_answering,
+            was_online=self.was_online or is_answering,
+            counters=self.counters if counters is None else counters - mark,
+            noise=self.noise if counters is None else batch.noise,
+            mark=mark,
+        )
 
     def has(self, *kinds: PortErrorKind) -> bool:
         return self.trouble is not None and self.trouble.kind in kinds
@@ -76,37 +101,6 @@ class PortEvidence(NamedTuple):
         """Whether a flight controller answers, or nothing was ever heard on the port of one."""
         is_quiet = self.came() is Silence.NOTHING and not self.was_online and is_flight_controller(self.adapter)
         return is_quiet or self.came() is Silence.FLIGHT_CONTROLLER
-
-
-class EvidenceCollector:
-    """Collects the evidence of one connection from every batch. Belongs to one thread."""
-
-    def __init__(self, port: str = "") -> None:
-        self.seen = PortEvidence(port)
-        # Evidence of a conversation counts from its beginning, that of a silence from the last answer. Bytes that came
-        # at another rate are no evidence.
-        self._mark = Counters()
-
-    def on_batch(self, batch: Batch) -> None:
-        """Processes one batch; to be called for every batch, in order."""
-        connection, seen, counters = batch.connection, self.seen, batch.counters
-        is_open = connection.state is PortState.OPEN
-        is_answering = is_open and batch.conversation.is_going
-        is_new = connection.baud_rate != seen.baud_rate or is_answering is not seen.is_answering
-        if connection.state is PortState.OPENING:
-            self._mark = Counters()
-        elif counters is not None and is_new:
-            self._mark = counters
-        self.seen = seen._replace(
-            port=connection.port or seen.port,
-            baud_rate=connection.baud_rate or seen.baud_rate,
-            trouble=connection.trouble,
-            is_open=is_open,
-            is_answering=is_answering,
-            was_online=seen.was_online or is_answering,
-            counters=seen.counters if counters is None else counters - self._mark,
-            noise=seen.noise if counters is None else batch.noise,
-        )
 
 
 class NextStep(Enum):

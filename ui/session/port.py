@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any, Final
 
 from PySide6.QtCore import QObject, QTimer, Signal
 
-from app.diagnosis.causes import EvidenceCollector
+from app.diagnosis.causes import PortEvidence
 from app.diagnosis.link_state import LinkState, link_state
 from app.engine.conversation import ConversationView, reason_message
 from app.engine.ports import PortInfo
@@ -106,7 +106,7 @@ class Port(QObject):
         self._opening = self._former_number = 0
         self._endings: dict[Job[Any], Callable[[Job[Any]], None]] = {}
         # Since the port was opened.
-        self.evidence = EvidenceCollector()
+        self.evidence = PortEvidence()
         self._finding: Job[RateSearch] | None = None
         self._changing_rate: Job[WriteReport] | None = None
         self._return = Reconnection()
@@ -171,7 +171,7 @@ class Port(QObject):
         return link_state(
             self.connection._replace(trouble=self.trouble),
             self.module.view,
-            self.evidence.seen.came(),
+            self.evidence.came(),
             is_finding=self._finding is not None or is_searching,
             absence=self._return.absence,
             adapter="" if self.target is None else self.target.identity,
@@ -296,7 +296,7 @@ class Port(QObject):
     def _open(self, target: Target) -> None:
         self.target = target
         self._finding = None
-        self.evidence = EvidenceCollector(target.device)
+        self.evidence = PortEvidence(target.device)
         background = partial(watch, self.stream, memory=self._storage.stream_memory(target))
         self._opening = self._worker.open(target.device, target.baud_rate, background, adapter=self.key)
         self.connection = Connection(PortState.OPENING, target.device, target.baud_rate, opening=self._opening)
@@ -331,7 +331,7 @@ class Port(QObject):
     def _take_in(self, batch: Batch) -> None:
         is_news = batch.connection != self.connection
         self.connection = batch.connection
-        self.evidence.on_batch(batch)
+        self.evidence = self.evidence.after(batch)
         view = batch.conversation
         if view.number > max(self._former_number, self.module.number):
             self._show(view)

@@ -7,7 +7,7 @@ from typing import Any
 
 import pytest
 
-from app.diagnosis.causes import EvidenceCollector, PortEvidence, diagnose, explain
+from app.diagnosis.causes import PortEvidence, diagnose, explain
 from app.diagnosis.link_state import Phase, link_state
 from app.diagnosis.silence import Silence
 from app.engine.conversation import ConversationView, Interrupted
@@ -198,12 +198,12 @@ def test_the_commands_are_exact(evidence: PortEvidence, command: str) -> None:
 
 
 class Watched:
-    """A session with an evidence collector."""
+    """A session with the evidence that it gives."""
 
     def __init__(self, seconds: float = 3.0, spoil: Callable[[Rig], object] = bool, **options: object) -> None:
         self.rig = Rig(options)
         spoil(self.rig)
-        self.collector = EvidenceCollector(PORT)
+        self.evidence = PortEvidence(PORT)
         self.wait(seconds)
 
     def tell(self, connection: Connection | None = None) -> None:
@@ -212,7 +212,8 @@ class Watched:
         connection = connection or Connection(PortState.OPEN, PORT, 115200)
         events = tuple(session.take_events())
         view = session.conversation_view(now)
-        self.collector.on_batch(Batch(now, connection, view, counters, events=events, noise=session.noise))
+        batch = Batch(now, connection, view, counters, events=events, noise=session.noise)
+        self.evidence = self.evidence.after(batch)
 
     def wait(self, seconds: float) -> None:
         end_s = self.rig.clock.now_s + seconds
@@ -221,7 +222,7 @@ class Watched:
             self.tell()
 
     def cause(self) -> str | None:
-        found = diagnose(self.collector.seen)
+        found = diagnose(self.evidence)
         return None if found is None else found.cause
 
 

@@ -93,7 +93,7 @@ class WhyPanel(QWidget):
         current, target = self._ports.current, self._ports.current.target
         # Of a module that was left active nobody can say that it is not this one.
         is_left = bool(self._storage.left_active) and not (target and target.is_simulated)
-        seen = current.evidence.seen._replace(
+        seen = current.evidence._replace(
             was_active=current.is_active or is_left,
             adapter="" if target is None else target.identity,
         )

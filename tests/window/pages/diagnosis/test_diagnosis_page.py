@@ -119,12 +119,12 @@ def test_a_port_that_cannot_be_opened_leads_to_a_command_or_to_the_list_of_ports
 
 def test_what_was_seen_of_the_port_before_is_no_evidence(one: Rig, page: DiagnosisPage) -> None:
     """Of a module that has never answered it would be said that it fell silent."""
-    assert one.port.evidence.seen.was_online
+    assert one.port.evidence.was_online
     with simulated("mute", mute=True):
         one.port.connect_to(Target("sim://mute", 115200))
         one.until(lambda: cause_of(page) is not None)
         assert cause_of(page) == "nothing"
-        assert not one.port.evidence.seen.was_online
+        assert not one.port.evidence.was_online
 
 
 # Figures
