@@ -21,16 +21,14 @@ def csv_text(head: Sequence[str], rows: Iterable[Iterable[object]]) -> str:
 
 
 def cell(value: object) -> str:
-    if value is None or isinstance(value, bool):
-        return {None: "", True: "true", False: "false"}[value]
+    """Text has an apostrophe in front where a spreadsheet would take it for a formula."""
     if isinstance(value, list):
         value = " ".join(map(str, value))
-    return defused(value) if isinstance(value, str) else str(value)
-
-
-def defused(text: str) -> str:
-    # `text` with an apostrophe in front where a spreadsheet would take it for a formula.
-    return f"'{text}" if text.lstrip().startswith(_FORMULA_STARTS) else text
+    if isinstance(value, str):
+        return f"'{value}" if value.lstrip().startswith(_FORMULA_STARTS) else value
+    if isinstance(value, bool):
+        return "true" if value else "false"
+    return "" if value is None else str(value)
 
 
 def object_in(text: Any) -> dict[str, Any]:
