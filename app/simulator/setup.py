@@ -16,7 +16,7 @@ _SWITCHED: Final = {"": "true", "yes": "true", "no": "false"}
 class Setup(Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
     """How the module and its line begin. Shares are 0 … 1; what happens after 0 s never happens."""
 
-    baud: Annotated[Rate, Meta(description="baud rate")] = 115200
+    baud: Annotated[Rate, Meta(description="baud rate, 4800 to 115200")] = 115200
     rate: Annotated[float, Meta(ge=1, le=1440, description="frames a second while it streams")] = 50.0
     active: Annotated[bool, Meta(description="active from the beginning")] = False
     boots: Annotated[int, Meta(ge=0, le=255, description="boot count")] = 37

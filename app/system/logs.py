@@ -4,7 +4,6 @@ The log never stops the program: where the folder cannot be written, or the disk
 """
 
 import logging
-import os
 from contextlib import suppress
 from logging.handlers import RotatingFileHandler
 from pathlib import Path
@@ -37,11 +36,8 @@ class Log:
         with suppress(OSError):  # the last lines do not fit on a full disk
             self._handler.close()
 
-    def text(self, longest_bytes: int = FILE_BYTES) -> str:
-        """The end of the file, which may be of earlier runs; empty where there is none. Never raises."""
-        with suppress(OSError), self.path.open("rb") as file:
-            size = file.seek(0, os.SEEK_END)
-            file.seek(max(0, size - longest_bytes))
-            text = file.read(longest_bytes).decode("utf-8", "replace").replace("\r\n", "\n")
-            return text if size <= longest_bytes else text.partition("\n")[2]
+    def text(self) -> str:
+        """The current file, which may begin with earlier runs; empty where there is none. Never raises."""
+        with suppress(OSError), self.path.open(encoding="utf-8", errors="replace") as file:
+            return file.read(FILE_BYTES)
         return ""
