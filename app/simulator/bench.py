@@ -113,11 +113,12 @@ class SimulatedBench:
         self.holder: object | None = None  # who has the port open; one that had it when it was unplugged is dead
         now_s, dice = clock(), random.Random(setup.seed)  # noqa: S311 (variety, not secrets)
         for _ in range(setup.history):
+            self.module.world = Physics(cell_v=dice.choice((3.64, 3.9, 4.1)))
             self.module.power_on(now_s - dice.randrange(20, 5400))
             self.module.activate(is_active=True)
-            self.module.fire(dice.choice((Source.ATTITUDE, Source.FREEFALL, Source.PWM)), now_s)
+            self.module.fire(dice.choice((Source.ATTITUDE, Source.FREEFALL, Source.SERIAL | Source.PWM)), now_s)
+        self.module.world = self.world
         self.module.power_off()
-        self.world.bay_is_open = setup.bay_open
         self.wire.clear(now_s)
         self.module.power_on(now_s - setup.uptime)
         if setup.uptime:
