@@ -33,9 +33,8 @@ class Wire:
     def __init__(self, module: SimulatedModule) -> None:
         self.module = module
         self.host_baud: int | None = None
-        # What is on its way, with the time at which it arrives, unless something before it is later.
+        # What is on its way to the module, with the time at which it arrives.
         self._to_module: deque[tuple[float, bytes]] = deque()
-        self._to_host: deque[tuple[float, bytes]] = deque()
         self._free_s = -math.inf
         self._dice = random.Random(module.setup.seed)  # noqa: S311 (faults, not secrets)
 
@@ -48,9 +47,9 @@ class Wire:
         while self._to_module and self._to_module[0][0] <= now_s:
             at_s, data = self._to_module.popleft()
             self.module.receive(self._received(data, self.host_baud, self.module.baud_rate), at_s)
-        faults, dice = self.module.setup, self._dice
         self.module.advance(now_s)
-        while self.module.out:
+        faults, dice, arrived = self.module.setup, self._dice, bytearray()
+        while self.module.out and self.module.out[0].ends_s + faults.lag_ms / 1000 <= now_s:
             sent = self.module.out.popleft()
             if faults.mute or dice.random() < faults.drop:
                 continue
@@ -58,28 +57,24 @@ class Wire:
             if faults.corrupt:
                 masks = (1 << dice.randrange(8) if dice.random() < faults.corrupt else 0 for _ in data)
                 data = bytes(byte ^ mask for byte, mask in zip(data, masks, strict=True))
-            self.deliver(data, sent.ends_s)
-        arrived = bytearray()
-        while self._to_host and self._to_host[0][0] <= now_s:
-            arrived += self._to_host.popleft()[1]
+            arrived += data
         return bytes(arrived)
 
     def next_due(self, now_s: float) -> float:
         """Return when something is to be read, or happens to the module; infinity for never."""
+        dues_s = [self.module.due_s]
+        if self._to_module:
+            dues_s.append(self._to_module[0][0])
         if self.module.out:
-            return now_s
-        dues_s = [queue[0][0] for queue in (self._to_module, self._to_host) if queue]
-        return max(now_s, min([*dues_s, self.module.due_s]))
+            dues_s.append(self.module.out[0].ends_s + self.module.setup.lag_ms / 1000)
+        return max(now_s, min(dues_s))
 
     def clear(self, now_s: float) -> None:
         """Discard all that is on its way: the adapter was unplugged, or the port is being opened."""
         self.read(now_s)
         self._to_module.clear()
-        self._to_host.clear()
+        self.module.out.clear()
         self._free_s = -math.inf
-
-    def deliver(self, data: bytes, at_s: float) -> None:
-        self._to_host.append((at_s + self.module.setup.lag_ms / 1000, data))
 
     def _received(self, data: bytes, sent_baud: int | None, read_baud: int | None) -> bytes:
         """Return what a receiver at this rate makes of it: at another one as many wrong bytes as fit into the time."""

@@ -55,7 +55,7 @@ def refuse(bench: SimulatedBench) -> Callable[[], None]:
             held = INVERTED.encode(getattr(module.state, command.name.replace("trigger", "is_enabled")))
         else:
             held = getattr(module.memory, command.name)
-        bench.wire.deliver(encode_reply(command.code, held), bench.clock())
+        bench.module.send(encode_reply(command.code, held), bench.clock())
         return False
 
     return at_each_frame(bench, answered)
@@ -63,7 +63,7 @@ def refuse(bench: SimulatedBench) -> Callable[[], None]:
 
 def echo(bench: SimulatedBench) -> Callable[[], None]:
     """What the host sends comes back to it. Return what ends it."""
-    return at_each_frame(bench, lambda request: bench.wire.deliver(request.encode(), bench.clock()))
+    return at_each_frame(bench, lambda request: bench.module.send(request.encode(), bench.clock()))
 
 
 def restart_silently(bench: SimulatedBench) -> None:
