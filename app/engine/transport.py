@@ -241,11 +241,13 @@ def open_line(port: str, baud_rate: int) -> SerialLine:
     """
     refuse_unsupported(port)
     if "app.port_urls" not in serial.protocol_handler_packages:
-        serial.protocol_handler_packages.insert(0, "app.port_urls")  # before pyserial's: for rfc2217:// it has one, too
+        serial.protocol_handler_packages.append("app.port_urls")
     url = port.replace("shared:", "socket:", 1) if is_shared(port) else port  # the same on the line
+    # pyserial takes no limit of writing for RFC 2217, whose socket it gives five seconds.
+    limit_s = None if port.startswith("rfc2217:") else WRITE_LIMIT_S
     try:
         opened = serial.serial_for_url(
-            url, do_not_open=True, baudrate=baud_rate, timeout=READ_SLICE_S, write_timeout=WRITE_LIMIT_S
+            url, do_not_open=True, baudrate=baud_rate, timeout=READ_SLICE_S, write_timeout=limit_s
         )
         if "://" not in port:
             opened.exclusive = True

@@ -1,1 +1,1 @@
-"""Additional port URLs for pyserial: sim://, and rfc2217:// with a limit of writing."""
+"""An additional port URL for pyserial: sim://, the simulated module."""
