@@ -17,7 +17,7 @@ from contextlib import suppress
 from functools import partial
 from ipaddress import ip_address
 from select import select
-from typing import Any, Literal
+from typing import Any, Literal, NamedTuple
 
 from app.engine.conversation import ConversationView, reason_message
 from app.engine.procedure import SHARED, Ask, Job, Procedure
@@ -51,14 +51,13 @@ CHUNK = 4096
 Event = Literal["joined", "left", "dropped", "refused", "lock", "locked", "not_locked", "ended"]
 
 
-class Reader:
+class Reader(NamedTuple):
     """One reader: its connection, and what is kept of it."""
 
-    def __init__(self, client: socket.socket, name: str) -> None:
-        self.client = client
-        self.name = name
-        self.parser = StreamParser()
-        self.refused: set[int] = set()  # codes, each told once
+    client: socket.socket
+    name: str
+    parser: StreamParser
+    refused: set[int]  # codes, each told once
 
     def fileno(self) -> int:
         return self.client.fileno()
@@ -142,7 +141,7 @@ class Sharing:
             client, address = self._listener.accept()
             client.setblocking(False)
             client.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
-            reader = Reader(client, f"{address[0]}:{address[1]}")
+            reader = Reader(client, f"{address[0]}:{address[1]}", StreamParser(), set())
             self.readers.append(reader)
             self._tell("joined", reader.name, "")
             if len(self.readers) > MOST_READERS:

@@ -121,7 +121,7 @@ MAX_TRIPS = 4096
 
 
 class LinkStatistics:
-    """They belong to one thread."""
+    """Counts and round trips. For one thread."""
 
     def __init__(self) -> None:
         self._trips_s: deque[float] = deque(maxlen=MAX_TRIPS)
@@ -129,7 +129,6 @@ class LinkStatistics:
         self.totals = Counters()
 
     def on_batch(self, batch: Batch) -> None:
-        """Processes one batch; to be called for every batch, in order."""
         if batch.counters is not None:
             self.totals = batch.counters
         for event in batch.events:

@@ -224,7 +224,7 @@ def test_a_hostile_reader_holds_up_neither_lock_nor_another_reader(name: str, sh
 def test_a_reader_that_does_not_read_is_dropped() -> None:
     told: list[str] = []
     listener, _, _ = sharing.listen_at("127.0.0.1", 0)
-    shares = sharing.Sharing(listener, bool, bool, lambda event, *_: told.append(event))
+    shares = sharing.Sharing(listener, lambda *_: None, lambda _: None, lambda event, *_: told.append(event))
     with socket.create_connection(listener.getsockname()):
         shares.turn(PATIENCE_S)
         for _ in range(100_000):  # the system keeps less for it
