@@ -106,7 +106,8 @@ class Sharing:
     def turn(self, longest_s: float) -> None:
         """Do what is due, and wait at most `longest_s` for readers."""
         self._ask_next()
-        ready, _, _ = select([self._listener, *self.readers], [], [], longest_s)
+        watched: list[socket.socket | Reader] = [self._listener, *self.readers]
+        ready, _, _ = select(watched, [], [], longest_s)
         for one in ready:
             if isinstance(one, Reader):
                 self._hear(one)

@@ -70,10 +70,9 @@ class FleetMembers:
 
     def card(self, port: Port) -> Card:
         module = port.module
-        device = port_text(port.target)
         return Card(
-            port=device,
-            link=port.state._replace(port=device),
+            port=port_text(port.target),
+            link=port.state,
             conversation=module.view,
             activation=module.activation,
             may_have_fired=module.may_have_fired,
