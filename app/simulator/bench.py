@@ -111,7 +111,7 @@ class SimulatedBench:
             self.module.world = Physics(cell_v=dice.choice((3.64, 3.9, 4.1)))
             self.module.power_on(now_s - dice.randrange(20, 5400))
             self.module.activate(is_active=True)
-            self.module.fire(dice.choice((Source.ATTITUDE, Source.FREEFALL, Source.SERIAL | Source.PWM)), now_s)
+            self.module.fire(dice.choice((Source.ATTITUDE, Source.FREEFALL, Source.PWM)), now_s)
         self.module.world = self.world
         self.module.power_off()
         self.wire.clear(now_s)
