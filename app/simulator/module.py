@@ -198,7 +198,8 @@ class SimulatedModule:
         self.send(HEARTBEAT_REPLY, now_s)
 
         def beat_again(at_s: float) -> None:
-            if self.is_on:
+            # Not where it was switched off since, or off and on.
+            if self.is_on and at_s == self._booted_s + BOOT_GAP_S:
                 self.send(HEARTBEAT_REPLY, at_s)
 
         self.plan(now_s + BOOT_GAP_S, beat_again)
