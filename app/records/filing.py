@@ -7,11 +7,12 @@ Used by the window and the command line. Where the store fails, the verdict and 
 import logging
 from collections import Counter
 from collections.abc import Iterable, Sequence
-from dataclasses import replace
 from datetime import UTC, datetime, timedelta
 from itertools import islice, pairwise
 from pathlib import Path
 from typing import Any, NamedTuple
+
+from msgspec.structs import asdict
 
 from app.engine.target import is_simulated
 from app.guided.results import last_tests
@@ -78,7 +79,6 @@ def file_check(
     instead. Waits for the store."""
     at = local_now()
     adapter = adapter or evidence.port
-    person = replace(person, module=_name_of(person))
     trouble: UserError | None = None
     if past is None:
         past = Past(module=person.module)
@@ -102,7 +102,6 @@ def judge_check(
     evidence: Evidence, profile: Profile, person: Person, past: Past, *, folder: Path, adapter: str, at: datetime
 ) -> Filed:
     """Judges and signs a check; it is not kept yet. `folder`: of this station's key."""
-    person = replace(person, module=_name_of(person))
     assessment = assess(Case(evidence=evidence, profile=profile, past=past, person=person))
     record = make_record(assessment, at=at, adapter=adapter)
     try:
@@ -110,10 +109,6 @@ def judge_check(
     except UserError as error:
         _log.warning("The record is not signed: %s", error)
         return Filed(assessment, record, None, error)
-
-
-def _name_of(person: Person) -> str | None:
-    return clean(person.module.strip()) if person.module is not None and person.module.strip() else None
 
 
 def _past(facts: Facts, name: str | None, evidence: Evidence, adapter: str, at: datetime) -> Past:
@@ -191,21 +186,14 @@ def keep_check(facts: Facts, filed: Filed) -> None:
 # The checks that are kept
 
 
-class CheckLine(NamedTuple):
-    """One check as a list shows it. `id` names its fact, for `document_of`; `at` is ISO 8601 in UTC; `code` stands for
-    the settings; `is_fired_since` says that a deploy left or a TRIGGERED was seen after it, so that what it said of the
-    module is no longer so."""
+class CheckLine(PreflightCheck, frozen=True, kw_only=True):
+    """One check as a list shows it, without its document. `id` names its fact, for `document_of`; `at` is ISO 8601 in
+    UTC; `is_fired_since` says that a deploy left or a TRIGGERED was seen after it, so that what it said of the module
+    is no longer so."""
 
     id: str
     at: str
     module: str | None
-    verdict: str
-    is_void: bool
-    is_simulated: bool
-    who: str
-    aircraft: str
-    code: str | None
-    cell_voltage_v: float | None
     is_fired_since: bool
 
     @property
@@ -232,22 +220,18 @@ def check_line(check: Kept[PreflightCheck], fired: Iterable[Kept[Any]] = ()) -> 
     """`fired`: when its module may have fired."""
     content = check.content
     is_fired_since = any(one.at > check.at and is_simulated(one.content.port) is content.is_simulated for one in fired)
+    # Others may have written anything.
+    shown = {"who": clean(content.who), "aircraft": clean(content.aircraft), "document": ""}
     return CheckLine(
+        **(asdict(content) | shown),
         id=check.row.id,
         at=check.at,
         module=check.row.module,
-        verdict=content.verdict,
-        is_void=content.is_void,
-        is_simulated=content.is_simulated,
-        who=clean(content.who),
-        aircraft=clean(content.aircraft),
-        code=content.code,
-        cell_voltage_v=content.cell_voltage_v,
         is_fired_since=is_fired_since,
     )
 
 
-def checks_in(facts: Facts, module: str | None = None) -> tuple[CheckLine, ...]:
+def checks_in(facts: Facts, module: str | None) -> tuple[CheckLine, ...]:
     """Newest first, of one module (None: modules without a name). Takes up to a millisecond for each: not for the
     window's thread."""
     fired = () if module is None else all_fired(facts, module)

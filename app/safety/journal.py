@@ -8,7 +8,7 @@ intended, outcome unknown.
 from collections.abc import Mapping
 from concurrent.futures import Future
 from enum import Enum
-from types import MappingProxyType
+from typing import Any
 
 from app.engine.procedure import Procedure, wait_for
 from app.text.messages import UserError
@@ -34,36 +34,33 @@ class Act(Enum):
     WRITE = "write"  # a setting other than the baud rate
 
 
-# Title, effect, and the frame of those that are one fixed frame.
-_ACTS: Mapping[Act, tuple[str, str, Request | None]] = {
-    Act.LOCK: (marked("Lock"), marked("Treat it as ready to fire until it reports LOCKED."), LOCK),
-    Act.ACTIVATE: (
-        marked("Activate"),
-        marked("An active module fires when it tips over or falls."),
-        ACTIVATION.set(True),
-    ),
-    Act.ZERO: (
-        marked("Zero the sensor"),
-        marked("Takes this position as level; for small mounting errors only."),
-        BY_NAME["zero_sensor"].query(),
-    ),
-    Act.SHUTDOWN: (
-        marked("Shut down"),
-        marked("Off until its switch (2 s) or external power."),
-        BY_NAME["shutdown"].set(True),
-    ),
-    Act.FORBID_DEPLOY: (
-        marked("Forbid serial trigger"),
-        marked("Over serial only: it still fires by itself."),
-        BY_NAME["deploy"].set(False),
-    ),
-    Act.DEPLOY: (marked("Deploy"), marked("Fires the parachute."), BY_NAME["deploy"].set(True)),
-    Act.CHANGE_BAUD: (marked("Change the baud rate"), marked("The vendor advises not to change it."), None),
-    Act.WRITE: (marked("Write a setting"), marked("Write a setting"), None),
+TITLES: Mapping[Act, str] = {
+    Act.LOCK: marked("Lock"),
+    Act.ACTIVATE: marked("Activate"),
+    Act.ZERO: marked("Zero the sensor"),
+    Act.SHUTDOWN: marked("Shut down"),
+    Act.FORBID_DEPLOY: marked("Forbid serial trigger"),
+    Act.DEPLOY: marked("Deploy"),
+    Act.CHANGE_BAUD: marked("Change the baud rate"),
+    Act.WRITE: marked("Write a setting"),
 }
-TITLES = MappingProxyType({act: title for act, (title, _, _) in _ACTS.items()})
-EFFECTS = MappingProxyType({act: effect for act, (_, effect, _) in _ACTS.items()})
-REQUESTS = MappingProxyType({act: request for act, (_, _, request) in _ACTS.items() if request is not None})
+# What a person is told before it is done.
+EFFECTS: Mapping[Act, str] = {
+    Act.ACTIVATE: marked("An active module fires when it tips over or falls."),
+    Act.ZERO: marked("Takes this position as level; for small mounting errors only."),
+    Act.SHUTDOWN: marked("Off until its switch (2 s) or external power."),
+    Act.FORBID_DEPLOY: marked("Over serial only: it still fires by itself."),
+    Act.DEPLOY: marked("Fires the parachute."),
+}
+# The frame of those that are one fixed frame.
+REQUESTS: Mapping[Act, Request] = {
+    Act.LOCK: LOCK,
+    Act.ACTIVATE: ACTIVATION.set(True),
+    Act.ZERO: BY_NAME["zero_sensor"].query(),
+    Act.SHUTDOWN: BY_NAME["shutdown"].set(True),
+    Act.FORBID_DEPLOY: BY_NAME["deploy"].set(False),
+    Act.DEPLOY: BY_NAME["deploy"].set(True),
+}
 
 
 class Outcome(Enum):
@@ -75,8 +72,8 @@ class Outcome(Enum):
     NOT_SENT = "not sent"
 
 
-# The future of the entry's id, done once it is durable; raises `UserError` if it could not be written.
-Entry = Future[str]
+# The future of an entry, done once it is durable; raises `UserError` if it could not be written.
+Entry = Future[Any]
 
 
 class Journal:

@@ -20,6 +20,7 @@ from msgspec import Struct, ValidationError, convert
 from msgspec.structs import replace
 
 from app.engine.conversation import ConversationView
+from app.engine.target import is_simulated
 from app.safety.last_known import keep_away
 from app.system.clock import MINUTE, local_time
 from app.text.i18n import tr
@@ -82,6 +83,8 @@ def all_left(states: States) -> tuple[LeftActive, ...]:
 
 def keep_left(states: States, left: LeftActive) -> None:
     """It is ACTIVE, or may be, and nobody saw it locked. `left.intent`: the act that is about to make it so."""
+    if is_simulated(left.port):
+        return
     _log.debug("left ACTIVE: %s", left)
     before = _kept(states).get(left.run)
     if before is not None:

@@ -13,9 +13,6 @@ from concurrent.futures import Future
 from datetime import datetime
 from typing import Any, NamedTuple
 
-from msgspec.structs import replace
-
-from app.engine.target import is_simulated
 from app.safety.journal import NOTE, Act, Entry, Journal, Outcome
 from app.safety.left_active import LeftActive, drop_intent, keep_left, note_locked, note_safe
 from app.store.fact_store import Facts, Kept, Store, StoreError
@@ -37,13 +34,21 @@ class Where(NamedTuple):
     name: str = ""
     run: str = ""
 
-    def left_active(self, at: str) -> LeftActive:
+    def left_active(self, at: str, **more: Any) -> LeftActive:
         """Return what this connection leaves ACTIVE. `at` is ISO 8601 in UTC."""
-        return LeftActive(run=self.run, module=self.name, port=self.port, adapter=self.adapter, at=at)
+        return LeftActive(run=self.run, module=self.name, port=self.port, adapter=self.adapter, at=at, **more)
 
 
-def begin(facts: Facts, act: Act, frame: bytes, detail: Mapping[str, object], where: Where) -> str:
-    """The intent; its id. A note in the detail is a field of its own.
+class Intent(NamedTuple):
+    """An intent that is kept. `id` is that of its fact."""
+
+    id: str
+    act: Act
+    where: Where
+
+
+def begin(facts: Facts, act: Act, frame: bytes, detail: Mapping[str, object], where: Where) -> Intent:
+    """Add the intent. A note in the detail is a field of its own.
 
     From now on the module counts as left ACTIVE, if the act may leave that behind."""
     plain = _plain(detail)
@@ -58,35 +63,34 @@ def begin(facts: Facts, act: Act, frame: bytes, detail: Mapping[str, object], wh
         detail=plain,
     )
     row = facts.add(intent, where.name or None)
-    if act in _LEAVES_ACTIVE and not is_simulated(where.port):
-        left = where.left_active(row.made_at)
-        keep_left(facts, replace(left, is_lock_unconfirmed=act is Act.LOCK, intent=row.id))
-    return row.id
+    if act in _LEAVES_ACTIVE:
+        keep_left(facts, where.left_active(row.made_at, is_lock_unconfirmed=act is Act.LOCK, intent=row.id))
+    return Intent(row.id, act, where)
 
 
-def settle(facts: Facts, intent: str, act: Act, where: Where, outcome: Outcome, result: Mapping[str, object]) -> None:
+def settle(facts: Facts, intent: Intent, outcome: Outcome, result: Mapping[str, object]) -> None:
     """Add what came of an intent; to be called once."""
-    facts.add(ActEnded(of=intent, outcome=outcome, result=_plain(result)), where.name or None)
+    id_, act, where = intent
+    facts.add(ActEnded(of=id_, outcome=outcome, result=_plain(result)), where.name or None)
     has_done_nothing = outcome is Outcome.NOT_SENT or (act is Act.ACTIVATE and outcome is Outcome.REFUSED)
     if act in (Act.LOCK, Act.SHUTDOWN) and outcome is Outcome.CONFIRMED:
         note_locked(facts, where.run)
     elif act in _LEAVES_ACTIVE and has_done_nothing:
-        drop_intent(facts, where.run, intent)
+        drop_intent(facts, where.run, id_)
 
 
 def note_report(facts: Facts, where: Where, *, is_active: bool) -> None:
     """Note what the module reports: when that changes, when it gets a name, and at the end of its conversation."""
-    if not is_active:
-        note_locked(facts, where.run)
-    elif not is_simulated(where.port):
+    if is_active:
         keep_left(facts, where.left_active(time_text(facts.now())))
+    else:
+        note_locked(facts, where.run)
 
 
 def note_said_safe(facts: Facts, left: LeftActive, origin: str) -> None:
     """A person says that it is locked, or switched off. Nothing was sent: that stands in the log without a frame."""
     where = Where(left.port, origin, left.adapter, left.module, left.run)
-    intent = begin(facts, Act.LOCK, b"", {"reported_by": "person"}, where)
-    settle(facts, intent, Act.LOCK, where, Outcome.CONFIRMED, {"sent": 0})
+    settle(facts, begin(facts, Act.LOCK, b"", {"reported_by": "person"}, where), Outcome.CONFIRMED, {"sent": 0})
     note_safe(facts, left)
 
 
@@ -106,29 +110,27 @@ class StoreJournal(Journal):
         """Both are called in the store's thread: `find_where`, as an adapter may take seconds to be found, and
         `on_trouble` with the reason why an entry could not be written."""
         self._store, self._find_where, self._on_trouble = store, find_where, on_trouble
-        # The acts without an outcome.
-        self._acts: dict[Entry, Act] = {}
 
     def begin(self, act: Act, frame: bytes, detail: Mapping[str, object]) -> Entry:
         given = dict(detail)
-        entry = self._store.write(lambda facts: begin(facts, act, frame, given, self._find_where()))
-        self._acts[entry] = act
-        entry.add_done_callback(self._tell)
-        return entry
+        return self._write(lambda facts: begin(facts, act, frame, given, self._find_where()))
 
     def settle(self, entry: Entry, outcome: Outcome, result: Mapping[str, object]) -> None:
-        """Write the outcome behind its entry: the queue keeps the order. An intent that was not written has no outcome
-        to write."""
+        """Write the outcome behind its entry: the queue keeps the order. An intent that was not written has none."""
         kept = dict(result)
-        act = self._acts.pop(entry, None)
 
         def write(facts: Facts) -> None:
-            if act is not None and not entry.cancelled() and entry.exception() is None:
-                settle(facts, entry.result(), act, self._find_where(), outcome, kept)
+            if not entry.cancelled() and entry.exception() is None:
+                settle(facts, entry.result(), outcome, kept)
 
-        self._store.write(write).add_done_callback(self._tell)
+        self._write(write)
 
-    def _tell(self, written: "Future[str] | Future[None]") -> None:
+    def _write(self, work: Callable[[Facts], Any]) -> "Future[Any]":
+        written = self._store.write(work)
+        written.add_done_callback(self._tell)
+        return written
+
+    def _tell(self, written: "Future[Any]") -> None:
         error = None if written.cancelled() else written.exception()
         if isinstance(error, StoreError):
             _log.warning("The audit log cannot be written: %s", error)

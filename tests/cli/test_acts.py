@@ -231,9 +231,8 @@ def line() -> Iterator[str]:
 def leave(port: str, module: str = "", act: Act = Act.ACTIVATE, outcome: Outcome = Outcome.CONFIRMED) -> None:
     """As another process logged it, whose clock was an hour ahead."""
     with closing(open_store(clock=lambda: utc_now() + timedelta(hours=1))) as store:
-        run = f"before {module}"
-        entry = begin(store, act, REQUESTS[act].encode(), {}, port=port, name=module, run=run)
-        settle(store, entry, act, outcome, {}, port=port, name=module, run=run)
+        entry = begin(store, act, REQUESTS[act].encode(), {}, port=port, name=module, run=f"before {module}")
+        settle(store, entry, outcome)
 
 
 def left() -> list[str]:

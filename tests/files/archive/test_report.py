@@ -144,7 +144,7 @@ def seen(store: Store, boot_count: int, **settings: Any) -> None:
 def write(store: Store, outcome: Outcome, *, note: str = "", **detail: Any) -> None:
     detail |= {NOTE: note} if note else {}
     intent = begin(store, Act.WRITE, b"\x20", detail, port="P", name="M-07")
-    settle(store, intent, Act.WRITE, outcome, port="P", name="M-07")
+    settle(store, intent, outcome)
 
 
 def history(store: Store) -> tuple[list[HistoryEvent], list[str]]:

@@ -38,10 +38,10 @@ def test_an_intent_without_an_outcome_reads_as_unknown(tmp_path: Path) -> None:
     with closing(open_store(tmp_path, clock=lambda: noon)) as store:
         first = begin(store, Act.ZERO, FRAME, {"tilt_deg": 3}, port="sim://", origin="command line")
         second = begin(store, Act.LOCK, FRAME, {}, port="sim://")
-        settle(store, second, Act.LOCK, Outcome.CONFIRMED, {"active": False}, port="sim://")
+        settle(store, second, Outcome.CONFIRMED, {"active": False})
     with closing(open_store(tmp_path)) as store:
         newest, oldest = audit(store)
-    assert (oldest.id, oldest.outcome, oldest.origin) == (first, Outcome.UNKNOWN, "command line")
+    assert (oldest.id, oldest.outcome, oldest.origin) == (first.id, Outcome.UNKNOWN, "command line")
     assert (oldest.act, oldest.frame, oldest.detail) == (Act.ZERO, FRAME, {"tilt_deg": 3})
     assert oldest.at.startswith("2026-01-02T12:00:00.")
     assert (newest.outcome, newest.result) == (Outcome.CONFIRMED, {"active": False})
@@ -71,7 +71,7 @@ def test_what_is_left_active(acts: list[tuple[Act, Outcome | None]], left: list[
             with closing(open_store(tmp_path)) as store:  # also after `kill -9`
                 entry = begin(store, act, FRAME, {}, port=port, name="M-07", run=port)
                 if outcome is not None:
-                    settle(store, entry, act, outcome, port=port, name="M-07", run=port)
+                    settle(store, entry, outcome)
     with closing(open_store(tmp_path)) as store:
         found = store.read(all_left)
     assert [(one.port, one.is_lock_unconfirmed) for one in found] == [(PORT, is_lock) for is_lock in left]

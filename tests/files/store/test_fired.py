@@ -46,10 +46,10 @@ def file(store: Store, name: str | None = "M-07") -> Filed:
 
 def deploy(store: Store, outcome: Outcome | None, name: str = "M-07", port: str = PORT) -> None:
     """None: the program ended before it knew what came of it."""
-    where: dict[str, Any] = {"port": port, "adapter": ADAPTER, "name": name, "run": "run"}
-    intent = begin(store, Act.DEPLOY, REQUESTS[Act.DEPLOY].encode(), {}, **where)
+    frame = REQUESTS[Act.DEPLOY].encode()
+    intent = begin(store, Act.DEPLOY, frame, {}, port=port, adapter=ADAPTER, name=name, run="run")
     if outcome is not None:
-        settle(store, intent, Act.DEPLOY, outcome, **where)
+        settle(store, intent, outcome)
 
 
 def trigger(store: Store, name: str = "M-07") -> None:

@@ -70,18 +70,18 @@ def audit(store: Store, *which: Act) -> tuple[AuditEntry, ...]:
     return tuple(entry for entry in found if not which or entry.act in which)
 
 
-def begin(store: Store, act: Act, frame: bytes, detail: Mapping[str, object], *, port: str, **where: Any) -> str:
+def begin(
+    store: Store, act: Act, frame: bytes, detail: Mapping[str, object], *, port: str, **where: Any
+) -> acts.Intent:
     """`where`: other fields of `acts.Where`."""
     here = acts.Where(port, **({"origin": "window"} | where))
     return store.write(lambda facts: acts.begin(facts, act, frame, detail, here)).result(PATIENCE_S)
 
 
 def settle(
-    store: Store, intent: str, act: Act, outcome: Outcome, result: Mapping[str, object] = MappingProxyType({}),
-    *, port: str, **where: Any,
-) -> None:  # fmt: skip
-    here = acts.Where(port, **({"origin": "window"} | where))
-    store.write(lambda facts: acts.settle(facts, intent, act, here, outcome, result)).result(PATIENCE_S)
+    store: Store, intent: acts.Intent, outcome: Outcome, result: Mapping[str, object] = MappingProxyType({})
+) -> None:
+    store.write(lambda facts: acts.settle(facts, intent, outcome, result)).result(PATIENCE_S)
 
 
 def checks_of(store: Store, name: str | None) -> tuple[CheckLine, ...]:
