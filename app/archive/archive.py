@@ -18,6 +18,7 @@ from msgspec import Meta, Struct, field
 
 from app.archive.places import FilePlace, PostgresPlace, digests, is_server, lengths_in, rows_in
 from app.records.verification import StationNames, is_of_row
+from app.store import rows
 from app.store.fact_store import (
     INSERT,
     Facts,
@@ -29,18 +30,6 @@ from app.store.fact_store import (
     set_aside,
     unusable,
     utc_now,
-)
-from app.store.rows import (
-    AHEAD,
-    MAX_CONTENT_BYTES,
-    BadRow,
-    Count,
-    PreflightCheck,
-    Row,
-    StationNamed,
-    check_row,
-    content_of,
-    time_in_id,
 )
 from app.store.station import shown_key
 from app.text.messages import clean
@@ -58,6 +47,7 @@ _REFUSED = """
         place TEXT NOT NULL, id TEXT NOT NULL, why TEXT NOT NULL, "on" TEXT NOT NULL, PRIMARY KEY (place, id)
     ) STRICT
 """
+_DAMAGED = marked("The records of other stations are damaged, and kept as {file}: they come with the next exchange.")
 PAGE_ROWS = 1000
 PAGE_BYTES = 8_000_000
 NAMED = 20
@@ -76,11 +66,11 @@ class ArchiveStatus(Struct, forbid_unknown_fields=True):
     nothing."""
 
     station: str
-    facts: Count
-    own: Count
+    facts: rows.Count
+    own: rows.Count
     stations: list[StationName]
     server: str | None
-    not_shared: Count
+    not_shared: rows.Count
     last_sync_at: Annotated[str, Meta(extra_json_schema={"format": "date-time"})] | None
     stations_ahead: list[str]
 
@@ -101,18 +91,13 @@ def all_facts(store: Store) -> Iterator[Facts]:
             connection.execute("ATTACH ? AS own", (f"{store.path.as_uri()}?mode=ro",))
             connection.execute("CREATE TEMP VIEW facts AS SELECT * FROM main.facts UNION ALL SELECT * FROM own.facts")
             yield Facts(connection, store.station, utc_now)
+    except sqlite3.OperationalError as error:  # a lock, a full disk or a missing permission: it is not bad
+        raise unusable(path, error) from error
     except sqlite3.Error as error:
-        raise _error_of(error, path, store) from error
-
-
-def _error_of(error: sqlite3.Error, path: Path, store: Store) -> StoreError:
-    if isinstance(error, sqlite3.OperationalError):  # a lock, a full disk or a missing permission: it is not bad
-        return unusable(path, error)
-    if is_whole(path):
-        return unusable(store.path, error)
-    _log.warning("%s is damaged, and replaced by an empty one: %s", path, error)
-    text = marked("The records of other stations are damaged, and kept as {file}: they come with the next exchange.")
-    return StoreError(text, file=set_aside(path))
+        if is_whole(path):
+            raise unusable(store.path, error) from error
+        _log.warning("%s is damaged, and replaced by an empty one: %s", path, error)
+        raise StoreError(_DAMAGED, file=set_aside(path)) from error
 
 
 def status_of(store: Store) -> ArchiveStatus:
@@ -123,7 +108,7 @@ def status_of(store: Store) -> ArchiveStatus:
         others, own = facts.connection.execute(query).fetchone()
         later = "SELECT DISTINCT station FROM facts WHERE id > ? ORDER BY station"
         # Only the ids of facts that were made later are greater.
-        ahead = facts.connection.execute(later, (f"{time_in_id(datetime.now(UTC) + AHEAD)}g",))
+        ahead = facts.connection.execute(later, (f"{rows.time_in_id(datetime.now(UTC) + rows.AHEAD)}g",))
         return ArchiveStatus(
             station=shown_key(store.station),
             facts=others + own,
@@ -149,7 +134,7 @@ def exchanged(store: Store, place: str) -> tuple[str | None, int]:
 def introductions(facts: Facts) -> list[tuple[str, str]]:
     """The keys of stations with what they call themselves, the oldest first. A name is no trust, and only a station
     itself introduces itself."""
-    kept = facts.of_kind(StationNamed)
+    kept = facts.of_kind(rows.StationNamed)
     return [(one.content.public_key, one.content.name) for one in kept if one.row.station == one.content.public_key]
 
 
@@ -183,10 +168,10 @@ class Synced(Struct, forbid_unknown_fields=True):
     when they are first met; `left_out_count` counts all of the place, also those that were named before that day."""
 
     place: str
-    sent: Count = 0
-    received: Count = 0
+    sent: rows.Count = 0
+    received: rows.Count = 0
     left_out: list[LeftOut] = field(default_factory=list)
-    left_out_count: Count = 0
+    left_out_count: rows.Count = 0
 
 
 def sync(store: Store, address: str) -> Synced:
@@ -203,7 +188,8 @@ def sync(store: Store, address: str) -> Synced:
         here.execute("CREATE TEMP TABLE left_out AS SELECT id FROM refused WHERE place = ?", (place.name,))
         left_out = {id_ for (id_,) in here.execute("SELECT id FROM left_out")}
         # With what was left out, else the two sides would never be equal.
-        ours = digests(here, "main.facts", "own.facts", "temp.left_out")
+        here.execute("CREATE TEMP VIEW known AS SELECT id FROM facts UNION ALL SELECT id FROM left_out")
+        ours = digests(here, "known")
         theirs = place.buckets()
         differing = {one for one in ours.keys() | theirs.keys() if ours.get(one) != theirs.get(one)}
         done = Synced(place.name)
@@ -215,7 +201,7 @@ def sync(store: Store, address: str) -> Synced:
         for bucket in sorted(differing & ours.keys()):
             here_ids = lengths_in(here, bucket)
             for ids in _pages(here_ids, here_ids.keys() - place.lengths(bucket).keys()):
-                done.sent += place.add(sorted(Row(*row) for row in rows_in(here, ids)))
+                done.sent += place.add(sorted(rows_in(here, ids)))
         count = "SELECT count(*) FROM refused WHERE place = ?"
         done.left_out_count = here.execute(count, (place.name,)).fetchone()[0]
         at = datetime.now(UTC).isoformat(timespec="seconds")
@@ -227,21 +213,21 @@ def _receive(
     here: sqlite3.Connection, place: FilePlace | PostgresPlace, lengths: Mapping[str, int], today: str, done: Synced
 ) -> None:
     """Take one page: each row is checked, the good ones are kept and the others are remembered."""
-    rows = {row[0]: row for row in place.rows([id_ for id_ in lengths if lengths[id_] <= MAX_CONTENT_BYTES])}
+    found = {row[0]: row for row in place.rows([id_ for id_ in lengths if lengths[id_] <= rows.MAX_CONTENT_BYTES])}
     good, bad = [], []
     for id_, length in lengths.items():
         try:
-            if length > MAX_CONTENT_BYTES:
-                raise BadRow("too large")
-            if id_ not in rows:
-                raise BadRow("cannot be read")
-            row = check_row(rows[id_])
+            if length > rows.MAX_CONTENT_BYTES:
+                raise rows.BadRow("too large")
+            if id_ not in found:
+                raise rows.BadRow("cannot be read")
+            row = rows.check_row(found[id_])
             # The record of a check is verified once, where its row comes in.
-            check = content_of(row, PreflightCheck)
+            check = rows.content_of(row, rows.PreflightCheck)
             if check is not None and not is_of_row(check, row):
-                raise BadRow("its record says something else")
+                raise rows.BadRow("its record says something else")
             good.append(row)
-        except BadRow as error:
+        except rows.BadRow as error:
             bad.append(LeftOut(id_, clean(str(error), longest=200)))
     before = here.total_changes
     with here:  # which commits, or rolls back where it fails
@@ -262,6 +248,6 @@ def _pages(lengths: Mapping[str, int], wanted: set[str]) -> Iterator[list[str]]:
             yield page
             page, size = [], 0
         page.append(id_)
-        size += min(lengths[id_], MAX_CONTENT_BYTES)
+        size += min(lengths[id_], rows.MAX_CONTENT_BYTES)
     if page:
         yield page

@@ -19,7 +19,7 @@ from typing import Any, Final, NamedTuple
 from urllib.parse import parse_qsl, unquote
 
 from app.store.fact_store import BUSY_S, INSERT, check_or_make, check_whole, make_tables
-from app.store.rows import COLUMNS, Row
+from app.store.rows import COLUMNS
 from app.system.files import CANNOT_READ, CANNOT_WRITE
 from app.text.messages import ErrorCode, UserError, clean
 from protocol.translatable import marked
@@ -131,21 +131,21 @@ class PostgresPlace:
     def buckets(self) -> Buckets:
         digest = "md5(string_agg(id, '' ORDER BY id))"
         query = f"SELECT left(id, {BUCKET}), count(*), {digest} FROM dps_s_facts GROUP BY 1"  # noqa: S608
-        with self._troubles():
-            return {bucket: (count, found) for bucket, count, found in self._connection.execute(query)}
+        return {bucket: (count, found) for bucket, count, found in self._all(query)}
 
     def lengths(self, bucket: str) -> dict[str, int]:
         # octet_length, unlike length, does not unpack what is stored compressed.
         query = "SELECT id, octet_length(content) FROM dps_s_facts WHERE id >= %s AND id < %s"
-        with self._troubles():
-            return dict(self._connection.execute(query, (bucket, f"{bucket}g")).fetchall())
+        return dict(self._all(query, bucket, f"{bucket}g"))
 
     def rows(self, ids: list[str]) -> list[tuple[Any, ...]]:
-        query = f"SELECT {COLUMNS} FROM dps_s_facts WHERE id = ANY(%s)"  # noqa: S608
-        with self._troubles():
-            return self._connection.execute(query, (ids,)).fetchall()
+        return self._all(f"SELECT {COLUMNS} FROM dps_s_facts WHERE id = ANY(%s)", ids)  # noqa: S608
 
-    def add(self, rows: list[Row]) -> int:
+    def _all(self, query: str, *values: object) -> list[Any]:
+        with self._troubles():
+            return self._connection.execute(query, values).fetchall()
+
+    def add(self, rows: list[tuple[Any, ...]]) -> int:
         """Add rows in the order of their ids, so that two stations never wait for each other in a circle."""
         columns = [list(column) for column in zip(*rows, strict=True)]
         with self._troubles():
@@ -167,15 +167,14 @@ class PostgresPlace:
 # A file that somebody brings, as a place where facts are exchanged
 
 
-def digests(connection: sqlite3.Connection, *tables: str, where: str = "TRUE") -> Buckets:
-    """Return a digest of the ids in these tables together, for each part; the same that a server makes (md5: to
-    compare, not to protect). SQLite puts the ids of each part together, as a loop over 600,000 of them takes
-    seconds."""
-    parts = [f"SELECT DISTINCT substr(id, 1, {BUCKET}) FROM {table} WHERE {where}" for table in tables]  # noqa: S608
-    ids = " UNION ".join(f"SELECT id FROM {table} WHERE id >= ?1 AND id < ?2 AND {where}" for table in tables)  # noqa: S608
-    query = f"SELECT count(*), group_concat(id, '') FROM ({ids} ORDER BY id)"  # noqa: S608
+def digests(connection: sqlite3.Connection, table: str, where: str = "TRUE") -> Buckets:
+    """Return a digest of the ids in this table, for each part; the same that a server makes (md5: to compare, not to
+    protect). SQLite puts the ids of each part together, as a loop over 600,000 of them takes seconds."""
+    parts = f"SELECT DISTINCT substr(id, 1, {BUCKET}) FROM {table} WHERE {where}"  # noqa: S608
+    ids = f"SELECT DISTINCT id FROM {table} WHERE id >= ?1 AND id < ?2 AND {where} ORDER BY id"  # noqa: S608
+    query = f"SELECT count(*), group_concat(id, '') FROM ({ids})"  # noqa: S608
     found = {}
-    for (bucket,) in connection.execute(" UNION ".join(parts)).fetchall():
+    for (bucket,) in connection.execute(parts).fetchall():
         count, together = connection.execute(query, (bucket, f"{bucket}g")).fetchone()
         found[bucket] = (count, hashlib.md5(together.encode(), usedforsecurity=False).hexdigest())
     return found
@@ -237,7 +236,7 @@ class FilePlace:
 
     def buckets(self) -> Buckets:
         with self._troubles():
-            return digests(self._file, "facts", where=_IS_ID)
+            return digests(self._file, "facts", _IS_ID)
 
     def lengths(self, bucket: str) -> dict[str, int]:
         with self._troubles():
@@ -247,7 +246,7 @@ class FilePlace:
         with self._troubles():
             return rows_in(self._file, ids)
 
-    def add(self, rows: list[Row]) -> int:
+    def add(self, rows: list[tuple[Any, ...]]) -> int:
         """How many were new: they are durable."""
         before = self._file.total_changes
         with self._troubles(CANNOT_WRITE), self._file:  # which commits, or rolls back where it fails

@@ -18,29 +18,10 @@ from app.modules.service import RESETS_BOOT_COUNT, service_due, service_summary
 from app.records.filing import CheckLine, check_line
 from app.safety.journal import TITLES, Act, Outcome
 from app.settings.values import field_of, fitting, kept_value_message, setting_message
+from app.store import rows
 from app.store.acts import all_fired
 from app.store.fact_store import Facts, Kept, Store
-from app.store.rows import (
-    AHEAD,
-    KIND_OF,
-    ActEnded,
-    ActIntended,
-    Content,
-    GuidedTestDone,
-    Judgement,
-    MayHaveFired,
-    ModuleNamed,
-    ModuleProvisioned,
-    ModuleVisited,
-    PreflightCheck,
-    Row,
-    Serviced,
-    SettingsSeen,
-    TriggerRecordJudged,
-    TriggerRecordSeen,
-    time_text,
-)
-from app.system.clock import age_days, local_time
+from app.system.clock import local_time
 from app.text.messages import UserError, UserMessage, clean, join_sentences, joined, message
 from app.trigger_records.history import record_of, sentence
 from protocol.catalogue import BOOTS, READABLE_SETTINGS
@@ -78,7 +59,7 @@ class ModuleToday(Struct, kw_only=True):
 def report(store: Store, now: datetime) -> list[ModuleToday]:
     """Return all modules by name. It takes up to two seconds. Raises `UserError`."""
     last_at: dict[str, str] = {}
-    latest = time_text(now + AHEAD)
+    latest = rows.time_text(now + rows.AHEAD)
     with all_facts(store) as facts:
         for file in ("main", "own"):  # each by its index: of both together the whole would be read
             # What is about no module has NULL there.
@@ -91,32 +72,30 @@ def report(store: Store, now: datetime) -> list[ModuleToday]:
 def _today(facts: Facts, name: str, last_at: str, now: datetime) -> ModuleToday:
     # None of the checks but the last is read: they are large. A simulated one counts only if there is no other.
     query = "SELECT count(*) FROM facts WHERE kind = ? AND module = ?"
-    count = facts.connection.execute(query, (KIND_OF[PreflightCheck], name)).fetchone()[0]
-    checks = facts.back_from_newest(PreflightCheck, name)
+    count = facts.connection.execute(query, (rows.KIND_OF[rows.PreflightCheck], name)).fetchone()[0]
+    checks = facts.back_from_newest(rows.PreflightCheck, name)
     last = next((check for check in checks if not check.content.is_simulated), None)
-    last = last or facts.newest(PreflightCheck, name)
+    last = last or facts.newest(rows.PreflightCheck, name)
     check = None if last is None else check_line(last, all_fired(facts, name))
     # What two stations read of one module is the same record. The last word about it counts, whose it ever is.
-    seen = {kept.content.raw for kept in facts.of_module(TriggerRecordSeen, name)}
-    last_word = {kept.content.raw: kept.content.judgement for kept in facts.of_module(TriggerRecordJudged, name)}
+    seen = {kept.content.raw for kept in facts.of_module(rows.TriggerRecordSeen, name)}
+    last_word = {kept.content.raw: kept.content.judgement for kept in facts.of_module(rows.TriggerRecordJudged, name)}
     unjudged = sum(last_word.get(raw) is None for raw in seen)
     due = []
-    age = None if check is None else age_days(check.at, now)
     if check is None or check.is_simulated:
         due.append(message(marked("No pre-flight check yet.")))
     elif check.is_fired_since:
         due.append(message(marked("Since the last check it fired, or was told to.")))
     elif not check.holds:
         due.append(message(marked("The last check is not GO.")))
-    elif age is None or age > CHECK_DAYS:
+    elif check.at < rows.time_text(now - timedelta(days=CHECK_DAYS)):
         due.append(message(marked("No check within the last {days} days."), days=CHECK_DAYS))
     if unjudged:
         due.append(message(marked("Unjudged trigger records: {count}."), count=unjudged))
     tests = sorted(guided.last_tests(facts, name, counts_simulated=False).values(), key=lambda test: test.kind.value)
     due += [_guided_test(test) for test in tests if test.verdict is not guided.GuidedVerdict.PASSED]
     due += [service.text for service in service_due(facts, name, now.astimezone())]
-    doubt = two_modules(facts, name, now)
-    due += [] if doubt is None else [doubt]
+    due += two_modules(facts, name, now)
     return ModuleToday(
         name=name,
         last_at=last_at,
@@ -135,19 +114,19 @@ def _guided_test(test: guided.StoredTest) -> UserMessage:
     return message(marked("Guided test {test}: {verdict}."), test=message(guided.TITLES[test.kind]), verdict=word)
 
 
-def two_modules(facts: Facts, name: str, now: datetime) -> UserMessage | None:
-    """The last contradiction, as if two modules had this name: the boot count went back within half a year."""
+def two_modules(facts: Facts, name: str, now: datetime) -> list[UserMessage]:
+    """The last contradiction, if any, as if two modules had this name: the boot count went back within half a year."""
+    services = [kept.content for kept in facts.of_module(rows.Serviced, name)]
     # An exchange of parts that a person entered later has explained it.
-    parts = [kept.content.on for kept in facts.of_module(Serviced, name) if kept.content.service in RESETS_BOOT_COUNT]
-    explained = max(parts).isoformat() if parts else ""
-    since = time_text(now - timedelta(days=DOUBT_DAYS))
-    recent = takewhile(lambda visit: visit.at >= since, facts.back_from_newest(ModuleVisited, name))
+    explained = max((one.on.isoformat() for one in services if one.service in RESETS_BOOT_COUNT), default="")
+    since = rows.time_text(now - timedelta(days=DOUBT_DAYS))
+    recent = takewhile(lambda visit: visit.at >= since, facts.back_from_newest(rows.ModuleVisited, name))
     counted = ((one.at, one.content.boot_count) for one in recent if one.content.boot_count is not None)
     for (at, count), (at_before, before) in pairwise(counted):
         if (count - before) % BOOTS > BOOTS // 2 and at[:10] > explained:
             text = marked("Two modules? Boot count {before} on {then}, {now} on {day}.")
-            return message(text, before=before, then=at_before[:10], now=count, day=at[:10])
-    return None
+            return [message(text, before=before, then=at_before[:10], now=count, day=at[:10])]
+    return []
 
 
 # The history of one module
@@ -157,7 +136,7 @@ class HistoryEvent(NamedTuple):
     """One fact about a module as a sentence. `content` is as it is kept, of an act with its outcome and of a check
     without the signed document; `settings` are as they were known then, of a fact that tells of settings."""
 
-    row: Row
+    row: rows.Row
     text: UserMessage
     content: dict[str, Any]
     settings: Mapping[str, Value] = {}
@@ -166,13 +145,13 @@ class HistoryEvent(NamedTuple):
 def module_history(store: Store, name: str) -> list[HistoryEvent]:
     """The oldest first; empty where no station knows a module of this name. Raises `UserError`."""
     with all_facts(store) as facts:
-        return list(_events(facts, name, KIND_OF))
+        return list(_events(facts, name, rows.KIND_OF))
 
 
 def last_writes(facts: Facts, module: str) -> dict[str, UserMessage]:
     """When each setting was last written here under this name, from what to what, and the note of who did it."""
     told: dict[str, UserMessage] = {}
-    for event in _events(facts, module, (SettingsSeen, ActIntended, ActEnded)):
+    for event in _events(facts, module, (rows.SettingsSeen, rows.ActIntended, rows.ActEnded)):
         content = event.content
         # What was refused or never left changed nothing.
         may_have_changed = content.get("outcome") in (Outcome.CONFIRMED.value, Outcome.UNKNOWN.value)
@@ -183,10 +162,10 @@ def last_writes(facts: Facts, module: str) -> dict[str, UserMessage]:
     return told
 
 
-def _events(facts: Facts, name: str, types: Iterable[type[Content]]) -> Iterator[HistoryEvent]:
+def _events(facts: Facts, name: str, types: Iterable[type[rows.Content]]) -> Iterator[HistoryEvent]:
     """Return the facts of these types about a module, the oldest first."""
     kept: list[Kept[Any]] = [one for type_ in types for one in facts.of_module(type_, name)]
-    outcomes = {one.content.of: one.content.outcome for one in kept if isinstance(one.content, ActEnded)}
+    outcomes = {one.content.of: one.content.outcome for one in kept if isinstance(one.content, rows.ActEnded)}
     fired = all_fired(facts, name)
     # As far as the facts tell it, from the oldest on.
     settings: dict[str, Value] = {}
@@ -195,48 +174,48 @@ def _events(facts: Facts, name: str, types: Iterable[type[Content]]) -> Iterator
         content, plain = one.content, to_builtins(one.content)
         text: UserMessage | None = None
         match content:
-            case ModuleVisited():
+            case rows.ModuleVisited():
                 boot_count = content.boot_count
-            case SettingsSeen():
+            case rows.SettingsSeen():
                 has_restarted = boot_count is not None and (boot_count + 1) % BOOTS == content.boot_count
                 boot_count = content.boot_count
                 if content.settings:
                     text = _settings_seen(settings, content.settings, has_restarted=has_restarted)
                     settings = dict(content.settings)
-            case ActIntended():
+            case rows.ActIntended():
                 outcome = outcomes.get(one.row.id, Outcome.UNKNOWN)
                 what = _act(content, outcome, settings)
                 text = _with_note(message(_OUTCOMES[outcome], what=what), content.note)
                 plain["outcome"] = outcome.value
-            case PreflightCheck():
+            case rows.PreflightCheck():
                 del plain["document"]
                 line = check_line(one, fired)
                 who = UserMessage(line.who) if line.who else message(marked("not named"))
                 text = message(marked("Pre-flight check: {verdict}, checked by: {who}."), verdict=line.words, who=who)
-            case GuidedTestDone():
+            case rows.GuidedTestDone():
                 test = guided.read_test(one)
                 # One of a newer version is told by its word.
                 text = UserMessage(clean(content.test)) if test is None else _guided_test(test)
-            case ModuleNamed():
+            case rows.ModuleNamed():
                 text = message(marked("Named."))
-            case TriggerRecordSeen():
+            case rows.TriggerRecordSeen():
                 what = UserMessage(content.raw)
                 with suppress(ValueError):  # of another station it may be anything
                     what = sentence(record_of(bytes.fromhex(content.raw)))
                 text = message(marked("Trigger record: {what}"), what=what)
-            case TriggerRecordJudged(judgement=None):
-                text = message(marked("Judgement taken back."))
-            case TriggerRecordJudged(judgement=Judgement() as judgement):
+            case rows.TriggerRecordJudged(judgement=None):
+                text = message(marked("rows.Judgement taken back."))
+            case rows.TriggerRecordJudged(judgement=rows.Judgement() as judgement):
                 word = message(judgement.value)
                 text = _with_note(message(marked("Judged: {judgement}."), judgement=word), content.note)
-            case MayHaveFired():
+            case rows.MayHaveFired():
                 text = message(marked("It reported TRIGGERED, or was told to fire before it had this name."))
-            case Serviced():
+            case rows.Serviced():
                 text = service_summary(content)
-            case ModuleProvisioned():
+            case rows.ModuleProvisioned():
                 text = message(marked("Made in the batch {batch}."), batch=clean(content.batch))
         if text is not None:
-            tells = isinstance(content, SettingsSeen | ActIntended | PreflightCheck)
+            tells = isinstance(content, rows.SettingsSeen | rows.ActIntended | rows.PreflightCheck)
             yield HistoryEvent(one.row, text, plain, dict(settings) if tells else {})
 
 
@@ -246,9 +225,7 @@ def _with_note(text: UserMessage, note: str) -> UserMessage:
 
 def _settings_seen(before: Mapping[str, Value], now: Mapping[str, Value], *, has_restarted: bool) -> UserMessage:
     """Say what a reading tells beside the one before: whether settings outlived a restart; else all of them."""
-    # The flags of the triggers are never read: what is known of them was written, in one conversation.
-    readable = {command.key: before[command.key] for command in READABLE_SETTINGS if command.key in before}
-    changes = settings_changed(readable, now)
+    changes = settings_changed(before, now)
     if before and has_restarted:
         what = joined(changes) if changes else message(marked("settings kept"))
         return message(marked("Over the restart: {what}."), what=what)
@@ -258,7 +235,7 @@ def _settings_seen(before: Mapping[str, Value], now: Mapping[str, Value], *, has
     return message(marked("Settings: {settings}."), settings=every)
 
 
-def _act(intent: ActIntended, outcome: Outcome, settings: dict[str, Value]) -> UserMessage:
+def _act(intent: rows.ActIntended, outcome: Outcome, settings: dict[str, Value]) -> UserMessage:
     """Say what was done; of a write each value with the one before. `settings` are as they are known, kept up to
     date."""
     act = next((act for act in Act if act.value == intent.act), None)
@@ -270,12 +247,11 @@ def _act(intent: ActIntended, outcome: Outcome, settings: dict[str, Value]) -> U
         return message(TITLES[act])
     told = []
     for key, value in sorted(intent.detail.items()):
-        before = {key: settings.pop(key)} if key in settings else {}
-        told += settings_changed(before, {key: value}) or [setting_message(key, value)]
+        told += settings_changed(settings, {key: value}) or [setting_message(key, value)]
         if outcome is Outcome.CONFIRMED:
             settings[key] = value  # type: ignore[assignment]
-        elif outcome is not Outcome.UNKNOWN:
-            settings |= before
+        elif outcome is Outcome.UNKNOWN:
+            settings.pop(key, None)
     return joined(told)
 
 
