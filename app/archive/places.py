@@ -4,8 +4,8 @@ On the server is one table, to which rows are only ever added. Its address:
 
 postgresql://USER@HOST:PORT/DATABASE?sslrootcert=system
 
-Only this form without a password is shown, logged and stored. The password comes from libpq's own places (PGPASSFILE, a
-service file), or from the address. psycopg is loaded when a server is used.
+It is shown, logged and stored, so it has no password: that comes from libpq's own places (PGPASSFILE, a service file).
+psycopg is loaded when a server is used.
 """
 
 import hashlib
@@ -15,8 +15,8 @@ import sqlite3
 from collections.abc import Iterator, Mapping
 from contextlib import closing, contextmanager
 from pathlib import Path
-from typing import Any, Final, NamedTuple
-from urllib.parse import parse_qsl, unquote
+from typing import Any, Final
+from urllib.parse import parse_qsl
 
 from app.store.fact_store import BUSY_S, INSERT, check_or_make, check_whole, make_tables
 from app.store.rows import COLUMNS
@@ -28,9 +28,7 @@ from protocol.translatable import marked
 BUCKET: Final = 5
 # By the first digits of ids: how many there are, and a digest of them.
 Buckets = Mapping[str, tuple[int, str]]
-_URL: Final = re.compile(
-    r"(?i)postgres(?:ql)?://(?:(?P<user>[^@/?#:]*)(?::(?P<password>[^@/?#]*))?@)?(?P<place>[^@?#]*)(?P<query>\?[^@#]*)?"
-)
+_URL: Final = re.compile(r"(?i)postgres(?:ql)?://(?P<place>(?:[^@/?#:]*@)?[^@?#]*)(?P<query>(?:\?[^@#]*)?)")
 # A lost server is noticed within 30 s.
 _PATIENCE: Final = {
     "connect_timeout": "10",
@@ -60,29 +58,18 @@ ROOT_FILES: Final = (
 )
 
 
-class ServerUrl(NamedTuple):
-    """`shown`: the address without the password, which is for this connection only."""
-
-    shown: str
-    password: str
-    options: dict[str, str]
-
-
 def is_server(address: str) -> bool:
     return address.strip().lower().startswith(("postgresql://", "postgres://"))
 
 
-def server_url(text: str) -> ServerUrl:
-    """Read the address of a server. Raises `UserError`, whose message contains nothing of `text`, because it may
-    contain a password; one that stands anywhere but between user and host is refused."""
+def server_url(text: str) -> str:
+    """Return the address of a server as it is kept. Raises `UserError`, whose message contains nothing of `text`, for
+    one that may contain a password."""
     match = _URL.fullmatch(text.strip()) if len(text) <= 2000 else None
-    query = "" if match is None else match["query"] or ""
-    options = dict(parse_qsl(query.removeprefix("?").replace("+", "%2B")))  # libpq does not decode + as a space
-    if match is None or any(re.search("(?i)password|secret|scram", name) for name in options):
-        sentence = marked("Write {example}; in a password %2F %40 %3F %23 for / @ ? #.")
+    if match is None or any(re.search("(?i)password|secret|scram", name) for name, _ in parse_qsl(match["query"][1:])):
+        sentence = marked("Write {example}. The password belongs into ~/.pgpass or a service file.")
         raise UserError(sentence, example="postgresql://USER@HOST/DATABASE")
-    user = f"{match['user']}@" if match["user"] else ""
-    return ServerUrl(f"postgresql://{user}{match['place']}{query}", unquote(match["password"] or ""), options)
+    return f"postgresql://{match['place']}{match['query']}"
 
 
 class ServerTrouble(UserError):
@@ -96,10 +83,10 @@ class PostgresPlace:
 
     def __init__(self, address: str) -> None:
         """Makes the table where it is missing and the role may."""
-        url = server_url(address)
-        self.name = url.shown
+        self.name = server_url(address)
         try:
             import psycopg
+            from psycopg.conninfo import conninfo_to_dict
         except ImportError as error:
             install = 'pip install "dps-s-configurator[archive]"'
             raise ServerTrouble(marked("psycopg is not installed: {command}"), command=install) from error
@@ -107,12 +94,10 @@ class PostgresPlace:
         roots = [str(file) for file in ROOT_FILES if file.is_file()]
         if roots:
             os.environ.setdefault("SSL_CERT_FILE", roots[0])
-        options: dict[str, Any] = _PATIENCE | url.options
-        if url.password:
-            options["password"] = url.password
         sql = SQL_FILE.read_text(encoding="utf-8")
         with self._troubles():
-            self._connection = psycopg.connect(self.name, autocommit=True, client_encoding="UTF8", **options)
+            options: dict[str, Any] = _PATIENCE | conninfo_to_dict(self.name) | {"client_encoding": "UTF8"}
+            self._connection = psycopg.connect(autocommit=True, **options)
             try:
                 if self._connection.info.parameter_status("server_encoding") != "UTF8":
                     raise ServerTrouble(marked("The database of the archive has to be made with the encoding UTF8."))

@@ -204,7 +204,7 @@ def _events(facts: Facts, name: str, types: Iterable[type[rows.Content]]) -> Ite
                     what = sentence(record_of(bytes.fromhex(content.raw)))
                 text = message(marked("Trigger record: {what}"), what=what)
             case rows.TriggerRecordJudged(judgement=None):
-                text = message(marked("rows.Judgement taken back."))
+                text = message(marked("Judgement taken back."))
             case rows.TriggerRecordJudged(judgement=rows.Judgement() as judgement):
                 word = message(judgement.value)
                 text = _with_note(message(marked("Judged: {judgement}."), judgement=word), content.note)

@@ -3254,8 +3254,8 @@
         <translation>写入 {count} 项更改</translation>
     </message>
     <message>
-        <source>Write {example}; in a password %2F %40 %3F %23 for / @ ? #.</source>
-        <translation>请写作 {example}；密码中的 / @ ? # 写作 %2F %40 %3F %23。</translation>
+        <source>Write {example}. The password belongs into ~/.pgpass or a service file.</source>
+        <translation>请写作 {example}。密码应保存在 ~/.pgpass 或服务文件中。</translation>
     </message>
     <message>
         <source>Writing: {what}</source>

@@ -38,11 +38,8 @@ class ArchiveServer:
         """Return the URL for the socket, which needs no password."""
         return f"postgresql://{user}@/{database}?host={self.folder}&port={self.port}"
 
-    def tcp_url(self, user: str, password: str = "", database: str = "archive") -> str:
-        from urllib.parse import quote
-
-        secret = f":{quote(password, safe='')}" if password else ""
-        return f"postgresql://{user}{secret}@127.0.0.1:{self.port}/{database}"
+    def tcp_url(self) -> str:
+        return f"postgresql://{WITH_PASSWORD}@127.0.0.1:{self.port}/archive"
 
     def run(self, *statements: str, database: str = "archive") -> list[tuple[object, ...]]:
         """Execute statements as the owner; return the rows of the last one."""

@@ -81,7 +81,7 @@ class ArchivePanel(QWidget):
     """Exchanges records in a background thread, with a server by itself where one is set: one exchange at a time, and
     the window never waits for it."""
 
-    # The server that is set, without its password.
+    # The server that is set.
     _server: str | None = None
 
     def __init__(self, services: Services, page: Page) -> None:
@@ -162,14 +162,14 @@ class ArchivePanel(QWidget):
         """Exchange with the server whose address stands there, which is kept; with none, where it is empty."""
         typed, store = self.server.text(), self._services.storage.ready
         try:
-            self._server = server_url(typed).shown if typed.strip() else None
+            self._server = server_url(typed) if typed.strip() else None
         except UserError as error:
             self._say(error.sentence, needs_attention=True)
             return
-        self.server.setText(self._server or "")  # without its password
+        self.server.setText(self._server or "")
         if store is not None:
             store.set_state("server", self._server)
-        self._exchange(typed if self._server else None)
+        self._exchange(self._server)
 
     def _choose_file(self) -> None:
         """Exchange with a file: one that is there gets what it lacks, and gives what this station lacks."""
