@@ -160,16 +160,14 @@ def note_triggered(facts: Facts, module: str = "", *, port: str, adapter: str = 
 def unnamed_fired(facts: Facts, *, port: str, adapter: str = "") -> list[Kept[Any]]:
     """Return what may have fired here without a name, and that no name has claimed: it is that of the next one that is
     said here. An adapter is known by its identity, where it has one, as its port may change."""
+    claimed = {kept.at for kept in facts.of_kind(MayHaveFired) if kept.row.module is not None}
     here = []
     for fired in all_fired(facts, None):
         at = fired.content
         is_here = at.adapter == clean(adapter) if at.adapter and adapter else at.port == clean(port)
-        if is_here:
+        if is_here and fired.at not in claimed:
             here.append(fired)
-    if not here:
-        return []  # who names a module need not wait until the reports of all others were read
-    claimed = {kept.at for kept in facts.of_kind(MayHaveFired) if kept.row.module is not None}
-    return [fired for fired in here if fired.at not in claimed]
+    return here
 
 
 def claim_fired(facts: Facts, module: str, *, port: str, adapter: str = "") -> None:

@@ -252,9 +252,7 @@ def _left_active(former: Path) -> dict[str, str]:
             module, adapter = str(detail.get("module", "")), str(detail.get("adapter", ""))
             # A module without a name is known by its connection.
             key = f"{LEFT}former {module or (detail.get('run'), adapter, port)}"
-            if port.startswith("sim://"):
-                continue
-            if (act, outcome) in leaves_active:
+            if (act, outcome) in leaves_active and not port.startswith("sim://"):
                 here = {"module": module, "port": port, "adapter": adapter, "at": at}
                 left[key] = json.dumps({**here, "is_lock_unconfirmed": act == "lock"})
             elif act != "activate" and outcome == "confirmed" and not detail.get("is_in_doubt"):
@@ -513,21 +511,16 @@ class Store:
         """Open the file, and introduce this station by its key and the name of its computer. Raises as `open_file`."""
         connection, notice = open_file(self.path)
         try:
-            facts = Facts(connection, "", self._now)
-            last, name = facts.newest(StationNamed, None), clean(platform.node().strip()) or "station"
-            try:
-                key = own_station(self.folder).key
-            except UserError as error:
-                # Facts go on under the key of before; only signing needs its file.
-                _log.warning("The key of this station cannot be used: %s", error)
-                if last is None:
-                    raise StoreError(error.message) from error
-                key = last.content.public_key
-            facts.station = self.station = key
-            if last is None or (last.content.public_key, last.content.name) != (key, name):
-                facts.add(StationNamed(public_key=key, name=name))
-                facts.set_state("station", key)  # only a station's own file has a state: see `FilePlace`
-        except BaseException:
+            self.station = own_station(self.folder).key
+            facts, name = Facts(connection, self.station, self._now), clean(platform.node().strip()) or "station"
+            named = StationNamed(public_key=self.station, name=name)
+            last = facts.newest(StationNamed, None)
+            if last is None or last.content != named:
+                facts.add(named)
+                facts.set_state("station", self.station)  # only a station's own file has a state: see `FilePlace`
+        except BaseException as error:
             connection.close()
+            if isinstance(error, UserError):  # its key cannot be used
+                raise StoreError(error.message) from error
             raise
         return facts, notice
