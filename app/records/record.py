@@ -24,9 +24,9 @@ from app.guided.results import GuidedKind, StoredTest
 from app.preflight.checks import CheckResult
 from app.preflight.reading_object import readings_of
 from app.preflight.verdict import Assessment, Verdict, verdict_of
-from app.store.rows import Key, Whole, Word
+from app.store.rows import Key, Text, Whole, Word
 from app.store.station import Station
-from app.text.messages import MAX_TEXT_LENGTH, UserError, UserMessage, clean, joined, message
+from app.text.messages import UserError, UserMessage, clean, joined, message
 from protocol.translatable import marked
 
 FORMAT = "dps-s pre-flight record"
@@ -41,7 +41,6 @@ NOTES = (
 # Before the signed bytes, so that the signature of another kind of document never fits.
 _SIGNED_FOR = b"dps-s pre-flight record 5\n"
 
-Text = Annotated[str, Meta(max_length=MAX_TEXT_LENGTH)]
 Hex = Annotated[str, Meta(max_length=60, pattern=r"^[0-9A-F ]*$")]
 # Of `UserMessage.to_json`, so that it prints in any language years later.
 Message = dict[str, Any] | str
@@ -114,10 +113,8 @@ class Record(Struct, frozen=True, kw_only=True):
     def follows(self) -> Verdict:
         """The verdict that the checks, the manual items and the activation as the module reported it last give."""
         is_fine = self.void is None and bool(self.checks)
-        for check in self.checks:
-            is_fine = is_fine and check.result in (CheckResult.PASS, CheckResult.WARN)
-        for item in self.manual:
-            is_fine = is_fine and (item.is_done is True or (item.is_done is None and not item.is_required))
+        is_fine &= all(check.result in (CheckResult.PASS, CheckResult.WARN) for check in self.checks)
+        is_fine &= all(item.is_done or (item.is_done is None and not item.is_required) for item in self.manual)
         status = self.read.get("status")
         active = status.get("active") if isinstance(status, Mapping) else None
         return verdict_of(is_fine=is_fine, is_active=active if isinstance(active, bool) else None)
@@ -151,9 +148,7 @@ class SignedDocument(Document, frozen=True, kw_only=True):
 
 
 def make_record(assessment: Assessment, *, at: datetime, adapter: str = "") -> Record:
-    """The record of a check. `at` is aware. `adapter`: USB identity or port."""
-    if at.tzinfo is None:
-        raise ValueError("the time of a record needs its zone")
+    """The record of a check. `adapter`: USB identity or port. Raises `ValueError` for a time without its zone."""
     case, evidence, person = assessment.case, assessment.case.evidence, assessment.case.person
     checks = []
     for judged in assessment.checks:

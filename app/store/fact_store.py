@@ -128,14 +128,13 @@ def open_file(path: Path) -> tuple[sqlite3.Connection, UserMessage | None]:
     with suppress(OSError):
         path.parent.chmod(0o700)  # what is in it is for this user only
     was_there = path.exists() and path.stat().st_size > 0
-    try:
-        if not was_there and copies_of(path):
-            raise sqlite3.DatabaseError("empty or gone")
-        return connect(path, is_checked=True), None
-    except sqlite3.OperationalError:
-        raise  # a lock, a full disk or a missing permission: the file itself is not bad
-    except sqlite3.DatabaseError as error:
-        _log.warning("%s: %s", path, error)
+    if was_there or not copies_of(path):
+        try:
+            return connect(path, is_checked=True), None
+        except sqlite3.OperationalError:
+            raise  # a lock, a full disk or a missing permission: the file itself is not bad
+        except sqlite3.DatabaseError as error:
+            _log.warning("%s: %s", path, error)
     aside = set_aside(path)
     told = [message(marked("The records cannot be used and are kept as {file}."), file=aside)] if was_there else []
     copy = next(filter(is_whole, copies_of(path)), None)
