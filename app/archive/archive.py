@@ -29,7 +29,6 @@ from app.store.fact_store import (
     is_whole,
     set_aside,
     unusable,
-    utc_now,
 )
 from app.store.station import shown_key
 from app.text.messages import clean
@@ -90,7 +89,7 @@ def all_facts(store: Store) -> Iterator[Facts]:
             # Only read: else a transaction of an exchange would hold the store, too, and an intent wait for a page.
             connection.execute("ATTACH ? AS own", (f"{store.path.as_uri()}?mode=ro",))
             connection.execute("CREATE TEMP VIEW facts AS SELECT * FROM main.facts UNION ALL SELECT * FROM own.facts")
-            yield Facts(connection, store.station, utc_now)
+            yield Facts(connection, store.station)
     except sqlite3.OperationalError as error:  # a lock, a full disk or a missing permission: it is not bad
         raise unusable(path, error) from error
     except sqlite3.Error as error:
@@ -147,7 +146,7 @@ def known_names(store: Store | None) -> StationNames:
         names = store.read(introductions)
         # Only read: nobody here would be told that the file of the others was set aside. There may be none.
         with closing(connect_to_read(store.folder / OTHERS_FILE)) as others:
-            names += introductions(Facts(others, store.station, utc_now))
+            names += introductions(Facts(others, store.station))
     except (StoreError, sqlite3.Error) as error:
         _log.info("Names of stations cannot be read: %s", error)
     return StationNames(store.station, tuple(dict.fromkeys(names)))

@@ -86,16 +86,15 @@ def keep_left(states: States, left: LeftActive) -> None:
     if is_simulated(left.port):
         return
     _log.debug("left ACTIVE: %s", left)
-    before = _kept(states).get(left.run)
-    if before is not None:
+    before = _kept(states).get(left.run, left)
+    left = replace(
+        left,
+        module=left.module or before.module,
         # A later report of ACTIVE does not say that an earlier LOCK was carried out.
-        left = replace(
-            left,
-            module=left.module or before.module,
-            is_lock_unconfirmed=left.is_lock_unconfirmed or before.is_lock_unconfirmed,
-            is_after_go=left.is_after_go or before.is_after_go,
-            intent=before.intent,
-        )
+        is_lock_unconfirmed=left.is_lock_unconfirmed or before.is_lock_unconfirmed,
+        is_after_go=before.is_after_go,
+        intent=before.intent,
+    )
     states.set_state(LEFT + left.run, left)
 
 

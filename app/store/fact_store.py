@@ -305,11 +305,16 @@ class Kept(NamedTuple, Generic[OneContent]):
 
 
 class Facts:
-    """The facts and the state over one connection, within `Store.write` in one transaction. `now` gives a time that is
-    later than any before."""
+    """The facts and the state over one connection, within `Store.write` in one transaction."""
 
-    def __init__(self, connection: sqlite3.Connection, station: str, now: Clock) -> None:
-        self.connection, self.station, self.now = connection, station, now
+    def __init__(self, connection: sqlite3.Connection, station: str, clock: Clock = utc_now) -> None:
+        self.connection, self.station, self._clock = connection, station, clock
+        self._last_time = datetime.min.replace(tzinfo=UTC)
+
+    def now(self) -> datetime:
+        """Return a time that is later than any before."""
+        self._last_time = max(self._clock(), self._last_time + timedelta(microseconds=1))
+        return self._last_time
 
     def add(self, content: Content, module: str | None = None, *, at: datetime | None = None) -> Row:
         """Add a fact; only within `Store.write`. `at` is now where it is missing. Raises `ValueError` for a content
@@ -382,7 +387,6 @@ class Store:
         # The public key of this station, as hex, once it is open.
         self.station = ""
         self._clock = clock
-        self._last_time = datetime.min.replace(tzinfo=UTC)
         self._lock = threading.Lock()
         self._is_closed = threading.Event()
         # None ends the thread.
@@ -400,7 +404,6 @@ class Store:
                 self._thread.start()
 
     def set_state(self, key: str, value: object) -> "Future[None]":
-        """Set a value, or remove it with None."""
         return self.write(lambda facts: facts.set_state(key, value))
 
     def write(self, work: Callable[[Facts], Result]) -> "Future[Result]":
@@ -439,7 +442,7 @@ class Store:
         self.wait()
         try:
             with closing(connect_to_read(self.path)) as connection:
-                return work(Facts(connection, self.station, self._now))
+                return work(Facts(connection, self.station, self._clock))
         except sqlite3.Error as error:
             raise unusable(self.path, error) from error
 
@@ -459,11 +462,6 @@ class Store:
         if self._thread.is_alive():
             _log.warning("The store was closed before everything was written")
         return not self._thread.is_alive()
-
-    def _now(self) -> datetime:
-        with self._lock:
-            self._last_time = max(self._clock(), self._last_time + timedelta(microseconds=1))
-            return self._last_time
 
     def _copy_daily(self) -> None:
         while True:
@@ -511,7 +509,7 @@ class Store:
         connection, notice = open_file(self.path)
         try:
             self.station = own_station(self.folder).key
-            facts, name = Facts(connection, self.station, self._now), clean(platform.node().strip()) or "station"
+            facts, name = Facts(connection, self.station, self._clock), clean(platform.node().strip()) or "station"
             named = StationNamed(public_key=self.station, name=name)
             last = facts.newest(StationNamed, None)
             if last is None or last.content != named:
