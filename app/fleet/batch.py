@@ -4,7 +4,6 @@ For `dps-s provision`. What is READY gets the name and its record under it, what
 without a name. Everything is a fact of the store, so that the same names and settings go on where they were left.
 """
 
-import json
 import logging
 import re
 from collections.abc import Sequence
@@ -214,4 +213,4 @@ def write_batch_labels(path: Path, rows: Sequence[BatchRow], paper: Paper, print
     done = [row for row in rows if row.result == READY]
     labels = [Label(row.name, datetime.fromisoformat(row.at).astimezone(), row.code) for row in done]
     if labels:
-        write_labels(path, labels, paper, printer, carried=json.dumps({"format": FORMAT}).encode())
+        write_labels(path, labels, paper, printer)

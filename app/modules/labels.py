@@ -67,8 +67,6 @@ def label_body(label: Label) -> str:
     )
 
 
-def write_labels(
-    path: Path, labels: Sequence[Label], paper: Paper, printer: Printer, *, carried: bytes | None = None
-) -> None:
+def write_labels(path: Path, labels: Sequence[Label], paper: Paper, printer: Printer) -> None:
     """Write the labels as a PDF. Raises `UserError`, `OSError` or `RuntimeError`."""
-    write_whole(path, printer([label_body(label) for label in labels], paper, carried))
+    write_whole(path, printer([label_body(label) for label in labels], paper, None))

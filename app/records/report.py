@@ -13,7 +13,7 @@ from app.modules.labels import A4, Printer
 from app.preflight.checks import RESULT_WORDS, CheckResult
 from app.preflight.verdict import MANUAL_WORDS, Verdict, verdict_sentence
 from app.records.record import FORMAT, Record, SignedRecord
-from app.records.verification import LARGEST_FILE, carries
+from app.records.verification import LARGEST_FILE
 from app.settings.profiles import ActivatedBy
 from app.store.station import shown_key
 from app.system.clock import DAY, local_time
@@ -25,6 +25,8 @@ from protocol.translatable import marked
 
 # More manual items, or more checks against it, crowd the page.
 ONE_COLUMN = 8
+# How Qt writes into a PDF which program made it.
+_CREATOR = "DPS-S Configurator".encode("utf-16-be")
 
 
 def report_html(signed: SignedRecord) -> str:
@@ -78,7 +80,7 @@ def _tests(record: Record) -> list[dict[str, str]]:
 
 
 def check_target(path: Path, kind: str = FORMAT) -> None:
-    """Raise `UserError` where the PDF, and its JSON beside it, cannot be written there: only files of this kind are
+    """Raise `UserError` where the PDF, and its JSON beside it, cannot be written there: only what this program made is
     replaced."""
     if path.suffix.lower() != ".pdf":
         raise UserError(marked("{file}: the name of a report ends in .pdf."), file=path.name)
@@ -88,7 +90,7 @@ def check_target(path: Path, kind: str = FORMAT) -> None:
         content = b""
         with suppress(OSError), target.open("rb") as file:
             content = file.read(LARGEST_FILE)
-        if target.exists() and not carries(kind, content):
+        if target.exists() and kind.encode() not in content and _CREATOR not in content:
             raise UserError(marked("{file} exists and is another kind of file."), file=target)
 
 

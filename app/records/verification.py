@@ -134,11 +134,10 @@ def verify_bytes(data: bytes, names: StationNames) -> Verification:
     a person could be shown one and a program told another."""
     if len(data) > LARGEST_FILE:
         raise UserError(marked("too large"))
-    is_report, carried = data.startswith(b"%PDF-"), [data]
-    if is_report:
-        carried = list(_carried_in_pdf(data, FORMAT))
-        if len(carried) != 1:
-            raise UserError(marked("several records") if carried else marked("unknown kind of file"))
+    is_report = data.startswith(b"%PDF-")
+    carried = list(_carried_in_pdf(data)) if is_report else [data]
+    if len(carried) != 1:
+        raise UserError(marked("several records") if carried else marked("unknown kind of file"))
     return verify(read_document(carried[0]), names)._replace(is_report=is_report)
 
 
@@ -169,18 +168,9 @@ def is_of_row(check: PreflightCheck, row: Row) -> bool:
     return said == found and abs(datetime.fromisoformat(row.made_at) - record.at) <= _KEPT_WITHIN
 
 
-def carries(kind: str, data: bytes) -> bool:
-    """Whether this is a document of this format, or a PDF with one."""
-    if not data.startswith(b"%PDF-"):
-        return data.lstrip()[:1] == b"{" and kind.encode() in data
-    with suppress(UserError):
-        return any(True for _ in _carried_in_pdf(data, kind))
-    return False
-
-
-def _carried_in_pdf(data: bytes, kind: str) -> Iterator[bytes]:
-    """The JSON documents of this format that are attached to a PDF. Raises `UserError` for one that has more parts than
-    any report, as another document could hide in them."""
+def _carried_in_pdf(data: bytes) -> Iterator[bytes]:
+    """The records that are attached to a PDF. Raises `UserError` for one that has more parts than any report, as
+    another record could hide in them."""
     end = 0
     for _ in range(_MAX_STREAMS):
         start = data.find(b"stream", end)
@@ -193,7 +183,7 @@ def _carried_in_pdf(data: bytes, kind: str) -> Iterator[bytes]:
         with suppress(zlib.error):  # at most one byte more than a document may have
             packed = zlib.decompressobj().decompress(stream, MAX_DOCUMENT_BYTES + 1)
         for content in (stream, packed):
-            if content.lstrip()[:1] == b"{" and kind.encode() in content:
+            if content.lstrip()[:1] == b"{" and FORMAT.encode() in content:
                 yield content
                 break
     raise UserError(marked("too large"))
