@@ -1948,6 +1948,10 @@
         <translation>参数</translation>
     </message>
     <message>
+        <source>Passed: {count} of {all}; warnings: {looks}.</source>
+        <translation>通过：{count}/{all} 项；警告：{looks} 项。</translation>
+    </message>
+    <message>
         <source>Passed: {count}; warnings: {looks}.</source>
         <translation>通过：{count} 项；警告：{looks} 项。</translation>
     </message>
@@ -4284,10 +4288,6 @@
     <message>
         <source>{count} new</source>
         <translation>{count} 条新增</translation>
-    </message>
-    <message>
-        <source>{count} of {all} checks not OK.</source>
-        <translation>{all} 项检查中有 {count} 项不通过。</translation>
     </message>
     <message>
         <source>{count} of {total} fire</source>

@@ -11,7 +11,7 @@ from pathlib import Path
 from app.guided.results import TITLES, VERDICT_WORDS, GuidedKind
 from app.modules.labels import A4, Printer
 from app.preflight.checks import RESULT_WORDS, CheckResult
-from app.preflight.verdict import MANUAL_WORDS, Verdict, verdict_sentence
+from app.preflight.verdict import MANUAL_WORDS, verdict_sentence
 from app.records.record import FORMAT, Record, SignedRecord
 from app.records.verification import LARGEST_FILE
 from app.settings.profiles import ActivatedBy
@@ -35,10 +35,7 @@ def report_html(signed: SignedRecord) -> str:
     passed, looks = results.count(CheckResult.PASS), results.count(CheckResult.WARN)
     # Below the verdict: what restricts it, and how many checks passed.
     under = [caveat.translated() for caveat in record.caveats]
-    if record.verdict is not Verdict.NO_GO and record.void is None:
-        under.append(tr("Passed: {count}; warnings: {looks}.", count=passed, looks=looks))
-    else:
-        under.append(tr("{count} of {all} checks not OK.", count=len(results) - passed - looks, all=len(results)))
+    under.append(tr("Passed: {count} of {all}; warnings: {looks}.", count=passed, all=len(results), looks=looks))
     if record.void is not None:
         # The sentence with which the check of the connection says it.
         why = [message_from_json(check.shown).translated() for check in record.checks if check.id == "connection"]
