@@ -972,6 +972,10 @@
         <translation>如何判断</translation>
     </message>
     <message>
+        <source>INTACT: {verdict}, void.</source>
+        <translation>完整：{verdict}，已作废。</translation>
+    </message>
+    <message>
         <source>INTACT: {verdict}.</source>
         <translation>完整：{verdict}。</translation>
     </message>
@@ -4446,6 +4450,10 @@
         <translation>{module}，{time} 中断，未写入：{what}。</translation>
     </message>
     <message>
+        <source>{module}, {at}, checked by: {who}.</source>
+        <translation>{module}，{at}，检查人：{who}。</translation>
+    </message>
+    <message>
         <source>{module}, {time}: {what}</source>
         <translation>{module}，{time}：{what}</translation>
     </message>
@@ -4456,10 +4464,6 @@
     <message>
         <source>{module}: {new} new; records: {count}.</source>
         <translation>{module}：新增 {new} 条；共有记录：{count} 条。</translation>
-    </message>
-    <message>
-        <source>{module}: {verdict}, {at}, checked by: {who}. Its checks give {follows}.</source>
-        <translation>{module}：{verdict}，{at}，检查人：{who}。由各检查项得出：{follows}。</translation>
     </message>
     <message>
         <source>{names} and {count} more</source>
@@ -4660,10 +4664,6 @@
     <message>
         <source>{verdict} (void: fired since)</source>
         <translation>{verdict}（已作废：此后已触发）</translation>
-    </message>
-    <message>
-        <source>{verdict}, void</source>
-        <translation>{verdict}，已作废</translation>
     </message>
     <message>
         <source>{voltage} may be the charger's</source>

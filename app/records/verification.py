@@ -77,25 +77,19 @@ class Verification(NamedTuple):
     def sentences(self) -> list[UserMessage]:
         """The sentences for people: the state, which record it is, and who signed it."""
         record, told = self.record, []
-        verdict = UserMessage("")
-        if record is not None:
-            verdict = message(record.verdict.value)
-            if record.void is not None:
-                verdict = message(marked("{verdict}, void"), verdict=verdict)
         if self.state is RecordState.ALTERED or record is None:
             told.append(message(marked("ALTERED: this is not what was signed.")))
         elif self.contradictions:
             told.append(message(marked("CONTRADICTS ITSELF: {parts}."), parts=joined(self.contradictions, "; ")))
         else:
-            told.append(message(marked("INTACT: {verdict}."), verdict=verdict))
+            text = marked("INTACT: {verdict}.") if record.void is None else marked("INTACT: {verdict}, void.")
+            told.append(message(text, verdict=message(record.verdict.value)))
         if record is not None:
             about = message(
-                marked("{module}: {verdict}, {at}, checked by: {who}. Its checks give {follows}."),
+                marked("{module}, {at}, checked by: {who}."),
                 module=clean(record.module, longest=60) if record.module else message(marked("Unnamed")),
-                verdict=verdict,
                 at=record.at.isoformat(),
                 who=clean(record.who, longest=60) if record.who else message(marked("not named")),
-                follows=message(record.follows.value),
             )
             told.append(about)
             if record.is_simulated:
