@@ -972,10 +972,6 @@
         <translation>如何判断</translation>
     </message>
     <message>
-        <source>INTACT: {verdict}, void.</source>
-        <translation>完整：{verdict}，已作废。</translation>
-    </message>
-    <message>
         <source>INTACT: {verdict}.</source>
         <translation>完整：{verdict}。</translation>
     </message>

@@ -82,8 +82,7 @@ class Verification(NamedTuple):
         elif self.contradictions:
             told.append(message(marked("CONTRADICTS ITSELF: {parts}."), parts=joined(self.contradictions, "; ")))
         else:
-            text = marked("INTACT: {verdict}.") if record.void is None else marked("INTACT: {verdict}, void.")
-            told.append(message(text, verdict=message(record.verdict.value)))
+            told.append(message(marked("INTACT: {verdict}."), verdict=message(record.verdict.value)))
         if record is not None:
             about = message(
                 marked("{module}, {at}, checked by: {who}."),
