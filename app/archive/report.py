@@ -134,12 +134,12 @@ def two_modules(facts: Facts, name: str, now: datetime) -> list[UserMessage]:
 
 class HistoryEvent(NamedTuple):
     """One fact about a module as a sentence. `content` is as it is kept, of an act with its outcome and of a check
-    without the signed document; `settings` are as they were known then, of a fact that tells of settings."""
+    without the signed document; `settings` are as they were known then."""
 
     row: rows.Row
     text: UserMessage
     content: dict[str, Any]
-    settings: Mapping[str, Value] = {}
+    settings: Mapping[str, Value]
 
 
 def module_history(store: Store, name: str) -> list[HistoryEvent]:
@@ -215,8 +215,7 @@ def _events(facts: Facts, name: str, types: Iterable[type[rows.Content]]) -> Ite
             case rows.ModuleProvisioned():
                 text = message(marked("Made in the batch {batch}."), batch=clean(content.batch))
         if text is not None:
-            tells = isinstance(content, rows.SettingsSeen | rows.ActIntended | rows.PreflightCheck)
-            yield HistoryEvent(one.row, text, plain, dict(settings) if tells else {})
+            yield HistoryEvent(one.row, text, plain, dict(settings))
 
 
 def _with_note(text: UserMessage, note: str) -> UserMessage:

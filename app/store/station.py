@@ -5,7 +5,6 @@ locked, missing or ask for a password during a check, and the file is as safe as
 """
 
 import base64
-import binascii
 from contextlib import suppress
 from pathlib import Path
 from typing import TYPE_CHECKING, Final, NamedTuple
@@ -41,10 +40,8 @@ def own_station(folder: Path) -> Station:
             write_whole(path, made + b"\n", is_private=True)
         with suppress(OSError):
             path.chmod(0o600)
-        with path.open("rb") as file:
-            # ValueError: no base64, or not 32 bytes.
-            private = Ed25519PrivateKey.from_private_bytes(base64.b64decode(file.read(4096).strip(), validate=True))
-    except (binascii.Error, ValueError) as error:
+        private = Ed25519PrivateKey.from_private_bytes(base64.b64decode(path.read_bytes().strip(), validate=True))
+    except ValueError as error:  # no base64, or not 32 bytes
         raise UserError(_UNUSABLE, why=message(marked("{file} is damaged"), file=path)) from error
     except (OSError, ImportError) as error:
         raise UserError(_UNUSABLE, why=error_text(error)) from error
