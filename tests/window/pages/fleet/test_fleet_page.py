@@ -507,14 +507,16 @@ def test_a_service_is_kept_under_the_module_for_which_it_was_begun(desk: Desk) -
     assert [row.name for row in panel.modules.chosen()] == ["M-02"]
 
 
-def test_a_server_that_is_away_is_said_without_the_password(desk: Desk) -> None:
+def test_a_password_is_refused_and_a_server_that_is_away_is_said(desk: Desk) -> None:
     told: list[str] = []
     desk.assembly.ports.notified.connect(told.append)
     panel = shown(desk)
     desk.until(panel.sync.isEnabled)
     panel.server.setText("postgresql://li:secret@127.0.0.1:1/x")
     panel.sync.click()
-    assert panel.server.text() == "postgresql://li@127.0.0.1:1/x"
+    assert "pgpass" in panel.state.text()
+    panel.server.setText("postgresql://li@127.0.0.1:1/x")
+    panel.sync.click()
     desk.until(lambda: "cannot be used" in panel.state.text())
     desk.until(lambda: any("cannot be used" in text for text in told))  # on every page
     assert "secret" not in panel.state.text() + "".join(told)
