@@ -51,7 +51,7 @@ def begin(facts: Facts, act: Act, frame: bytes, detail: Mapping[str, object], wh
     """Add the intent. A note in the detail is a field of its own.
 
     From now on the module counts as left ACTIVE, if the act may leave that behind."""
-    plain = _plain(detail)
+    plain: dict[str, Any] = dict(detail)
     intent = (DeployIntended if act is Act.DEPLOY else ActIntended)(
         act=act.value,
         port=clean(where.port),
@@ -59,7 +59,7 @@ def begin(facts: Facts, act: Act, frame: bytes, detail: Mapping[str, object], wh
         origin=where.origin,
         adapter=clean(where.adapter),
         run=where.run,
-        note=plain.pop(NOTE, ""),
+        note=clean(plain.pop(NOTE, "")),
         detail=plain,
     )
     row = facts.add(intent, where.name or None)
@@ -71,7 +71,7 @@ def begin(facts: Facts, act: Act, frame: bytes, detail: Mapping[str, object], wh
 def settle(facts: Facts, intent: Intent, outcome: Outcome, result: Mapping[str, object]) -> None:
     """Add what came of an intent; to be called once."""
     id_, act, where = intent
-    facts.add(ActEnded(of=id_, outcome=outcome, result=_plain(result)), where.name or None)
+    facts.add(ActEnded(of=id_, outcome=outcome, result=dict[str, Any](result)), where.name or None)
     has_done_nothing = outcome is Outcome.NOT_SENT or (act is Act.ACTIVATE and outcome is Outcome.REFUSED)
     if act in (Act.LOCK, Act.SHUTDOWN) and outcome is Outcome.CONFIRMED:
         note_locked(facts, where.run)
@@ -92,11 +92,6 @@ def note_said_safe(facts: Facts, left: LeftActive, origin: str) -> None:
     where = Where(left.port, origin, left.adapter, left.module, left.run)
     settle(facts, begin(facts, Act.LOCK, b"", {"reported_by": "person"}, where), Outcome.CONFIRMED, {"sent": 0})
     note_safe(facts, left)
-
-
-def _plain(values: Mapping[str, object]) -> dict[str, Any]:
-    """Return the values as they may stand in a fact: texts are bounded."""
-    return {name: clean(value) if isinstance(value, str) else value for name, value in values.items()}
 
 
 class StoreJournal(Journal):
@@ -173,8 +168,8 @@ def unnamed_fired(facts: Facts, *, port: str, adapter: str = "") -> list[Kept[An
 def claim_fired(facts: Facts, module: str, *, port: str, adapter: str = "") -> None:
     """A person says this name at a port: what fired there without a name was this module, at that time."""
     for fired in unnamed_fired(facts, port=port, adapter=adapter):
-        at = datetime.fromisoformat(fired.at)
-        facts.add(MayHaveFired(port=clean(port), adapter=clean(adapter)), module, at=at)
+        what = MayHaveFired(port=clean(port), adapter=clean(adapter))
+        facts.add(what, module, at=datetime.fromisoformat(fired.at))
 
 
 # What is left streaming
@@ -191,12 +186,8 @@ class StreamMemory:
 
     def __init__(self, store: Store | None = None, adapter: str = "") -> None:
         self._store, self._key = store, f"stream:{adapter}"
-        # What was left on, until something is noted. It may come late, as no port waits for the store.
-        self._left_on: Future[Any] = Future()
-        if store is None:
-            self._left_on.set_result(None)
-        else:
-            self._left_on = store.write(lambda facts: facts.state(self._key))
+        # What was left on, until something is noted. It may come late, as no port waits for the store, or never.
+        self._left_on: Future[Any] = Future() if store is None else store.write(lambda facts: facts.state(self._key))
 
     @property
     def left_on(self) -> dict[str, Any] | None:
