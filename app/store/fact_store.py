@@ -37,7 +37,6 @@ from app.store.rows import (
     OneContent,
     Row,
     StationNamed,
-    content_of,
     content_text,
     make_row,
     time_text,
@@ -369,9 +368,11 @@ class Facts:
         latest = time_text(utc_now() + AHEAD)
         for found in self.connection.execute(query, (KIND_OF[type_], *values, latest)):
             row = Row(*found)
-            content = content_of(row, type_)
-            if content is not None:
-                yield Kept(row, content)
+            try:
+                content = msgspec.json.decode(row.content, type=type_)
+            except (msgspec.MsgspecError, RecursionError):
+                continue
+            yield Kept(row, content)
 
 
 class Store:

@@ -258,40 +258,23 @@ def content_text(content: Content) -> str:
 
 def make_row(kind: str, text: str, *, module: str | None, station: str, at: datetime) -> Row:
     """`text`: of `content_text`. Raises `ValueError` for a name that is none."""
-    if module is not None and not is_module_name(module):
+    if module is not None and (not module.strip() or clean(module) != module):
         raise ValueError(f"no name of a module: {module!r}")
     made_at = time_text(at)
     return Row(fact_id(kind, module, station, made_at, text), kind, module, station, made_at, text)
 
 
-def check_row(row: tuple[object, ...]) -> Row:
-    """A row that somebody else wrote, and that is not too large. Raises `BadRow`."""
+def check_row(row: tuple[object, ...]) -> tuple[Row, Content | dict[str, Any]]:
+    """Return a row that somebody else wrote, and that is not too large, with its content. Raises `BadRow`."""
     try:
         checked = msgspec.convert(row, Row)
-        if checked.module is not None and not is_module_name(checked.module):
-            raise BadRow("no name of a module")
-        made_at = checked.made_at
-        if not EARLIEST <= made_at < LATEST or time_text(datetime.fromisoformat(made_at)) != made_at:
+        if not EARLIEST <= checked.made_at < LATEST:
             raise BadRow("no time")
-        if fact_id(*checked[1:]) != checked.id:
+        _id, kind, module, station, made_at, text = checked
+        if make_row(kind, text, module=module, station=station, at=datetime.fromisoformat(made_at)) != checked:
             raise BadRow("altered")
         # Of a kind of a newer version no more is known than that it is an object.
-        msgspec.json.decode(checked.content, type=KINDS.get(checked.kind, dict))
+        content = msgspec.json.decode(text, type=KINDS.get(kind, dict))
     except (ValueError, OverflowError, RecursionError) as error:  # msgspec's own and those of times and encodings
         raise BadRow(str(error)) from error
-    return checked
-
-
-def content_of(row: Row, type_: type[OneContent]) -> OneContent | None:
-    """Return what a row of our own files says; None for what cannot be read, as of a newer version. This is the one
-    place where the decoding of a stored row may fail."""
-    if KINDS.get(row.kind) is not type_:
-        return None
-    try:
-        return msgspec.json.decode(row.content, type=type_)
-    except (msgspec.MsgspecError, RecursionError):
-        return None
-
-
-def is_module_name(module: str) -> bool:
-    return module.strip() != "" and clean(module) == module
+    return checked, content
