@@ -19,17 +19,7 @@ from msgspec import Meta, Struct, field
 from app.archive.places import FilePlace, PostgresPlace, digests, is_server, lengths_in, rows_in
 from app.records.verification import StationNames, is_of_row
 from app.store import rows
-from app.store.fact_store import (
-    INSERT,
-    Facts,
-    Store,
-    StoreError,
-    connect,
-    connect_to_read,
-    is_whole,
-    set_aside,
-    unusable,
-)
+from app.store.fact_store import Facts, Store, StoreError, connect, connect_to_read, is_whole, set_aside, unusable
 from app.store.station import shown_key
 from app.text.messages import clean
 from protocol.translatable import marked
@@ -230,7 +220,8 @@ def _receive(
     before = here.total_changes
     with here:  # which commits, or rolls back where it fails
         here.execute("BEGIN IMMEDIATE")
-        here.executemany(INSERT.replace("INTO facts", "INTO main.facts"), good)
+        keep = f"INSERT INTO main.facts ({rows.COLUMNS}) VALUES (?, ?, ?, ?, ?, ?) ON CONFLICT DO NOTHING"  # noqa: S608
+        here.executemany(keep, good)
         done.received += here.total_changes - before
         remember = "INSERT INTO refused VALUES (?, ?, ?, ?) ON CONFLICT DO NOTHING"
         here.executemany(remember, [(place.name, one.id, one.why, today) for one in bad])

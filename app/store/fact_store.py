@@ -29,18 +29,7 @@ from typing import Any, Generic, NamedTuple, TypeVar
 import msgspec
 
 from app.safety.left_active import LEFT
-from app.store.rows import (
-    AHEAD,
-    COLUMNS,
-    KIND_OF,
-    Content,
-    OneContent,
-    Row,
-    StationNamed,
-    content_text,
-    make_row,
-    time_text,
-)
+from app.store.rows import AHEAD, COLUMNS, KIND_OF, Content, OneContent, Row, StationNamed, row_of, time_text
 from app.store.station import own_station
 from app.system.files import data_folder
 from app.text.i18n import tr
@@ -318,8 +307,7 @@ class Facts:
     def add(self, content: Content, module: str | None = None, *, at: datetime | None = None) -> Row:
         """Add a fact; only within `Store.write`. `at` is now where it is missing. Raises `ValueError` for a content
         that is none."""
-        kind, text = KIND_OF[type(content)], content_text(content)
-        row = make_row(kind, text, module=module, station=self.station, at=at or self.now())
+        row = row_of(content, module=module, station=self.station, at=at or self.now())
         self.connection.execute(INSERT, row)
         return row
 

@@ -256,6 +256,11 @@ def content_text(content: Content) -> str:
     return text
 
 
+def row_of(content: Content, *, module: str | None, station: str, at: datetime) -> Row:
+    """Return a fact as it is stored. Raises `ValueError` as `content_text` and `make_row`."""
+    return make_row(KIND_OF[type(content)], content_text(content), module=module, station=station, at=at)
+
+
 def make_row(kind: str, text: str, *, module: str | None, station: str, at: datetime) -> Row:
     """`text`: of `content_text`. Raises `ValueError` for a name that is none."""
     if module is not None and (not module.strip() or clean(module) != module):
