@@ -58,10 +58,9 @@ class Verification(NamedTuple):
 
     @property
     def contradictions(self) -> list[UserMessage]:
-        record = self.record
-        if record is None or self.state is not RecordState.CONTRADICTORY:
+        if self.record is None or self.state is not RecordState.CONTRADICTORY:
             return []
-        stated, follows = message(record.verdict.value), message(record.follows.value)
+        stated, follows = message(self.record.verdict.value), message(self.record.follows.value)
         return [message(marked("stated {stated}, but the checks give {follows}"), stated=stated, follows=follows)]
 
     @property

@@ -78,7 +78,6 @@ COPY_LIMIT_S = 0.3
 MIN_FREE_BYTES = 64 * 1024
 FULL = marked("the disk is full")
 OPENING = marked("it is still being opened")
-SLOW = marked("the disk is too slow")
 # Twice the same fact is one: a restored copy gets it again from the archive.
 INSERT = f"INSERT INTO facts ({COLUMNS}) VALUES (?, ?, ?, ?, ?, ?) ON CONFLICT DO NOTHING"  # noqa: S608
 
@@ -381,8 +380,6 @@ class Store:
         # None ends the thread.
         self._work: queue.SimpleQueue[tuple[Callable[[Facts], Any], Future[Any]] | None] = queue.SimpleQueue()
         self._thread = threading.Thread(target=self._run, name="dps-s store", daemon=True)
-        # In a thread of its own, as an act's intent would wait for a copy.
-        self._copying = threading.Thread(target=self._copy_daily, name="dps-s copies", daemon=True)
         if not starts_late:
             self.start()
 
@@ -415,7 +412,7 @@ class Store:
             return writing.result(ANSWER_LIMIT_S)
         except (CancelledError, TimeoutError) as error:  # it was closed meanwhile, or the disk does not answer
             if writing.cancel():
-                raise unusable(self.path, SLOW) from error
+                raise unusable(self.path, marked("the disk is too slow")) from error
             raise StoreHangs(marked("{file} does not answer."), file=self.path) from error
 
     def wait(self) -> None:
@@ -445,9 +442,8 @@ class Store:
             if not self._is_closed.is_set():
                 self._is_closed.set()
                 self._work.put(None)
-        for thread, seconds in ((self._thread, limit_s), (self._copying, COPY_LIMIT_S)):
-            if thread.ident is not None:
-                thread.join(seconds)
+        if self._thread.ident is not None:
+            self._thread.join(limit_s)
         if self._thread.is_alive():
             _log.warning("The store was closed before everything was written")
         return not self._thread.is_alive()
@@ -472,11 +468,14 @@ class Store:
                     future.set_exception(trouble)
             return
         self.opened.set_result(notice)
-        self._copying.start()
+        # In a thread of its own, as an act's intent would wait for a copy.
+        copying = threading.Thread(target=self._copy_daily, name="dps-s copies", daemon=True)
+        copying.start()
         with closing(facts.connection):
             for work, future in iter(self._work.get, None):
                 if future.set_running_or_notify_cancel():
                     self._do(facts, work, future)
+        copying.join(COPY_LIMIT_S)
 
     def _do(self, facts: Facts, work: Callable[[Facts], Any], future: "Future[Any]") -> None:
         try:
