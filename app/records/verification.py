@@ -8,7 +8,7 @@ is read may be a stranger's: the work on it grows with its length and no faster.
 import zlib
 from collections.abc import Iterator
 from contextlib import suppress
-from datetime import datetime, timedelta
+from datetime import datetime
 from enum import Enum
 from pathlib import Path
 from typing import Final, NamedTuple
@@ -23,8 +23,6 @@ from protocol.translatable import marked
 LARGEST_FILE: Final = 16_000_000
 # Of a PDF; ours have a dozen.
 _MAX_STREAMS: Final = 200
-# A check is judged first, and kept at once.
-_KEPT_WITHIN: Final = timedelta(hours=1)
 
 
 class RecordState(Enum):
@@ -155,9 +153,8 @@ def is_of_row(check: PreflightCheck, row: Row) -> bool:
     record = verification.record
     if record is None or verification.state is not RecordState.INTACT or verification.signer != row.station:
         return False
-    said = (row.module, check.verdict, check.is_void, check.is_simulated)
-    found = (record.module, record.verdict.value, record.void is not None, record.is_simulated)
-    return said == found and abs(datetime.fromisoformat(row.made_at) - record.at) <= _KEPT_WITHIN
+    said = (row.module, datetime.fromisoformat(row.made_at), check.verdict, check.is_void, check.is_simulated)
+    return said == (record.module, record.at, record.verdict.value, record.void is not None, record.is_simulated)
 
 
 def _carried_in_pdf(data: bytes) -> Iterator[bytes]:
