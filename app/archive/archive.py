@@ -204,12 +204,10 @@ def _receive(
     """Take one page: each row is checked, the good ones are kept and the others are remembered."""
     found = {row[0]: row for row in place.rows([id_ for id_ in lengths if lengths[id_] <= rows.MAX_CONTENT_BYTES])}
     good, bad = [], []
-    for id_, length in lengths.items():
+    for id_ in lengths:
         try:
-            if length > rows.MAX_CONTENT_BYTES:
-                raise rows.BadRow("too large")
             if id_ not in found:
-                raise rows.BadRow("cannot be read")
+                raise rows.BadRow("too large, or cannot be read")
             row, content = rows.check_row(found[id_])
             # The record of a check is verified once, where its row comes in.
             if isinstance(content, rows.PreflightCheck) and not is_of_row(content, row):
