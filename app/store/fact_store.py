@@ -11,7 +11,6 @@ damaged, another's, of a development build   set aside under another name, and a
 a newer version's, held, not writable    left alone: `StoreError`
 """
 
-import json
 import logging
 import os
 import platform
@@ -28,7 +27,7 @@ from typing import Any, Generic, NamedTuple, TypeVar
 
 import msgspec
 
-from app.safety.left_active import LEFT
+from app.safety.left_active import LEFT, LeftActive
 from app.store.rows import AHEAD, COLUMNS, KIND_OF, Content, OneContent, Row, StationNamed, row_of, time_text
 from app.store.station import own_station
 from app.system.files import data_folder
@@ -232,15 +231,15 @@ def _left_active(former: Path) -> dict[str, str]:
                 left[str(key)] = str(value)
             return left
         for at, payload, ended in connection.execute(query):
-            content: Any = json.loads(payload)
+            content = msgspec.json.decode(payload)
             act, port, detail = content["act"], str(content["port"]), content["detail"]
-            outcome = "unknown" if ended is None else json.loads(ended)["outcome"]
+            outcome = "unknown" if ended is None else msgspec.json.decode(ended)["outcome"]
             module, adapter = str(detail.get("module", "")), str(detail.get("adapter", ""))
             # A module without a name is known by its connection.
             key = f"{LEFT}former {module or (detail.get('run'), adapter, port)}"
             if (act, outcome) in leaves_active and not port.startswith("sim://"):
-                here = {"module": module, "port": port, "adapter": adapter, "at": at}
-                left[key] = json.dumps({**here, "is_lock_unconfirmed": act == "lock"})
+                here = LeftActive(module=module, port=port, adapter=adapter, at=at, is_lock_unconfirmed=act == "lock")
+                left[key] = msgspec.json.encode(here).decode()
             elif act != "activate" and outcome == "confirmed" and not detail.get("is_in_doubt"):
                 left.pop(key, None)
     return left
