@@ -1096,10 +1096,6 @@
         <translation>可能是 {module}：开机次数和参数相符。</translation>
     </message>
     <message>
-        <source>It may still be kept.</source>
-        <translation>可能仍会保存。</translation>
-    </message>
-    <message>
         <source>It moves: {low:.0f}–{high:.0f}°, {weak:.1f}–{strong:.1f} g in 2 s.</source>
         <translation>模块未静止：2 秒内 {low:.0f}–{high:.0f}°，{weak:.1f}–{strong:.1f} g。</translation>
     </message>
@@ -1762,6 +1758,10 @@
     <message>
         <source>Not judged: {total:.1f} s on the ground.</source>
         <translation>不判断：地面时段 {total:.1f} s。</translation>
+    </message>
+    <message>
+        <source>Not kept so far.</source>
+        <translation>尚未保存。</translation>
     </message>
     <message>
         <source>Not kept.</source>
@@ -4332,10 +4332,6 @@
     <message>
         <source>{file} cannot be written: {why}.</source>
         <translation>无法写入 {file}：{why}。</translation>
-    </message>
-    <message>
-        <source>{file} does not answer.</source>
-        <translation>{file} 没有响应。</translation>
     </message>
     <message>
         <source>{file} exists and is another kind of file.</source>

@@ -31,7 +31,6 @@ from app.safety.left_active import LEFT, LeftActive
 from app.store.rows import AHEAD, COLUMNS, KIND_OF, Content, OneContent, Row, StationNamed, row_of, time_text
 from app.store.station import own_station
 from app.system.files import data_folder
-from app.text.i18n import tr
 from app.text.messages import ErrorCode, UserError, UserMessage, clean, error_text, joined, message
 from protocol.translatable import marked
 
@@ -87,10 +86,6 @@ class StoreError(UserError):
     code = ErrorCode.STORE
 
 
-class StoreHangs(StoreError):
-    """The disk does not answer to a write that had begun: whether it is kept is not known."""
-
-
 def unusable(path: Path, why: str | Exception) -> StoreError:
     """`why`: `marked`, or in the system's words."""
     text = why if isinstance(why, str) else error_text(why)
@@ -98,11 +93,6 @@ def unusable(path: Path, why: str | Exception) -> StoreError:
         with suppress(OSError):  # of a full disk SQLite says this and that
             text = FULL if shutil.disk_usage(path.parent).free < MIN_FREE_BYTES else text
     return StoreError(marked("{file} cannot be used: {why}."), file=path, why=UserMessage(text))
-
-
-def not_kept(trouble: UserError) -> str:
-    """Say whether what was to be written is kept, in the language in use."""
-    return tr("It may still be kept.") if isinstance(trouble, StoreHangs) else tr("Not kept.")
 
 
 # The file
@@ -404,15 +394,14 @@ class Store:
         return future
 
     def write_in_time(self, work: Callable[[Facts], Result]) -> Result:
-        """Write, and wait for it within a limit, after which it is taken back, unless it is just being written. Raises
-        `StoreError`."""
+        """Write, and wait for it within a limit, after which it is taken back, unless it is just being written: then it
+        may be kept later. Raises `StoreError`."""
         writing = self.write(work)
         try:
             return writing.result(ANSWER_LIMIT_S)
         except (CancelledError, TimeoutError) as error:  # it was closed meanwhile, or the disk does not answer
-            if writing.cancel():
-                raise unusable(self.path, marked("the disk is too slow")) from error
-            raise StoreHangs(marked("{file} does not answer."), file=self.path) from error
+            writing.cancel()
+            raise unusable(self.path, marked("the disk is too slow")) from error
 
     def wait(self) -> None:
         """Wait until it is open, for a limited time: not in the window's thread. Raises `StoreError`."""

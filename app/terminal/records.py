@@ -19,7 +19,7 @@ from app.modules.names import remembered, store_as_found, what_speaks_against
 from app.safety.journal import Journal
 from app.safety.left_active import LeftActive, all_left, note_locked, note_named
 from app.store.acts import StoreJournal, Where, note_said_safe
-from app.store.fact_store import Facts, Store, not_kept
+from app.store.fact_store import Facts, Store
 from app.store.rows import Row
 from app.terminal.connection import adapter_of
 from app.terminal.console import Refused, note, notify, notify_once
@@ -101,7 +101,7 @@ def say_notice(store: Store) -> None:
 def say_not_kept(trouble: UserError) -> None:
     # Why is said once, as it may be that there is no store, which is said of itself.
     notify_once(trouble.sentence)
-    notify(not_kept(trouble))
+    notify(tr("Not kept so far."))
 
 
 @contextmanager

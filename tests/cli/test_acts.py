@@ -75,7 +75,7 @@ def test_zeroing_that_leaves_a_tilt_is_no_success(capsys: pytest.CaptureFixture[
         (
             "preflight --activate --yes --module M-07",
             1,
-            ["READY: activate", "Nothing was sent", "Not kept."],
+            ["READY: activate", "Nothing was sent", "Not kept so far."],
             ["freefall_trigger", "attitude_trigger"],
         ),
     ],

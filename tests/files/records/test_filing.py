@@ -20,7 +20,7 @@ from app.records.record import read_document
 from app.records.verification import RecordState, StationNames, verify
 from app.settings.profiles import NO_PROFILE
 from app.settings.values import DEFAULTS
-from app.store.fact_store import Facts, Store, StoreError, not_kept
+from app.store.fact_store import Facts, Store, StoreError
 from app.store.rows import Judgement, ModuleVisited, PreflightCheck
 from app.store.station import KEY_FILE
 from app.text.messages import UserError
@@ -89,7 +89,7 @@ def test_two_programs_that_file_at_once_lose_nothing(tmp_path: Path) -> None:
     assert len(kept) >= len([line for line in told if line.endswith("\n")]) >= 9
 
 
-def test_what_is_called_not_kept_is_not_kept_later(store: Store, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_what_waited_too_long_is_taken_back(store: Store, monkeypatch: pytest.MonkeyPatch) -> None:
     """The disk answers again after the limit."""
     monkeypatch.setattr("app.store.fact_store.ANSWER_LIMIT_S", 0.1)
     goes_on = threading.Event()
@@ -97,13 +97,10 @@ def test_what_is_called_not_kept_is_not_kept_later(store: Store, monkeypatch: py
     filed = file_one(store, "M-07")
     goes_on.set()
     assert filed.trouble is not None
-    assert not_kept(filed.trouble) == "Not kept."
     assert checks_of(store, "M-07") == ()
 
 
-def test_what_is_just_being_written_may_still_be_kept_and_is_not_called_not_kept(
-    store: Store, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_what_is_just_being_written_is_waited_for_no_longer(store: Store, monkeypatch: pytest.MonkeyPatch) -> None:
     """The disk hangs in the middle of it."""
     monkeypatch.setattr("app.store.fact_store.ANSWER_LIMIT_S", 0.5)
     goes_on = threading.Event()
@@ -116,7 +113,6 @@ def test_what_is_just_being_written_may_still_be_kept_and_is_not_called_not_kept
     monkeypatch.setattr("app.records.filing.keep_check", keep_slowly)
     filed = file_one(store, "M-07")
     assert filed.trouble is not None
-    assert not_kept(filed.trouble) == "It may still be kept."
     goes_on.set()
     assert len(checks_of(store, "M-07")) == 1
 

@@ -24,7 +24,7 @@ from app.records.verification import RecordState, Verification, verify_file
 from app.safety.journal import Act
 from app.settings.profile_file import save_profile
 from app.settings.profiles import NO_PROFILE, ActivatedBy, Profile
-from app.store.fact_store import StoreError, not_kept
+from app.store.fact_store import StoreError
 from app.system.files import CANNOT_READ, CANNOT_WRITE
 from app.text.i18n import tr
 from app.text.messages import MAX_TEXT_LENGTH, UserError, clean, error_text, join_sentences, labelled, not_written
@@ -463,7 +463,7 @@ class PreflightPage(Page):
         if self.state.verdict is not None and check is not None and check.filed is not None:
             trouble = check.filed.trouble
             if trouble is not None:
-                self.result.notify(Meaning.ATTENTION, join_sentences((trouble.sentence, not_kept(trouble))))
+                self.result.notify(Meaning.ATTENTION, join_sentences((trouble.sentence, tr("Not kept so far."))))
         if standing is not Standing.VOID:
             self.list.verticalScrollBar().setValue(0)  # what failed is at the top
 
