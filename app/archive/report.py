@@ -82,14 +82,9 @@ def _today(facts: Facts, name: str, last_at: str, now: datetime) -> ModuleToday:
     last_word = {kept.content.raw: kept.content.judgement for kept in facts.of_module(rows.TriggerRecordJudged, name)}
     unjudged = sum(last_word.get(raw) is None for raw in seen)
     due = []
-    if check is None or check.is_simulated:
-        due.append(message(marked("No pre-flight check yet.")))
-    elif check.is_fired_since:
-        due.append(message(marked("Since the last check it fired, or was told to.")))
-    elif not check.holds:
-        due.append(message(marked("The last check is not GO.")))
-    elif check.at < rows.time_text(now - timedelta(days=CHECK_DAYS)):
-        due.append(message(marked("No check within the last {days} days."), days=CHECK_DAYS))
+    since = rows.time_text(now - timedelta(days=CHECK_DAYS))
+    if check is None or check.is_simulated or not check.holds or check.at < since:
+        due.append(message(marked("No valid check within the last {days} days."), days=CHECK_DAYS))
     if unjudged:
         due.append(message(marked("Unjudged trigger records: {count}."), count=unjudged))
     tests = sorted(guided.last_tests(facts, name, counts_simulated=False).values(), key=lambda test: test.kind.value)

@@ -1572,10 +1572,6 @@
         <translation>无更改</translation>
     </message>
     <message>
-        <source>No check within the last {days} days.</source>
-        <translation>最近 {days} 天内未做检查。</translation>
-    </message>
-    <message>
         <source>No column is known to hold attitude or acceleration.</source>
         <translation>不知道哪一列是姿态或加速度。</translation>
     </message>
@@ -1638,10 +1634,6 @@
     <message>
         <source>No permission for {port}.</source>
         <translation>没有 {port} 的访问权限。</translation>
-    </message>
-    <message>
-        <source>No pre-flight check yet.</source>
-        <translation>尚未做飞行前检查。</translation>
     </message>
     <message>
         <source>No pre-flight record: {why}.</source>
@@ -1722,6 +1714,10 @@
     <message>
         <source>No thresholds separate the sides</source>
         <translation>没有阈值能区分两侧</translation>
+    </message>
+    <message>
+        <source>No valid check within the last {days} days.</source>
+        <translation>最近 {days} 天内没有有效的检查。</translation>
     </message>
     <message>
         <source>Noise can end or fake a free fall.</source>
@@ -2420,10 +2416,6 @@
         <translation>模拟模块</translation>
     </message>
     <message>
-        <source>Since the last check it fired, or was told to.</source>
-        <translation>上次检查之后已触发或收到开伞指令。</translation>
-    </message>
-    <message>
         <source>Skipped: {count}.</source>
         <translation>跳过：{count}。</translation>
     </message>
@@ -2602,10 +2594,6 @@
     <message>
         <source>The key of this station cannot be used: {why}.</source>
         <translation>本站点的密钥无法使用：{why}。</translation>
-    </message>
-    <message>
-        <source>The last check is not GO.</source>
-        <translation>上次检查的结果不是可以飞行。</translation>
     </message>
     <message>
         <source>The last nine triggers with settings and readings.</source>

@@ -33,7 +33,7 @@ from tests.support.records.stored import begin, open_store, settle
 
 NOW = datetime.now(UTC)
 RAW = "41 75 35 01 01 00 6C 02 3C 05 A0 00 01 0C EB 7E"
-NO_CHECK, NOT_GO = "No pre-flight check yet.", "The last check is not GO."
+NO_CHECK = "No valid check within the last 30 days."
 SETTINGS: dict[str, Any] = {"attitude_threshold_deg": 60, "freefall_time_s": 1.2}
 
 
@@ -77,9 +77,9 @@ def checked(verdict: Any = "GO", *, is_simulated: bool = False, is_void: bool = 
     [
         ([], [NO_CHECK]),
         ([(checked(), 1)], []),
-        ([(checked(), 31)], ["No check within the last 30 days."]),
-        ([(checked(is_void=True), 1)], [NOT_GO]),
-        ([(checked(), 3), (checked("NO-GO"), 2)], [NOT_GO]),
+        ([(checked(), 31)], [NO_CHECK]),
+        ([(checked(is_void=True), 1)], [NO_CHECK]),
+        ([(checked(), 3), (checked("NO-GO"), 2)], [NO_CHECK]),
         ([(checked("NO-GO"), 3), (checked("READY"), 2)], []),
         ([(checked(), 3), (checked("NO-GO", is_simulated=True), 2)], []),
         ([(checked(is_simulated=True), 2)], [NO_CHECK]),
