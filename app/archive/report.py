@@ -198,11 +198,9 @@ def _events(facts: Facts, name: str, types: Iterable[type[rows.Content]]) -> Ite
                 with suppress(ValueError):  # of another station it may be anything
                     what = sentence(record_of(bytes.fromhex(content.raw)))
                 text = message(marked("Trigger record: {what}"), what=what)
-            case rows.TriggerRecordJudged(judgement=None):
-                text = message(marked("Judgement taken back."))
-            case rows.TriggerRecordJudged(judgement=rows.Judgement() as judgement):
-                word = message(judgement.value)
-                text = _with_note(message(marked("Judged: {judgement}."), judgement=word), content.note)
+            case rows.TriggerRecordJudged():
+                word = marked("none") if content.judgement is None else content.judgement.value
+                text = _with_note(message(marked("Judged: {judgement}."), judgement=message(word)), content.note)
             case rows.MayHaveFired():
                 text = message(marked("It reported TRIGGERED, or was told to fire before it had this name."))
             case rows.Serviced():

@@ -1140,10 +1140,6 @@
         <translation>复核结果：{judgement}。</translation>
     </message>
     <message>
-        <source>Judgement taken back.</source>
-        <translation>复核已撤回。</translation>
-    </message>
-    <message>
         <source>Keep away, LOCK again, restore the link; only then switch it off.</source>
         <translation>请远离模块，再次锁定并恢复通信，之后才可关机。</translation>
     </message>
