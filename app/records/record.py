@@ -150,22 +150,6 @@ class SignedDocument(Document, frozen=True, kw_only=True):
 def make_record(assessment: Assessment, *, at: datetime, adapter: str = "") -> Record:
     """The record of a check. `adapter`: USB identity or port. Raises `ValueError` for a time without its zone."""
     case, evidence, person = assessment.case, assessment.case.evidence, assessment.case.person
-    checks = []
-    for judged in assessment.checks:
-        check, finding = judged
-        measured = clean(finding.measured) if isinstance(finding.measured, str) else finding.measured
-        checks.append(
-            {
-                "id": check.id,
-                "title": check.title,
-                "result": finding.result.value,
-                "measured": measured,
-                "shown": finding.shown.to_json(),
-                "limit": finding.limit.to_json(),
-                "why": check.why,
-                "do": judged.do.to_json(),
-            }
-        )
     plain = {
         "version": VERSION,
         "verdict": assessment.verdict.value,
@@ -182,7 +166,19 @@ def make_record(assessment: Assessment, *, at: datetime, adapter: str = "") -> R
         "profile": clean(case.profile.name) or None,
         "settings_code": case.settings_code,
         "softer_limits": list(assessment.softened),
-        "checks": checks,
+        "checks": [
+            {
+                "id": judged.check.id,
+                "title": judged.check.title,
+                "result": judged.finding.result.value,
+                "measured": judged.finding.measured,
+                "shown": judged.finding.shown.to_json(),
+                "limit": judged.finding.limit.to_json(),
+                "why": judged.check.why,
+                "do": judged.do.to_json(),
+            }
+            for judged in assessment.checks
+        ],
         "manual": [
             {"text": clean(item.text), "is_done": item.is_done, "is_required": item.is_required}
             for item in case.profile.manual
