@@ -63,10 +63,8 @@ TABLES = (
     f"CREATE TRIGGER facts_not_removed BEFORE DELETE ON facts {_KEPT}",
     "CREATE TABLE state (key TEXT PRIMARY KEY, value TEXT NOT NULL) STRICT",
 )
-# For what is still to be written at `close`.
-CLOSE_LIMIT_S = 5.0
-# For what a command or a check waits for, as a disk may never answer; longer than `BUSY_S`, so that it is told if
-# another program holds the file.
+# For what a command or a check waits for, and for what is still to be written at `close`, as a disk may never answer;
+# longer than `BUSY_S`, so that it is told if another program holds the file.
 ANSWER_LIMIT_S = 6.0
 # How often it is looked whether the copy of the day was made, in a program that is open for days.
 COPY_EVERY_S = 600.0
@@ -424,7 +422,7 @@ class Store:
         """Return the value; None where it is not set. Raises `StoreError`."""
         return self.read(lambda facts: facts.state(key))
 
-    def close(self, limit_s: float = CLOSE_LIMIT_S) -> bool:
+    def close(self, limit_s: float = ANSWER_LIMIT_S) -> bool:
         """Write what is left; returns whether all of it was written within the limit. Idempotent, never raises."""
         with self._lock:
             if not self._is_closed.is_set():
