@@ -22,7 +22,7 @@ from app.modules.service import repack_due, service_due
 from app.preflight.checks import Case, CheckResult, Person, RecordsWord
 from app.preflight.evidence import Evidence
 from app.preflight.verdict import Assessment, Verdict, assess
-from app.records.record import Record, SignedRecord, make_record, sign
+from app.records.record import Record, SignedRecord, make_record, read_document, record_of, sign
 from app.settings.profiles import Profile
 from app.store.acts import all_fired, unnamed_fired
 from app.store.fact_store import Facts, Kept, Store, StoreError
@@ -187,7 +187,7 @@ def keep_check(facts: Facts, filed: Filed) -> None:
 
 
 class CheckLine(PreflightCheck, frozen=True, kw_only=True):
-    """One check as a list shows it, without its document. `id` names its fact, for `document_of`; `at` is ISO 8601 in
+    """One check as a list shows it, without its document. `id` names its fact, for `kept_record`; `at` is ISO 8601 in
     UTC; `is_fired_since` says that a deploy left or a TRIGGERED was seen after it, so that what it said of the module
     is no longer so."""
 
@@ -239,10 +239,12 @@ def checks_in(facts: Facts, module: str | None) -> tuple[CheckLine, ...]:
     return tuple(check_line(check, fired) for check in checks)
 
 
-def document_of(facts: Facts, id_: str) -> str:
-    """Return the document of one check that is listed."""
+def kept_record(facts: Facts, id_: str) -> SignedRecord:
+    """Return one check that is listed, as it was signed. Raises `UserError` for what this version cannot read."""
     check = facts.by_id(PreflightCheck, id_)
-    return "" if check is None else check.content.document
+    text = "" if check is None else check.content.document
+    document = read_document(text.encode())
+    return SignedRecord(record_of(document), document.station, text)
 
 
 def aircraft_of(facts: Facts, module: str) -> str:

@@ -240,9 +240,3 @@ def record_of(document: Document) -> Record:
         return msgspec.convert(document.record, Record)
     except (msgspec.ValidationError, RecursionError):
         raise UserError(marked("written by another version")) from None
-
-
-def stored_record(text: str) -> SignedRecord:
-    """Read a document that was verified when it came in. Raises `UserError` for what this version cannot read."""
-    document = read_document(text.encode())
-    return SignedRecord(record_of(document), document.station, text)

@@ -17,8 +17,8 @@ from PySide6.QtWidgets import QLineEdit, QMenu, QPushButton, QSizePolicy, QTabBa
 from app.modules.labels import Printer
 from app.preflight.checks import Person
 from app.preflight.verdict import CheckState, Standing
-from app.records.filing import aircraft_of, document_of
-from app.records.record import Record, SignedRecord, stored_record
+from app.records.filing import aircraft_of, kept_record
+from app.records.record import Record, SignedRecord
 from app.records.report import write_report
 from app.records.verification import RecordState, Verification, verify_file
 from app.safety.journal import Act
@@ -350,7 +350,7 @@ class PreflightPage(Page):
         store = self._services.storage.ready
         if store is not None:
             try:
-                self._export(stored_record(store.read(lambda facts: document_of(facts, id_))))
+                self._export(store.read(lambda facts: kept_record(facts, id_)))
             except UserError as error:
                 self.result.notify(Meaning.DANGER, error.sentence)
             self.show_view("checks")  # where what came of it is said
