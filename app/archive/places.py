@@ -50,12 +50,6 @@ _ADD: Final = f"""
 _IS_ID: Final = "length(id) = 40 AND id NOT GLOB '*[^0-9a-f]*'"
 # Bytes. A row that is larger refuses the file.
 LARGEST_ROW: Final = 64_000_000
-ROOT_FILES: Final = (
-    Path("/etc/ssl/certs/ca-certificates.crt"),  # Debian, Ubuntu, Arch
-    Path("/etc/pki/tls/certs/ca-bundle.crt"),  # Fedora
-    Path("/etc/ssl/ca-bundle.pem"),  # openSUSE
-    Path("/etc/ssl/cert.pem"),  # macOS
-)
 
 
 def is_server(address: str) -> bool:
@@ -85,15 +79,18 @@ class PostgresPlace:
         """Makes the table where it is missing and the role may."""
         self.name = server_url(address)
         try:
+            import ssl
+
             import psycopg
             from psycopg.conninfo import conninfo_to_dict
         except ImportError as error:
             install = 'pip install "dps-s-configurator[archive]"'
             raise ServerTrouble(marked("psycopg is not installed: {command}"), command=install) from error
         # For sslrootcert=system: the OpenSSL that psycopg brings looks for the trusted certificates where none are.
-        roots = [str(file) for file in ROOT_FILES if file.is_file()]
-        if roots:
-            os.environ.setdefault("SSL_CERT_FILE", roots[0])
+        roots = ssl.get_default_verify_paths()
+        for name, place in (("SSL_CERT_FILE", roots.cafile), ("SSL_CERT_DIR", roots.capath)):
+            if place is not None:
+                os.environ.setdefault(name, place)
         sql = SQL_FILE.read_text(encoding="utf-8")
         with self._troubles():
             options: dict[str, Any] = _PATIENCE | conninfo_to_dict(self.name) | {"client_encoding": "UTF8"}

@@ -2,6 +2,7 @@
 
 import logging
 import re
+import ssl
 import sys
 from collections.abc import Iterator
 from contextlib import ExitStack, closing
@@ -251,7 +252,8 @@ def test_the_systems_roots_are_found(server: ArchiveServer, tmp_path: Path, monk
     for name in "SSL_CERT_FILE", "SSL_CERT_DIR":
         monkeypatch.setenv(name, "")  # so that what the program sets is taken back
         monkeypatch.delenv(name)
-    monkeypatch.setattr("app.archive.places.ROOT_FILES", (tmp_path / "none", server.folder / ROOT_CERTIFICATE))
+    roots = ssl.get_default_verify_paths()._replace(cafile=str(server.folder / ROOT_CERTIFICATE))
+    monkeypatch.setattr("ssl.get_default_verify_paths", lambda: roots)
     PostgresPlace(address).close()
     write_certificate(tmp_path / "other.crt", tmp_path / "other.key")
     monkeypatch.setenv("SSL_CERT_FILE", str(tmp_path / "other.crt"))  # a person's own choice counts
