@@ -269,7 +269,7 @@ def make_row(kind: str, text: str, *, module: str | None, station: str, at: date
     return Row(fact_id(kind, module, station, made_at, text), kind, module, station, made_at, text)
 
 
-def check_row(row: tuple[object, ...]) -> tuple[Row, Content | dict[str, Any]]:
+def check_row(row: tuple[object, ...]) -> tuple[Row, object]:
     """Return a row that somebody else wrote, and that is not too large, with its content. Raises `BadRow`."""
     try:
         checked = msgspec.convert(row, Row)
