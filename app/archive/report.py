@@ -14,6 +14,7 @@ from msgspec import Struct, to_builtins
 
 from app.archive.archive import all_facts
 from app.guided import results as guided
+from app.modules.names import COUNTS_FOR
 from app.modules.service import RESETS_BOOT_COUNT, service_due, service_summary
 from app.records.filing import CheckLine, check_line
 from app.safety.journal import TITLES, Act, Outcome
@@ -29,8 +30,6 @@ from protocol.fields import Value
 from protocol.translatable import marked
 
 CHECK_DAYS = 30
-# A contradiction that is older is history: nobody can answer for it any more.
-DOUBT_DAYS = 180
 _OUTCOMES: Mapping[Outcome, str] = {
     Outcome.CONFIRMED: marked("{what}: confirmed."),
     Outcome.REFUSED: marked("{what}: refused."),
@@ -114,7 +113,7 @@ def two_modules(facts: Facts, name: str, now: datetime) -> list[UserMessage]:
     services = [kept.content for kept in facts.of_module(rows.Serviced, name)]
     # An exchange of parts that a person entered later has explained it.
     explained = max((one.on.isoformat() for one in services if one.service in RESETS_BOOT_COUNT), default="")
-    since = rows.time_text(now - timedelta(days=DOUBT_DAYS))
+    since = rows.time_text(now - COUNTS_FOR)
     recent = takewhile(lambda visit: visit.at >= since, facts.back_from_newest(rows.ModuleVisited, name))
     counted = ((one.at, one.content.boot_count) for one in recent if one.content.boot_count is not None)
     for (at, count), (at_before, before) in pairwise(counted):

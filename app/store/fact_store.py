@@ -171,13 +171,12 @@ def check_or_make(connection: sqlite3.Connection, path: Path) -> None:
     newer one."""
     if not connection.execute("SELECT count(*) FROM sqlite_master").fetchone()[0]:
         make_tables(connection)
-    if connection.execute("PRAGMA application_id").fetchone()[0] != APPLICATION_ID:
-        raise sqlite3.DatabaseError("of another program")
+    is_ours = connection.execute("PRAGMA application_id").fetchone()[0] == APPLICATION_ID
     layout = connection.execute("PRAGMA user_version").fetchone()[0]
-    if layout > LAYOUT:
+    if is_ours and layout > LAYOUT:
         raise unusable(path, marked("it needs a newer version of this program"))
-    if layout < LAYOUT:
-        raise sqlite3.DatabaseError("of a development build")
+    if not is_ours or layout < LAYOUT:
+        raise sqlite3.DatabaseError("of another program, or of a development build")
 
 
 def check_whole(connection: sqlite3.Connection) -> None:
@@ -198,11 +197,8 @@ def is_whole(path: Path) -> bool:
 
 
 def _left_active(former: Path) -> dict[str, str]:
-    """Return what a file that was set aside leaves ACTIVE, as rows of the state, as far as it can be read.
-
-    The audit log of a development build had an intent (`act`) and what came of it (`outcome`, linked by the intent's
-    hash), both as JSON.
-    """
+    """Return what a file that was set aside leaves ACTIVE, as rows of the state, as far as it can be read. That of a
+    development build had each intent (`act`) and what came of it (`outcome`, linked by the intent's hash) as JSON."""
     query = """
         SELECT a.made_at, a.payload, o.payload FROM facts a LEFT JOIN facts o ON o.kind = 'outcome' AND o.link = a.hash
         WHERE a.kind = 'act' AND a.link IN ('activate', 'lock', 'shutdown') ORDER BY a.number
