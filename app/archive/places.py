@@ -20,7 +20,6 @@ from urllib.parse import parse_qsl
 
 from app.store.fact_store import BUSY_S, INSERT, check_or_make, check_whole, make_tables
 from app.store.rows import COLUMNS
-from app.system.files import CANNOT_READ, CANNOT_WRITE
 from app.text.messages import ErrorCode, UserError, clean
 from protocol.translatable import marked
 
@@ -231,14 +230,14 @@ class FilePlace:
     def add(self, rows: list[tuple[Any, ...]]) -> int:
         """How many were new: they are durable."""
         before = self._file.total_changes
-        with self._troubles(CANNOT_WRITE), self._file:  # which commits, or rolls back where it fails
+        with self._troubles(), self._file:  # which commits, or rolls back where it fails
             self._file.execute("BEGIN IMMEDIATE")
             self._file.executemany(INSERT, rows)
         return self._file.total_changes - before
 
     @contextmanager
-    def _troubles(self, text: str = CANNOT_READ) -> Iterator[None]:
+    def _troubles(self) -> Iterator[None]:
         try:
             yield
         except sqlite3.Error as error:
-            raise FileTrouble(text, file=self.name, why=str(error)) from error
+            raise FileTrouble(marked("{file} cannot be used: {why}."), file=self.name, why=str(error)) from error

@@ -89,12 +89,6 @@ class TriggerFlags(NamedTuple):
             return tr("both off") if is_tilt_off and is_fall_off else tr("tilt off") if is_tilt_off else tr("fall off")
         return tr("both on") if self.are_on else tr("not known")
 
-    @staticmethod
-    def texts() -> tuple[str, ...]:
-        """Return all that `text` may be."""
-        flags = (True, True), (False, False), (False, None), (None, False), (None, None)
-        return tuple(TriggerFlags(tilt, fall).text for tilt, fall in flags)
-
 
 def trigger_flags(conversation: ConversationView, now: float) -> TriggerFlags:
     tilt, fall = (conversation.fresh(key, now) for key in (TILT_TRIGGER, FALL_TRIGGER))

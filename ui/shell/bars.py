@@ -23,7 +23,7 @@ from app.diagnosis.link_state import LinkState, Phase
 from app.engine.conversation import ConversationView
 from app.engine.target import is_simulated
 from app.limits.limits import LimitsInUse, last_cell_outside
-from app.safety.last_known import Activation, TriggerFlags, trigger_flags
+from app.safety.last_known import Activation, trigger_flags
 from app.text.i18n import tr
 from app.text.messages import duration, in_brackets, join_names, labelled
 from protocol.translatable import marked
@@ -123,7 +123,8 @@ class TopBar(QFrame):
         ages.append(tr("unknown"))
         self.activation.reserve((tr("LOCKED"), tr("ACTIVE"), tr("was ACTIVE"), tr("Activation")), below=ages)
         self.trigger.reserve((tr("NOT TRIGGERED"), tr("TRIGGERED")), below=ages)
-        self.triggers.reserve(TriggerFlags.texts(), below=(tr("triggers"),))
+        words = (tr("both on"), tr("both off"), tr("tilt off"), tr("fall off"), tr("not known"))
+        self.triggers.reserve(words, below=(tr("triggers"),))
         # In large text there is no room for both words, and the rare move is the lesser evil.
         both = tr("charging") if is_text_large() else join_names((tr("charging"), tr("low")))
         self.cell.reserve(("4.00 V",), below=(*ages, both))

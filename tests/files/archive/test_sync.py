@@ -128,7 +128,7 @@ def test_a_stick_that_takes_nothing_gives_all_that_is_on_it(desk: Desk, monkeypa
     desk.stores[0].write(lambda facts: facts.add(SaidNew(is_new=True), "M-07", at=at)).result(PATIENCE_S)
     with monkeypatch.context() as patch:
         patch.setattr("app.archive.places.INSERT", "INSERT INTO nowhere VALUES (?, ?, ?, ?, ?, ?)")
-        with pytest.raises(UserError, match="cannot be written"):
+        with pytest.raises(UserError, match="cannot be used"):
             desk.exchange(0)
     assert {row.id for row in there} <= desk.ids(0)
 
