@@ -123,17 +123,10 @@ def note_go(states: States, run: str) -> None:
 
 
 def note_locked(states: States, run: str) -> None:
-    """The module of this conversation reports LOCKED."""
+    """The module of this conversation reports LOCKED, or a person says that it is."""
     for other, left in _kept(states).items():
         if run in (other, left.named_again_in):
             _forget(states, other)
-
-
-def note_safe(states: States, safe: LeftActive) -> None:
-    """A person says that it is locked, or switched off."""
-    for run, left in _kept(states).items():
-        if run == safe.run or (safe.module and left.module == safe.module):
-            _forget(states, run)
 
 
 def _kept(states: States) -> dict[str, LeftActive]:

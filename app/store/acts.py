@@ -14,7 +14,7 @@ from datetime import datetime
 from typing import Any, NamedTuple
 
 from app.safety.journal import NOTE, Act, Entry, Journal, Outcome
-from app.safety.left_active import LeftActive, drop_intent, keep_left, note_locked, note_safe
+from app.safety.left_active import LeftActive, drop_intent, keep_left, note_locked, note_named
 from app.store.fact_store import Facts, Kept, Store, StoreError
 from app.store.rows import ActEnded, ActIntended, DeployIntended, MayHaveFired, time_text
 from app.text.messages import UserMessage, clean
@@ -90,8 +90,8 @@ def note_report(facts: Facts, where: Where, *, is_active: bool) -> None:
 def note_said_safe(facts: Facts, left: LeftActive, origin: str) -> None:
     """A person says that it is locked, or switched off. Nothing was sent: that stands in the log without a frame."""
     where = Where(left.port, origin, left.adapter, left.module, left.run)
+    note_named(facts, left.run, left.module)  # so that the word counts for all that was left under this name
     settle(facts, begin(facts, Act.LOCK, b"", {"reported_by": "person"}, where), Outcome.CONFIRMED, {"sent": 0})
-    note_safe(facts, left)
 
 
 class StoreJournal(Journal):

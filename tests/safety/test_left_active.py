@@ -16,7 +16,6 @@ from app.safety.left_active import (
     note_go,
     note_locked,
     note_named,
-    note_safe,
 )
 from protocol.events import Ended, EndReason
 
@@ -83,14 +82,12 @@ def test_a_named_one_ends_when_a_module_reports_locked_that_was_named_so_afterwa
 
 
 @pytest.mark.promise("l")
-def test_one_without_a_name_ends_by_a_persons_word_only() -> None:
+def test_one_without_a_name_ends_by_no_report_of_another_conversation() -> None:
     state = State()
     keep_left(state, left("a"))
     note_named(state, "b", "M-07")
     note_locked(state, "b")
     assert state.names() == ["a"]
-    note_safe(state, all_left(state)[0])
-    assert state.kept == {}
 
 
 def test_it_gets_the_name_that_is_said_later_in_its_conversation() -> None:
@@ -102,14 +99,12 @@ def test_it_gets_the_name_that_is_said_later_in_its_conversation() -> None:
     assert state.names() == ["M-07"]
 
 
-def test_of_a_name_only_the_last_is_told_and_a_persons_word_ends_all() -> None:
+def test_of_a_name_only_the_last_is_told() -> None:
     state = State()
     keep_left(state, left("a", "M-07", at="2026-01-02T12:00:00+00:00"))
     keep_left(state, left("b", at="2026-01-02T13:00:00+00:00"))
     keep_left(state, left("c", "M-07", at="2026-01-02T14:00:00+00:00"))
     assert [one.run for one in all_left(state)] == ["c", "b"]
-    note_safe(state, all_left(state)[0])
-    assert state.names() == ["b"]
 
 
 def test_an_act_of_which_nothing_came_leaves_nothing_behind_and_takes_nothing_away() -> None:

@@ -86,11 +86,16 @@ def test_what_the_module_reports_and_a_person_says(store: Store) -> None:
         assert len(store.write(all_left).result()) == count
     (left,) = store.write(all_left).result()
     assert (left.module, left.run, left.port, left.adapter) == ("M-07", "run", PORT, "usb 1")
+    for name, run in (("M-07", "another"), ("", "unnamed")):
+        store.write(partial(note_report, where=here._replace(name=name, run=run), is_active=True))
     store.write(lambda facts: note_said_safe(facts, left, "window"))
-    assert store.write(all_left).result() == ()
+    (unnamed,) = store.write(all_left).result()
+    assert unnamed.run == "unnamed", "a person's word ends all of that name, and no other"
     (said,) = audit(store)
     assert (said.act, said.outcome, said.frame) == (Act.LOCK, Outcome.CONFIRMED, b"")
     assert said.detail == {"reported_by": "person"}
+    store.write(lambda facts: note_said_safe(facts, unnamed, "window"))
+    assert store.write(all_left).result() == ()
 
 
 def test_an_entry_that_could_not_be_written_has_no_outcome_and_is_said(tmp_path: Path) -> None:
