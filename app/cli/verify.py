@@ -23,8 +23,8 @@ from protocol.translatable import marked
 
 class VerifyJson(Result):
     """`report`: the file is a report, in which only the record is signed. `follows`: the verdict that the checks give.
-    `signer`: fingerprint of the key; `names`: what stations with it call themselves. What an altered file says is null
-    where it cannot be read."""
+    `signer`: fingerprint of the key; `names`: what stations with it call themselves. What an altered file says
+    is null."""
 
     state: RecordState
     report: bool

@@ -45,7 +45,7 @@ class StationNames(NamedTuple):
 
 
 class Verification(NamedTuple):
-    """`record` is None where an altered document cannot be read as one. `signer`: the key that it names, in
+    """Of an altered document `record` is None: nothing that it says is told. `signer`: the key that it names, in
     hexadecimal; it signed only where it is not altered."""
 
     state: RecordState
@@ -73,27 +73,23 @@ class Verification(NamedTuple):
 
     def sentences(self) -> list[UserMessage]:
         """The sentences for people: the state, which record it is, and who signed it."""
-        record, told = self.record, []
-        if self.state is RecordState.ALTERED or record is None:
-            told.append(message(marked("ALTERED: this is not what was signed.")))
-        elif self.contradictions:
-            told.append(message(marked("CONTRADICTS ITSELF: {parts}."), parts=joined(self.contradictions, "; ")))
-        else:
-            told.append(message(marked("INTACT: {verdict}."), verdict=message(record.verdict.value)))
-        if record is not None:
-            about = message(
-                marked("{module}, {at}, checked by: {who}."),
-                module=clean(record.module, longest=60) if record.module else message(marked("Unnamed")),
-                at=record.at.isoformat(),
-                who=clean(record.who, longest=60) if record.who else message(marked("not named")),
-            )
-            told.append(about)
-            if record.is_simulated:
-                told.append(message(marked("SIMULATED MODULE: no evidence.")))
+        record = self.record
+        if record is None:
+            return [message(marked("ALTERED: this is not what was signed."))]
+        told = [message(marked("INTACT: {verdict}."), verdict=message(record.verdict.value))]
+        if self.contradictions:
+            told = [message(marked("CONTRADICTS ITSELF: {parts}."), parts=joined(self.contradictions, "; "))]
+        about = message(
+            marked("{module}, {at}, checked by: {who}."),
+            module=clean(record.module, longest=60) if record.module else message(marked("Unnamed")),
+            at=record.at.isoformat(),
+            who=clean(record.who, longest=60) if record.who else message(marked("not named")),
+        )
+        told.append(about)
+        if record.is_simulated:
+            told.append(message(marked("SIMULATED MODULE: no evidence.")))
         if self.is_report:
             told.append(message(marked("Only the record in the report is signed.")))
-        if self.state is RecordState.ALTERED:
-            return told
         own_names = self.names.of_key(self.signer)
         names = joined([UserMessage(clean(name, longest=60)) for name in own_names])
         if self.is_own:
@@ -134,10 +130,7 @@ def verify_bytes(data: bytes, names: StationNames) -> Verification:
 def verify(document: Document, names: StationNames) -> Verification:
     """Verify a document. Raises `UserError` where it is intact and of a version that cannot be read here."""
     if not is_signature(document.station, document.signature, document.signed_bytes):
-        record = None
-        with suppress(UserError):
-            record = record_of(document)
-        return Verification(RecordState.ALTERED, document.station, names, record)
+        return Verification(RecordState.ALTERED, document.station, names)
     record = record_of(document)
     state = RecordState.INTACT if record.verdict is record.follows else RecordState.CONTRADICTORY
     return Verification(state, document.station, names, record)
