@@ -20,8 +20,6 @@ from protocol.translatable import marked
 MAX_CONTENT_BYTES = 1_000_000
 # A fact from later than this has a wrong time: it is kept and counts for nothing.
 AHEAD = timedelta(days=1)
-# Every computer can show the times between these two in its own zone.
-EARLIEST, LATEST = "1970-01-02", "3000"
 _EPOCH = datetime(1970, 1, 1, tzinfo=UTC)
 
 # What `clean` makes of what people type: on one line, at most 400 characters.
@@ -217,7 +215,8 @@ class Row(NamedTuple):
     kind: Annotated[str, Meta(pattern=r"^[a-z][a-z_]{0,39}\Z")]
     module: str | None
     station: Annotated[str, Meta(pattern=r"^[0-9a-f]{64}\Z")]
-    made_at: str
+    # Every computer can show these years in its own zone.
+    made_at: Annotated[str, Meta(pattern=r"^(197[1-9]|19[89]\d|2\d{3})-")]
     content: str
 
 
@@ -273,8 +272,6 @@ def check_row(row: tuple[object, ...]) -> tuple[Row, object]:
     """Return a row that somebody else wrote, and that is not too large, with its content. Raises `BadRow`."""
     try:
         checked = msgspec.convert(row, Row)
-        if not EARLIEST <= checked.made_at < LATEST:
-            raise BadRow("no time")
         _id, kind, module, station, made_at, text = checked
         if make_row(kind, text, module=module, station=station, at=datetime.fromisoformat(made_at)) != checked:
             raise BadRow("altered")
