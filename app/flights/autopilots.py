@@ -8,7 +8,7 @@ keeps busy without end, and pymavlink, which is larger than the rest of the prog
 import re
 from array import array
 from binascii import crc_hqx
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping
 from io import BytesIO
 from itertools import chain
 from struct import Struct
@@ -22,7 +22,6 @@ from app.flights.flight_log import (
     TIME,
     Channel,
     ChannelSource,
-    Floats,
     Layout,
     Places,
     RawLog,
@@ -97,9 +96,8 @@ class UlogFile:
         # Where the last record ends.
         self.read_until = _ULOG_HEADER_BYTES
         # Version 1 begins with its flags, of which the second eight bytes say what a reader must understand.
-        flags = data[_ULOG_HEADER_BYTES + _ULOG_RECORD_HEAD + 8 : _ULOG_HEADER_BYTES + _ULOG_RECORD_HEAD + 16]
-        has_flags = data[_ULOG_HEADER_BYTES + 2 : _ULOG_HEADER_BYTES + 3] == b"B" and len(flags) > 0
-        if has_flags and (flags[0] & ~_APPENDED or any(flags[1:])):
+        first = data[_ULOG_HEADER_BYTES : _ULOG_HEADER_BYTES + _ULOG_RECORD_HEAD + 16]
+        if first[2:3] == b"B" and int.from_bytes(first[_ULOG_RECORD_HEAD + 8 :], "little") & ~_APPENDED:
             raise unreadable(marked("written by a newer version"))
         formats: dict[str, str] = {}
         for begin, end in chain(*self._found("F", _LONGEST_FORMAT)):
@@ -234,7 +232,6 @@ _SCALES: Final = {"c": 0.01, "C": 0.01, "e": 0.01, "E": 0.01, "L": 1e-7}
 _CLOCKS: Final = {"TimeUS": 1e-6, "TimeMS": 1e-3}
 # The number of the sensor; older logs have a table for each.
 _SENSOR: Final = "I"
-_ROWS_AT_ONCE: Final = 5000
 _DF_TILTS: Final = tuple(ChannelSource(table, ("Roll", "Pitch"), tilt_of_roll_and_pitch) for table in ("ATT", "AHR2"))
 _DF_FORCES: Final = tuple(
     ChannelSource(table, ("AccX", "AccY", "AccZ"), force_of_axes)
@@ -335,9 +332,9 @@ class DataflashFile:
 
     def _read_text(self, data: bytes) -> None:
         """A line that is no whole record is damage."""
-        # Of the tables that are asked for, the columns and the rows.
-        tables: dict[str, tuple[list[str], list[str]]] = {}
         names = {"FMT"}
+        # Of the tables that are asked for, by label; None for a column that is not.
+        tables: dict[str, dict[str, array[float] | None]] = {}
         place = 0
         for line in BytesIO(data):
             place += len(line)
@@ -346,48 +343,32 @@ class DataflashFile:
             if not line.endswith(b"\n"):  # cut off
                 is_whole = False
             elif name in tables:
-                labels, rows = tables[name]
-                is_whole = rest.count(",") == len(labels) - 1
-                if is_whole:
-                    rows.append(rest)
+                cells, columns = rest.split(","), tables[name].values()
+                is_whole = len(cells) == len(columns)
+                for cell, column in zip(cells, columns, strict=False) if is_whole else ():
+                    if column is not None:
+                        column.append(_number(cell))
             elif name == "FMT":
                 cells = [cell.strip() for cell in rest.split(",")]
                 if len(cells) >= 5:
                     names.add(cells[2])
                     if cells[2] in _DF_TABLES:
-                        tables.setdefault(cells[2], (cells[4:], []))
+                        wanted = {label: array("d") if label in _DF_COLUMNS else None for label in cells[4:]}
+                        tables.setdefault(cells[2], wanted)
             if is_whole:
                 self.read_until = place
             else:
                 self.skipped_bytes += len(line)
-        for name, (labels, rows) in tables.items():
-            self.tables[name] = _by_sensor(_text_columns(labels, rows))
+        for name, labelled in tables.items():
+            self.tables[name] = _by_sensor({label: np.array(column) for label, column in labelled.items() if column})
 
 
-def _text_columns(labels: Sequence[str], rows: Sequence[str]) -> Table:
-    """The columns that are asked for; none where there are no rows.
-
-    A few rows at a time: all of a long flight at once would hold the interpreter, and with it the thread of the port,
-    until the conversation with the module is over.
-    """
-    parts: dict[str, list[Floats]] = {}
-    for first in range(0, len(rows), _ROWS_AT_ONCE):
-        cells = ",".join(rows[first : first + _ROWS_AT_ONCE]).split(",")
-        for number, label in enumerate(labels):
-            if label in _DF_COLUMNS:
-                parts.setdefault(label, []).append(_numbers(cells[number :: len(labels)]))
-    return {label: np.concatenate(columns) for label, columns in parts.items()}
-
-
-def _numbers(cells: Sequence[str]) -> Floats:
+def _number(cell: str) -> float:
     """A text, or damage, costs its own cell."""
     try:
-        return np.array(cells, np.float64)
+        return float(cell)
     except ValueError:
-        if len(cells) == 1:
-            return np.array([np.nan])
-        half = len(cells) // 2
-        return np.concatenate((_numbers(cells[:half]), _numbers(cells[half:])))
+        return np.nan
 
 
 def _by_sensor(table: Table) -> list[Table]:
@@ -417,15 +398,13 @@ _SIGNATURE_BYTES: Final = 13
 # The component that flies; gimbals and cameras have attitudes, too.
 _AUTOPILOT: Final = 1
 _TLOG_ARMED: Final = 0x80
-# A vehicle's time that is later counts from 1970, and has nothing to do with the others.
-_LATEST_S: Final = 1e8
 _REVERSED: Final = bytes(int(f"{byte:08b}"[::-1], 2) for byte in range(256))
 
 
 class _Kind(NamedTuple):
-    """A message: what its checksum ends with, and the numbers in its payload with their factors."""
+    """A message: its table, what its checksum ends with, and the numbers in its payload with their factors."""
 
-    name: str
+    table: str
     checksum_end: int
     payload: Struct
     scales: Mapping[str, float]
@@ -438,17 +417,14 @@ _TLOG_KINDS: Final = {
     0: _Kind("HEARTBEAT", 50, Struct("<6xB2x"), {"mode": 1.0}),
     _ATTITUDE: _Kind("ATTITUDE", 39, Struct("<Iff16x"), {TIME: 1e-3, "roll": _DEG, "pitch": _DEG}),
     33: _Kind("GLOBAL_POSITION_INT", 104, Struct("<I12xi8x"), {TIME: 1e-3, "altitude": 1e-3}),
-    105: _Kind("HIGHRES_IMU", 93, Struct("<Q3f42x"), {TIME: 1e-6, "x": 1.0, "y": 1.0, "z": 1.0}),
-    27: _Kind("RAW_IMU", 144, Struct("<Q3h12x"), {TIME: 1e-6, **_MILLI_G}),
-    26: _Kind("SCALED_IMU", 170, Struct("<I3h12x"), {TIME: 1e-3, **_MILLI_G}),
-    116: _Kind("SCALED_IMU2", 76, Struct("<I3h12x"), {TIME: 1e-3, **_MILLI_G}),
-    129: _Kind("SCALED_IMU3", 46, Struct("<I3h12x"), {TIME: 1e-3, **_MILLI_G}),
+    105: _Kind("IMU", 93, Struct("<Q3f42x"), {TIME: 1e-6, "x": 1.0, "y": 1.0, "z": 1.0}),  # HIGHRES_IMU
+    27: _Kind("IMU", 144, Struct("<Q3h12x"), {TIME: 1e-6, **_MILLI_G}),  # RAW_IMU
+    26: _Kind("IMU", 170, Struct("<I3h12x"), {TIME: 1e-3, **_MILLI_G}),  # SCALED_IMU
+    116: _Kind("IMU", 76, Struct("<I3h12x"), {TIME: 1e-3, **_MILLI_G}),  # SCALED_IMU2
+    129: _Kind("IMU", 46, Struct("<I3h12x"), {TIME: 1e-3, **_MILLI_G}),  # SCALED_IMU3
 }
 _TLOG_TILTS: Final = (ChannelSource("ATTITUDE", ("roll", "pitch"), tilt_of_roll_and_pitch),)
-_TLOG_FORCES: Final = tuple(
-    ChannelSource(table, ("x", "y", "z"), force_of_axes)
-    for table in ("HIGHRES_IMU", "RAW_IMU", "SCALED_IMU", "SCALED_IMU2", "SCALED_IMU3")
-)
+_TLOG_FORCES: Final = (ChannelSource("IMU", ("x", "y", "z"), force_of_axes),)
 _TLOG_ALTITUDES: Final = (ChannelSource("GLOBAL_POSITION_INT", ("altitude",)),)
 _TLOG_ARMING: Final = (ChannelSource("HEARTBEAT", ("mode",), lambda mode: mode.astype(np.int64) & _TLOG_ARMED),)
 _CLOCK: Final = (ChannelSource("ATTITUDE", ("stamp",)),)
@@ -528,11 +504,9 @@ def read_telemetry(data: bytes, name: str) -> RawLog:
         scaled = {one: column * kind.scales[one] for one, column in zip(kind.scales, columns, strict=True)}
         if vehicle in vehicles or not vehicles:
             # Arming has no time of the vehicle.
-            tables.setdefault(kind.name, []).append({TIME: stamp_s, "stamp": stamp_s, **scaled})
-    raw = RawLog(
-        name=name, tilts_deg=channels_of(tables, _TLOG_TILTS), altitudes_m=channels_of(tables, _TLOG_ALTITUDES)
-    )
-    raw.forces_g = [force for force in channels_of(tables, _TLOG_FORCES) if np.median(force.time_s) <= _LATEST_S]
+            tables.setdefault(kind.table, []).append({TIME: stamp_s, "stamp": stamp_s, **scaled})
+    raw = RawLog(name=name, tilts_deg=channels_of(tables, _TLOG_TILTS), forces_g=channels_of(tables, _TLOG_FORCES))
+    raw.altitudes_m = channels_of(tables, _TLOG_ALTITUDES)
     # It gets that of the attitude that arrived with it.
     for clock in channels_of(tables, _CLOCK):
         order = np.argsort(clock.values, kind="stable")

@@ -8,7 +8,7 @@ accelerations multiples of g.
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from itertools import islice
-from typing import TYPE_CHECKING, Final, NamedTuple
+from typing import Final, NamedTuple
 
 import numpy as np
 from numpy.lib.stride_tricks import sliding_window_view
@@ -17,9 +17,6 @@ from numpy.typing import NDArray
 from app.flights.judge import MAX_GAP_S, ROUNDING_S
 from app.text.messages import UserError, UserMessage, joined, message
 from protocol.translatable import marked
-
-if TYPE_CHECKING:
-    from app.recordings.markers import Marker
 
 Floats = NDArray[np.float64]
 Flags = NDArray[np.bool_]
@@ -113,7 +110,7 @@ class RawLog:
     # The samples are the module's own reports: they are used as they are.
     is_of_module: bool = False
     # Where the module that measured lost its state, or another one may have followed.
-    resets: "tuple[Marker, ...]" = ()
+    resets_s: Floats = field(default_factory=lambda: np.empty(0))
     problems: list[UserMessage] = field(default_factory=list)
 
     def note(self, text: str, /, **values: object) -> None:
@@ -134,12 +131,6 @@ class RawLog:
             # A damaged time must not stretch it: the first and the last twentieth do not count.
             early_s, late_s = np.quantile(times_s, (0.05, 0.95))
             self.lost_end_s = float(late_s - early_s) / 0.9 * (all_bytes - read_until) / read_until
-
-
-def kept_apart(time_s: Floats) -> Floats:
-    """Ascending times of a module's reports, of which several may have the same: a nanosecond later each."""
-    number_of_report = np.arange(len(time_s)) - np.searchsorted(time_s, time_s)
-    return time_s + number_of_report * 1e-9
 
 
 def tilt_of_quaternion(w: Floats, x: Floats, y: Floats, z: Floats) -> Floats:
@@ -191,8 +182,7 @@ class FlightLog:
     left_out_share: float = 0.0
     # Above any fixed level; NaN where unknown. None: the log does not say.
     altitude_m: Floats | None = None
-    # Where the measuring module lost its state, or another one may have followed.
-    resets: "tuple[Marker, ...]" = ()
+    resets_s: Floats
     # What was left out or looks wrong.
     problems: tuple[UserMessage, ...] = ()
 
@@ -260,16 +250,8 @@ _LATE_S: Final = 1.0
 _TICK: Final = 1e-6
 
 
-class _Sensor(NamedTuple):
-    """A channel without its invalid samples."""
-
-    time_s: Floats
-    values: Floats
-    left_out_share: float
-
-
 def assembled(raw: RawLog) -> FlightLog:
-    """Make the flight of a raw log. Raises `UserError` where neither attitude nor acceleration can be judged."""
+    """Makes the flight of a raw log. Raises `UserError` where neither attitude nor acceleration can be judged."""
     # Of the attitudes the first that is usable, and of all sensors what can be believed.
     tilts = list(islice(_usable(raw.tilts_deg, raw, is_tilt=True), 1))
     forces = list(_usable(raw.forces_g, raw, is_tilt=False))
@@ -279,18 +261,17 @@ def assembled(raw: RawLog) -> FlightLog:
         raw.note(marked("No attitude: attitude trigger not judged."))
     if not forces:
         raw.note(marked("No acceleration: free-fall trigger not judged."))
-    bounds_s = np.concatenate([raw.span_s or (), *(sensor.time_s[[0, -1]] for sensor in (*tilts, *forces))])
+    bounds_s = np.concatenate([raw.span_s or (), *(sensor.time_s[[0, -1]] for sensor, _ in (*tilts, *forces))])
     start_s = float(bounds_s.min())
-    held = [_held(sensor, start_s, raw, is_tilt=True) for sensor in tilts]
-    held += [_held(sensor, start_s, raw, is_tilt=False) for sensor in forces]
+    held = [_held(sensor, start_s, raw, is_tilt=True) for sensor, _ in tilts]
+    held += [_held(sensor, start_s, raw, is_tilt=False) for sensor, _ in forces]
     time_s = np.unique(np.concatenate([channel.time_s for channel in held]))
-    columns: list[Floats] = []
-    for channel in held:
-        column = np.full(len(time_s), np.nan)
+    unknown = np.full(len(time_s), np.nan)
+    columns = [unknown.copy() for _ in held]
+    for column, channel in zip(columns, held, strict=True):
         column[np.searchsorted(time_s, channel.time_s)] = channel.values
-        columns.append(column)
-    tilt_deg = columns.pop(0) if tilts else np.full(len(time_s), np.nan)
-    force_g = _believed_force(time_s, columns, raw) if forces else np.full(len(time_s), np.nan)
+    tilt_deg = columns.pop(0) if tilts else unknown
+    force_g = _believed_force(time_s, columns, raw) if forces else unknown
     log = FlightLog(
         name=raw.name,
         start_s=start_s,
@@ -299,12 +280,9 @@ def assembled(raw: RawLog) -> FlightLog:
         specific_force_g=force_g,
         is_judged=_judged(raw.armed, time_s, start_s),
         duration_s=float(bounds_s.max()) - start_s + raw.lost_end_s,
-        left_out_share=max(
-            max((tilt.left_out_share for tilt in tilts), default=0.0),
-            min((force.left_out_share for force in forces), default=0.0),
-        ),
+        left_out_share=max([share for _, share in tilts] + sorted(share for _, share in forces)[:1]),
         altitude_m=_altitude_at(raw.altitudes_m, time_s + start_s),
-        resets=tuple(reset._replace(time_s=reset.time_s - start_s) for reset in raw.resets),
+        resets_s=raw.resets_s - start_s,
     )
     if not (log.is_judged & (np.isfinite(tilt_deg) | np.isfinite(force_g))).any():
         raise UserError(joined(raw.problems, " "))
@@ -321,8 +299,9 @@ def assembled(raw: RawLog) -> FlightLog:
     return replace(log, problems=tuple(dict.fromkeys(raw.problems)))
 
 
-def _usable(channels: Iterable[Channel], raw: RawLog, *, is_tilt: bool) -> Iterator[_Sensor]:
-    """Return the tables with valid samples, and of these no others, in order of time."""
+def _usable(channels: Iterable[Channel], raw: RawLog, *, is_tilt: bool) -> Iterator[tuple[Channel, float]]:
+    """Yields the channels with valid samples, and of these no others, in order of time; and which share of the samples
+    was left out."""
 
     def note_left_out(text: str, is_kept: Flags) -> None:
         if not is_kept.all():
@@ -344,7 +323,7 @@ def _usable(channels: Iterable[Channel], raw: RawLog, *, is_tilt: bool) -> Itera
         if is_kept.any():
             with np.errstate(invalid="ignore"):
                 count = np.count_nonzero(np.diff(time_s, append=np.inf))
-            yield _Sensor(known_s[is_kept], known[is_kept], 1 - np.count_nonzero(is_kept) / count)
+            yield Channel(known_s[is_kept], known[is_kept]), 1 - np.count_nonzero(is_kept) / count
 
 
 def _ascending(time_s: Floats) -> Flags:
@@ -357,7 +336,7 @@ def _ascending(time_s: Floats) -> Flags:
     return kept
 
 
-def _held(sensor: _Sensor, start_s: float, raw: RawLog, *, is_tilt: bool) -> Channel:
+def _held(sensor: Channel, start_s: float, raw: RawLog, *, is_tilt: bool) -> Channel:
     """A sample for each report: the newest one before it, none in a pause that is too long. Of several tilts since the
     report before, the largest: one that would fire must not fall between two rows."""
     time_s = sensor.time_s - start_s

@@ -239,7 +239,7 @@ def _falls(log: FlightLog, forces: Samples) -> tuple[Floats, Floats]:
     steps = np.where(forces.is_active, np.rint(forces.values * TENTH_G.per_unit), np.inf)
     # A fall begins again after a pause, and where the module lost its state.
     restarts = np.diff(time_s, prepend=-np.inf) > MAX_GAP_S
-    lost = np.searchsorted(time_s, [reset.time_s for reset in log.resets])
+    lost = np.searchsorted(time_s, log.resets_s)
     restarts[lost[lost < len(time_s)]] = True
     times_s = np.arange(MAX_TIME_STEPS + 1) / CENTISECOND.per_unit - ROUNDING_S
     for step in range(1, MAX_ACCELERATION_STEPS + 1):

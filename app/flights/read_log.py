@@ -9,13 +9,14 @@ import zlib
 from collections import Counter
 from collections.abc import Iterable, Iterator, Sequence
 from contextlib import ExitStack
+from math import inf
 from pathlib import Path
 from typing import IO, TYPE_CHECKING, Final, NamedTuple
 
 import numpy as np
 
 from app.flights.autopilots import MAGIC, TEXT_FORMAT, is_telemetry, read_dataflash, read_telemetry, read_ulog
-from app.flights.flight_log import Channel, FlightLog, RawLog, assembled, kept_apart, unreadable
+from app.flights.flight_log import Channel, FlightLog, RawLog, assembled, unreadable
 from app.flights.judging import FlightSummary, summarise
 from app.flights.table import CsvColumns, UnreadTable, encoding_of, read_table
 from app.text.messages import UserError, UserMessage, error_text, joined, message
@@ -58,8 +59,6 @@ def read_flight_log(path: Path, columns: CsvColumns | None = None) -> FlightLog:
     `path` may go on into a zip archive, such as `logs.zip/7.ulg`. Slow for large files: not for the window's thread.
     Raises only `UserError`.
     """
-    if "\0" in str(path):
-        raise unreadable(marked("cannot be read"))
     try:
         return assembled(_read(path, columns))
     except OSError as error:
@@ -101,34 +100,34 @@ def _read(path: Path, columns: CsvColumns | None) -> RawLog:
 
 
 def _read_recording(path: Path, name: str) -> RawLog:
-    """A flight that a module measured. Raises `UserError`."""
+    """A flight that a module measured. Raises `UserError`, OSError."""
     from app.recordings.library import entry_of
     from app.recordings.recording import Recording
 
     try:
-        recording = Recording(entry_of(path))
+        return _recorded(Recording(entry_of(path)), name)
     except UserError as error:
         raise UserError(marked("{why}."), why=error.message) from error
-    return _recorded(recording, name)
 
 
 def flight_of_recording(recording: "Recording") -> FlightLog:
-    """Return the flight in an open recording. Raises `UserError` where that is nothing to judge."""
+    """The flight in an open recording. Raises `UserError` where that is nothing to judge."""
     return assembled(_recorded(recording, str(recording.entry.path)))
 
 
 def _recorded(recording: "Recording", name: str) -> RawLog:
     from app.recordings.markers import STATE_LOST
 
-    excerpt = recording.excerpt(recording.start_s, recording.end_s)
-    time_s = kept_apart(np.array(excerpt.tilt.time_s, np.float64))
-    if not len(time_s):
-        raise unreadable(marked("no status reports"))
+    tilt, acceleration = (one.window(-inf, inf) for one in (recording.tilt, recording.acceleration))
+    if not len(tilt.time_s):
+        raise UserError(marked("no status reports"))
+    # Of several reports of one time each is a nanosecond later.
+    time_s = tilt.time_s + (np.arange(len(tilt.time_s)) - np.searchsorted(tilt.time_s, tilt.time_s)) * 1e-9
     raw = RawLog(name=name, is_of_module=True)
     # Rounded, since a recording has 32-bit floats.
-    raw.tilts_deg = [Channel(time_s, np.array(excerpt.tilt.value, np.float64).round(3))]
-    raw.forces_g = [Channel(time_s, np.array(excerpt.acceleration.value, np.float64).round(3))]
-    raw.resets = tuple(marker for marker in excerpt.markers if marker.kind in STATE_LOST)
+    raw.tilts_deg = [Channel(time_s, tilt.value.astype(np.float64).round(3))]
+    raw.forces_g = [Channel(time_s, acceleration.value.astype(np.float64).round(3))]
+    raw.resets_s = np.array([marker.time_s for marker in recording.markers if marker.kind in STATE_LOST])
     if recording.damage is not None:
         raw.problems.append(recording.damage)
     if recording.entry.was_cut_off:
@@ -208,23 +207,14 @@ def find_logs(paths: Iterable[Path]) -> Iterator[Path]:
     In folders everything is a log but what is known to be none: what cannot be read has to be said.
     """
     for path in paths:
-        if _is_folder(path):
-            refused: list[OSError] = []
-            for folder, names, files in os.walk(path, onerror=refused.append):
-                names[:] = sorted(name for name in names if not name.startswith("."))
-                for name in sorted(files):
-                    if Path(name).suffix.lower() not in _NOT_LOGS and not name.lower().startswith((".", "readme")):
-                        yield from _with_members(Path(folder) / name)
-            yield from (Path(error.filename) for error in refused)
-        else:
-            yield from _with_members(path)
-
-
-def _is_folder(path: Path) -> bool:
-    try:
-        return path.is_dir()
-    except OSError:  # as where a folder above it may not be entered; is said when it is read
-        return False
+        refused: list[OSError] = []
+        for folder, names, files in os.walk(path, onerror=refused.append):
+            names[:] = sorted(name for name in names if not name.startswith("."))
+            for name in sorted(files):
+                if Path(name).suffix.lower() not in _NOT_LOGS and not name.lower().startswith((".", "readme")):
+                    yield from _with_members(Path(folder) / name)
+        for error in refused:  # also where the path is a file
+            yield from _with_members(Path(error.filename))
 
 
 def _with_members(path: Path) -> list[Path]:

@@ -12,8 +12,8 @@ import csv
 import math
 import re
 import shlex
+from array import array
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from contextlib import suppress
 from datetime import UTC, datetime
 from io import BytesIO, TextIOWrapper
 from itertools import chain, islice
@@ -161,8 +161,8 @@ def read_table(data: bytes, name: str, chosen: CsvColumns | None = None) -> RawL
     raw = RawLog(name=name)
     try:
         columns = _recognised(head, chosen or {})
-        rows = _Rows(head, columns)
-        scaled = _in_units(head, columns, rows.read(islice(_lines_of(data), head.first_row, None), raw))
+        lines = islice(_lines_of(data), head.first_row, None)
+        scaled = _in_units(head, columns, _read_rows(lines, head, columns, raw))
         time_s = scaled["time"]
         known_s = time_s[np.isfinite(time_s)]
         if (np.diff(known_s) < -1.0).any():
@@ -393,105 +393,79 @@ def _possible_units(quantity: str, columns: Sequence[Floats]) -> list[str]:
 
 # The rows
 
-_ROWS_AT_ONCE: Final = 5000
+# Of them the first tell whether commas are decimal ones.
+_FIRST_ROWS: Final = 5000
 _MAX_BAD_SHARE: Final = 0.01
-# How the characters of a number are read. An underscore, which Python takes for nothing, makes a cell no number.
-_PLAIN: Final = str.maketrans({"_": "?"})
-_DECIMAL: Final = str.maketrans({"_": "?", ",": ".", ".": ","})
+# Swapped, so that a point among numbers with decimal commas makes a cell no number.
+_DECIMAL: Final = str.maketrans(",.", ".,")
 _WITH_COMMA: Final = re.compile(r"[+-]?\d*,\d+(?:[eE][+-]?\d+)?")
 # Thousands, or three decimals.
 _EITHER_COMMA: Final = re.compile(r"[+-]?[1-9]\d{0,2},\d{3}")
 
 
-class _Rows:
-    """The columns that are used, by quantity."""
-
-    def __init__(self, head: Head, columns: CsvColumns) -> None:
-        self._head = head
-        self._places = {quantity: head.names.index(name) for quantity, (name, _) in columns.items()}
-        self._parts: dict[str, list[Floats]] = {quantity: [] for quantity in columns}
-        self._characters = _PLAIN
-        self._count = 0
-        # Cells that are no numbers: how many, and the first of them with its line.
-        self._bad_count = 0
-        self._first_bad = (0, "")
-
-    def read(self, lines: Iterable[str], raw: RawLog) -> dict[str, Floats]:
-        """`lines`: those behind the head. Raises `UserError`."""
-        reader = csv.reader(self._whole(lines, raw), delimiter=self._head.parter, skipinitialspace=True)
-        numbered = ((self._head.first_row + reader.line_num, row) for row in reader if row)
-        try:
-            while part := list(islice(numbered, _ROWS_AT_ONCE)):
-                self._take(part)
-        except csv.Error as error:
-            raise unreadable(marked("unknown kind of file")) from error
-        if not self._count:
-            raise unreadable(marked("no rows"))
-        if self._bad_count:
-            line, cell = self._first_bad
-            text = marked("Cells that are no numbers: {count}, the first in line {line}: “{cell}”.")
-            raw.note(text, count=self._bad_count, line=line, cell=clean(cell, longest=40))
-            if self._bad_count > _MAX_BAD_SHARE * self._count:
-                raise UserError(raw.problems[-1])
-        return {quantity: np.concatenate(parts) for quantity, parts in self._parts.items()}
-
-    def _whole(self, lines: Iterable[str], raw: RawLog) -> Iterator[str]:
-        """The lines without their ends; an empty one for a remark."""
-        for line in lines:
-            is_cut_off = not line.endswith("\n") and len(_cells(line, self._head.parter)) < len(self._head.names)
-            if not is_cut_off:
-                yield "" if line.startswith("#") else line.removesuffix("\n")
-            elif line.strip():
-                raw.note(marked("cut off"))
-
-    def _take(self, numbered: Sequence[tuple[int, list[str]]]) -> None:
-        """Each row with the number of its line."""
-        width, needed = len(self._head.names), max(self._places.values()) + 1
-        for number, row in numbered:
+def _read_rows(lines: Iterable[str], head: Head, columns: CsvColumns, raw: RawLog) -> dict[str, Floats]:
+    """The columns that are used, by quantity. `lines`: those behind the head. Raises `UserError`."""
+    width = len(head.names)
+    places = {quantity: head.names.index(name) for quantity, (name, _) in columns.items()}
+    needed = max(places.values()) + 1
+    values = {quantity: array("d") for quantity in columns}
+    count = bad_count = 0
+    reader = csv.reader(_whole(lines, head, raw), delimiter=head.parter, skipinitialspace=True)
+    rows = ((head.first_row + reader.line_num, row) for row in reader if row)
+    try:
+        first = list(islice(rows, _FIRST_ROWS))
+        is_decimal = _are_decimal(row[place] for _, row in first for place in places.values() if place < len(row))
+        for line, row in chain(first, rows):
             if len(row) > width and any(map(str.strip, row[width:])):
                 text = marked(
                     "Line {line} has {cells} cells, the head {names}: perhaps there are commas in its numbers."
                 )
-                raise UserError(text, line=number, cells=len(row), names=width)
-            if len(row) < needed:
-                self._note_bad(number, "")
-                row.extend([""] * (needed - len(row)))
-        numbers, rows = zip(*numbered, strict=True)
-        cells_of = {quantity: [row[place] for row in rows] for quantity, place in self._places.items()}
-        if not self._count and _are_decimal(chain(*cells_of.values())):
-            self._characters = _DECIMAL
-        self._count += len(rows)
-        for quantity, cells in cells_of.items():
-            plain = [cell or "nan" for cell in cells] if "" in cells else cells
-            if self._characters is _DECIMAL or "_" in "".join(cells):
-                plain = "\n".join(plain).translate(self._characters).split("\n")
-            self._parts[quantity].append(self._read_cells(quantity, plain, cells, numbers))
+                raise UserError(text, line=line, cells=len(row), names=width)
+            bad = [""] if len(row) < needed else []
+            row.extend([""] * (needed - len(row)))
+            for quantity, place in places.items():
+                value = _value(quantity, row[place], is_decimal=is_decimal)
+                if value is None:
+                    bad.append(row[place])
+                values[quantity].append(math.nan if value is None else value)
+            if bad and not bad_count:
+                first_bad = line, bad[0]
+            bad_count += len(bad)
+            count += 1
+    except csv.Error as error:
+        raise unreadable(marked("unknown kind of file")) from error
+    if not count:
+        raise unreadable(marked("no rows"))
+    if bad_count:
+        line, cell = first_bad
+        text = marked("Cells that are no numbers: {count}, the first in line {line}: “{cell}”.")
+        raw.note(text, count=bad_count, line=line, cell=clean(cell, longest=40))
+        if bad_count > _MAX_BAD_SHARE * count:
+            raise UserError(raw.problems[-1])
+    return {quantity: np.array(column) for quantity, column in values.items()}
 
-    def _read_cells(self, quantity: str, plain: Sequence[str], cells: Sequence[str], numbers: Sequence[int]) -> Floats:
-        """All at once, where all are numbers. `plain`: the cells as Python writes numbers."""
-        try:
-            return np.array(plain, np.float64)
-        except ValueError:
-            return np.array([self._read_cell(quantity, *row) for row in zip(plain, cells, numbers, strict=True)])
 
-    def _read_cell(self, quantity: str, plain: str, cell: str, line: int) -> float:
-        with suppress(ValueError):
-            return float(plain)
+def _whole(lines: Iterable[str], head: Head, raw: RawLog) -> Iterator[str]:
+    """The lines without their ends; an empty one for a remark."""
+    for line in lines:
+        is_cut_off = not line.endswith("\n") and len(_cells(line, head.parter)) < len(head.names)
+        if not is_cut_off:
+            yield "" if line.startswith("#") else line.removesuffix("\n")
+        elif line.strip():
+            raw.note(marked("cut off"))
+
+
+def _value(quantity: str, cell: str, *, is_decimal: bool) -> float | None:
+    """NaN for an empty cell; None for one that is no number."""
+    try:
+        return float(cell.translate(_DECIMAL) if is_decimal else cell)
+    except ValueError:
         word = cell.strip().lower()
-        value = math.nan if word in ("", "null", "none") else None
-        if quantity == "armed":
-            value = _FLAGS.get(word, value)
-        if quantity == "time" and value is None:
-            value = _seconds_of(cell)
-        if value is None:
-            self._note_bad(line, cell)
-            return math.nan
-        return value
-
-    def _note_bad(self, line: int, cell: str) -> None:
-        if not self._bad_count:
-            self._first_bad = (line, cell)
-        self._bad_count += 1
+    if quantity == "armed" and word in _FLAGS:
+        return _FLAGS[word]
+    if word in ("", "null", "none"):
+        return math.nan
+    return _seconds_of(cell) if quantity == "time" else None
 
 
 def _are_decimal(cells: Iterable[str]) -> bool:

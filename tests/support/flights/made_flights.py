@@ -10,7 +10,6 @@ from app.engine.conversation import StatusSample
 from app.flights.flight_log import REPORT_HZ, FlightLog
 from app.flights.judge import Judge, SensorSample, TriggerLimits
 from app.flights.judging import samples_of
-from app.recordings.markers import Marker, MarkerKind
 from protocol.messages import Source
 from tests.support.records.recordings_made import asked, batch, recorder_in
 
@@ -40,7 +39,7 @@ def made_flight(
         is_judged=np.ones(count, np.bool_) if is_judged is None else np.asarray(is_judged, np.bool_),
         duration_s=float(times[-1] - times[0]) if count else 0.0,
         altitude_m=None if altitude_m is None else np.asarray(altitude_m, np.float64),
-        resets=tuple(Marker(at_s, MarkerKind.RESTARTED) for at_s in resets_s),
+        resets_s=np.array(resets_s),
     )
 
 
@@ -53,7 +52,7 @@ def plainly_judged(log: FlightLog, limits: TriggerLimits) -> list[tuple[float, S
     ):
         is_tilt = source is Source.ATTITUDE
         only = limits._replace(**{"freefall_is_enabled" if is_tilt else "attitude_is_enabled": False})
-        judge, resets = Judge(), [reset.time_s for reset in log.resets]
+        judge, resets = Judge(), log.resets_s.tolist()
         for at_s, value, is_active in zip(*(column.tolist() for column in samples), strict=True):
             while resets and resets[0] <= at_s:
                 judge.reset()

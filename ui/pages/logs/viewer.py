@@ -93,8 +93,7 @@ def _of_flight(log: FlightLog, limits: TriggerLimits) -> Opened:
         room = max(0.5, (high - low) * 0.1)
         scales = (Scale(low - room, high + room, 0.0),)
         lanes.append(Lane(marked("Altitude"), "m", series(log.altitude_m), scales, weight=1.2, gap_s=1.0))
-    marks = [mark_of(reset) for reset in log.resets]
-    return Opened(tuple(lanes), Span(0.0, max(log.duration_s, last_s)), _MIDNIGHT_S, marks, [], summarise(log), 0.0)
+    return Opened(tuple(lanes), Span(0.0, max(log.duration_s, last_s)), _MIDNIGHT_S, [], [], summarise(log), 0.0)
 
 
 def _chosen(limits: TriggerLimits, start_s: float) -> LimitSteps:
