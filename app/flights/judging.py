@@ -13,7 +13,6 @@ from dataclasses import dataclass
 from enum import Enum
 from functools import reduce
 from operator import or_
-from types import MappingProxyType
 from typing import Final, NamedTuple
 
 import numpy as np
@@ -35,6 +34,7 @@ MAX_TIME_STEPS: Final = 255
 NEVER: Final = math.inf
 # After any firing; what never fires is later still.
 EVER: Final = sys.float_info.max
+_PER_UNIT: Final = (DEGREE.per_unit, TENTH_G.per_unit, CENTISECOND.per_unit)
 
 
 class Answer(Enum):
@@ -110,12 +110,12 @@ class FlightSummary:
     def firings(self, limits: TriggerLimits) -> list[Firing]:
         """The first one of each trigger, in order of time: after it the parachute is open."""
         found: list[Firing] = []
-        tilt = steps_of(limits.attitude_threshold_deg, DEGREE.per_unit)
+        tilt, acceleration, time = steps_of(limits)
         if limits.attitude_is_enabled and tilt <= MAX_TILT_STEPS:
             found.append(Firing(float(self.attitude_s[tilt]), Source.ATTITUDE, float(self.attitude_deg[tilt])))
         if limits.freefall_is_enabled:
-            fall = acceleration_step(limits), steps_of(limits.freefall_time_s, CENTISECOND.per_unit)
-            found.append(Firing(float(self.freefall_s[fall]), Source.FREEFALL, float(self.freefall_deg[fall])))
+            at_s, tilt_deg = self.freefall_s[acceleration, time], self.freefall_deg[acceleration, time]
+            found.append(Firing(float(at_s), Source.FREEFALL, float(tilt_deg)))
         return sorted((firing for firing in found if firing.at_s < NEVER), key=lambda firing: firing.at_s)
 
     def outcome(self, limits: TriggerLimits) -> FlightOutcome:
@@ -126,13 +126,8 @@ class FlightSummary:
             sources = reduce(or_, (firing.source for firing in found if firing.at_s == at_s))
             return FlightOutcome(Answer.FIRES, None, at_s, sources, at_s <= self.end_s)
         why_not = self._why_not_judged(limits)
-        return FlightOutcome(
-            Answer.DOES_NOT_FIRE if why_not is None else Answer.NOT_JUDGED,
-            why_not,
-            at_s=NEVER,
-            sources=Source(0),
-            is_before_impact=False,
-        )
+        answer = Answer.DOES_NOT_FIRE if why_not is None else Answer.NOT_JUDGED
+        return FlightOutcome(answer, why_not, NEVER, Source(0), is_before_impact=False)
 
     def _why_not_judged(self, limits: TriggerLimits) -> UserMessage | None:
         if self.why_not is not None:
@@ -143,60 +138,52 @@ class FlightSummary:
             return None
         # A pause hides one that fires also where the fall in it is a little shorter.
         longest_s = limits.freefall_time_s - 0.1 + GAP_TOLERANCE_S
-        if float(self.hidden_falls_s[acceleration_step(limits)]) > longest_s:
+        if float(self.hidden_falls_s[steps_of(limits)[1]]) > longest_s:
             return message(marked("A pause of the acceleration may hide a fall."))
         return self.why_no_acceleration
 
     def longest_fall_s(self, limits: TriggerLimits) -> float:
         """From first to last report below their acceleration; -1 without any."""
-        return float(self.longest_falls_s[acceleration_step(limits)])
+        return float(self.longest_falls_s[steps_of(limits)[1]])
 
 
-def steps_of(value: float, per_unit: int) -> int:
-    return round(value * per_unit)
-
-
-def acceleration_step(limits: TriggerLimits) -> int:
-    """Return the step of a threshold. Raises LookupError for a free-fall acceleration above 1.5 g."""
-    step = steps_of(limits.freefall_acceleration_g, TENTH_G.per_unit)
-    if step > MAX_ACCELERATION_STEPS:
-        raise LookupError(limits.freefall_acceleration_g)
-    return step
+def steps_of(limits: TriggerLimits) -> tuple[int, ...]:
+    """The three thresholds in the vendor's steps."""
+    return tuple(round(value * per_unit) for value, per_unit in zip(limits[:3], _PER_UNIT, strict=True))
 
 
 class Samples(NamedTuple):
-    """One quantity at the module's resolution, where it is known.
+    """One quantity in the steps of a byte that the module reports, where it is known.
 
     Where it is not active, as on the ground, the module does not judge, and forgets what was.
     """
 
     time_s: Floats
-    values: Floats
+    steps: Floats
     is_active: Flags
 
 
 def samples_of(log: FlightLog, values: Floats, per_unit: int) -> Samples:
-    """Rounds `values`, of each row, to the steps that the module reports in a byte."""
+    """`values`: of each row."""
     rows = np.flatnonzero(np.isfinite(values))
-    return Samples(log.time_s[rows], to_steps(values[rows], per_unit), log.is_judged[rows])
+    return Samples(log.time_s[rows], _to_steps(values[rows], per_unit), log.is_judged[rows])
 
 
-def to_steps(values: Floats, per_unit: int) -> Floats:
-    steps: Floats = np.clip(np.rint(values * per_unit), 0, 255) / per_unit
-    return steps
+def _to_steps(values: Floats, per_unit: int) -> Floats:
+    return np.clip(np.rint(values * per_unit), 0, 255)
 
 
 def summarise(log: FlightLog) -> FlightSummary:
     """Takes about 10 ms for a flight of ten minutes."""
     # The attitude trigger fires at once, with the first tilt that reaches its threshold.
     tilts = samples_of(log, log.tilt_deg, DEGREE.per_unit)
-    highest_deg = np.maximum.accumulate(tilts.values[tilts.is_active])
+    highest_deg = np.maximum.accumulate(tilts.steps[tilts.is_active])
     rows = np.searchsorted(highest_deg, np.arange(MAX_TILT_STEPS + 1), "left")
     attitude_s = np.append(tilts.time_s[tilts.is_active], NEVER)[rows]
     forces = samples_of(log, log.specific_force_g, TENTH_G.per_unit)
     tilt_gaps, force_gaps = log.gaps
     freefall_s, longest_falls_s = _falls(log, forces)
-    measured_deg = np.append(to_steps(log.tilt_deg, DEGREE.per_unit), np.nan)
+    measured_deg = np.append(_to_steps(log.tilt_deg, DEGREE.per_unit), np.nan)
     attitude_deg, freefall_deg = (measured_deg[np.searchsorted(log.time_s, at_s)] for at_s in (attitude_s, freefall_s))
     # What is missing. Time on the ground is not.
     why_not = why_no_attitude = why_no_acceleration = None
@@ -236,7 +223,7 @@ def _falls(log: FlightLog, forces: Samples) -> tuple[Floats, Floats]:
     freefall_s = np.full((MAX_ACCELERATION_STEPS + 1, MAX_TIME_STEPS + 1), NEVER)
     longest_falls_s = np.full(MAX_ACCELERATION_STEPS + 1, -1.0)
     time_s = forces.time_s
-    steps = np.where(forces.is_active, np.rint(forces.values * TENTH_G.per_unit), np.inf)
+    steps = np.where(forces.is_active, forces.steps, np.inf)
     # A fall begins again after a pause, and where the module lost its state.
     restarts = np.diff(time_s, prepend=-np.inf) > MAX_GAP_S
     lost = np.searchsorted(time_s, log.resets_s)
@@ -244,31 +231,27 @@ def _falls(log: FlightLog, forces: Samples) -> tuple[Floats, Floats]:
     times_s = np.arange(MAX_TIME_STEPS + 1) / CENTISECOND.per_unit - ROUNDING_S
     for step in range(1, MAX_ACCELERATION_STEPS + 1):
         firsts, lasts = runs(steps < step, restarts)
-        if len(firsts):
-            lasted_s = time_s[lasts] - time_s[firsts]
-            longest_falls_s[step] = lasted_s.max()
-            # For each free-fall time the first fall that lasts so long, and the first row at which it has done so.
-            fall = np.searchsorted(np.maximum.accumulate(lasted_s), times_s, "left")
-            is_there = fall < len(firsts)
-            rows = np.searchsorted(time_s, time_s[firsts[fall[is_there]]] + times_s[is_there], "left")
-            freefall_s[step, is_there] = time_s[rows]
+        lasted_s = time_s[lasts] - time_s[firsts]
+        longest_falls_s[step] = lasted_s.max(initial=-1.0)
+        # For each free-fall time the first fall that lasts so long, and the first row at which it has done so.
+        fall = np.searchsorted(np.maximum.accumulate(lasted_s), times_s, "left")
+        is_there = fall < len(firsts)
+        rows = np.searchsorted(time_s, time_s[firsts[fall[is_there]]] + times_s[is_there], "left")
+        freefall_s[step, is_there] = time_s[rows]
     return freefall_s, longest_falls_s
 
 
 def _hidden_falls(log: FlightLog, forces: Samples, gaps: Spans) -> Floats:
     """Each pause may be a fall, which began with the rows below the threshold before it and ends with those behind."""
     hidden_s = np.zeros(MAX_ACCELERATION_STEPS + 1)
-    if not len(gaps):
-        return hidden_s
     begins_s, ends_s = gaps.T
-    steps = np.rint(forces.values * TENTH_G.per_unit)
     for step in range(MAX_ACCELERATION_STEPS + 1):
         # No fall goes on over a row that has weight, or over the ground.
-        has_weight = (steps >= step) & forces.is_active
+        has_weight = (forces.steps >= step) & forces.is_active
         bounds_s = np.sort(np.concatenate((forces.time_s[has_weight], log.flights.ravel())))
         before = np.searchsorted(bounds_s, begins_s, "right") - 1
         behind = np.searchsorted(bounds_s, ends_s, "left")
-        hidden_s[step] = (bounds_s[behind] - bounds_s[before]).max()
+        hidden_s[step] = (bounds_s[behind] - bounds_s[before]).max(initial=0.0)
     return hidden_s
 
 
@@ -363,7 +346,7 @@ def fire_map(
     Acceleration threshold and enabled triggers are those of `limits`; its other two values are not used. It takes
     milliseconds for a thousand flights. Raises LookupError for an acceleration above 1.5 g.
     """
-    step = acceleration_step(limits)
+    _, step, _ = steps_of(limits)
 
     def fired(flight: FlightSummary, until_s: float) -> Flags:
         tilts = limits.attitude_is_enabled & (flight.attitude_s[TILTS_DEG] <= until_s)
@@ -385,16 +368,10 @@ LEAST: Final = TriggerLimits(55, 0.3, SHORT_FALL_S)
 MOST: Final = TriggerLimits(80, 0.6, 2.0)
 # All thresholds, in the vendor's steps. What is computed for each of them has the shape (tilts, accelerations, times).
 _TILTS, _ACCELERATIONS, _TIMES = np.ix_(
-    *(
-        np.arange(steps_of(low, per_unit), steps_of(high, per_unit) + 1)
-        for low, high, per_unit in zip(
-            LEAST[:3], MOST[:3], (DEGREE.per_unit, TENTH_G.per_unit, CENTISECOND.per_unit), strict=True
-        )
-    )
+    *(np.arange(low, high + 1) for low, high in zip(steps_of(LEAST), steps_of(MOST), strict=True))
 )
 # Margins count up to 10° and 0.3 s; among equal proposals the one nearest to the vendor's defaults is chosen.
-_FULL_TILT: Final = steps_of(10, DEGREE.per_unit)
-_FULL_TIME: Final = steps_of(0.3, CENTISECOND.per_unit)
+_FULL_TILT, _, _FULL_TIME = steps_of(TriggerLimits(10, 0, 0.3))
 
 
 class FlightMargin(NamedTuple):
@@ -414,74 +391,65 @@ class ThresholdProposal(NamedTuple):
 
     limits: TriggerLimits | None
     # The flight with the smallest margin, of each side.
-    nearest: Mapping[FlightGroup, FlightMargin] = MappingProxyType({})
+    nearest: Mapping[FlightGroup, FlightMargin]
     # The names of the flights of each side because of which nothing separates them.
-    conflicts: Mapping[FlightGroup, Sequence[str]] = MappingProxyType({})
+    conflicts: Mapping[FlightGroup, Sequence[str]]
 
 
 def propose(must_not: Sequence[FlightSummary], must: Sequence[FlightSummary]) -> ThresholdProposal:
     """Takes about 0.1 s for hundreds of flights."""
     if not must_not or not must:
-        return ThresholdProposal(None)
+        return ThresholdProposal(None, {}, {})
     sides = {
-        FlightGroup.MUST_NOT: [_Reached(flight, EVER) for flight in must_not],
-        FlightGroup.MUST: [_Reached(flight, flight.end_s) for flight in must],
+        group: [_Reached(flight, group) for flight in flights]
+        for group, flights in ((FlightGroup.MUST_NOT, must_not), (FlightGroup.MUST, must))
     }
-    # Of each flight and for all thresholds: 1 for a full margin, 0 and less where it is wrong.
-    margins = [one.margins(group) for group, side in sides.items() for one in side]
-    least = reduce(np.minimum, (one.clip(0, 1) for one in margins))
-    usual = TriggerLimits()
+    margins = [one.margins for side in sides.values() for one in side]
+    least = reduce(np.minimum, margins).clip(0, 1)
+    tilt, acceleration, time = steps_of(TriggerLimits())
     off_defaults = (
-        np.abs(_TILTS - steps_of(usual.attitude_threshold_deg, DEGREE.per_unit)) / _FULL_TILT
-        + np.abs(_ACCELERATIONS - steps_of(usual.freefall_acceleration_g, TENTH_G.per_unit))
-        + np.abs(_TIMES - steps_of(usual.freefall_time_s, CENTISECOND.per_unit)) / _FULL_TIME
+        np.abs(_TILTS - tilt) / _FULL_TILT + np.abs(_ACCELERATIONS - acceleration) + np.abs(_TIMES - time) / _FULL_TIME
     )
     if least.max() <= 0:
         # Those that are wrong with the thresholds with which the fewest are.
         wrong = reduce(np.add, ((one <= 0).astype(np.int64) for one in margins))
         best = np.where(wrong == wrong.min(), off_defaults, np.inf).argmin()
         conflicts = {
-            group: [one.flight.name for one in side if one.margins(group).flat[best] <= 0]
-            for group, side in sides.items()
+            group: [one.flight.name for one in side if one.margins.flat[best] <= 0] for group, side in sides.items()
         }
-        return ThresholdProposal(None, conflicts=conflicts)
+        return ThresholdProposal(None, {}, conflicts)
     best = np.where(least == least.max(), off_defaults, np.inf).argmin()
-    tilt, acceleration, time = np.unravel_index(best, least.shape)
-    limits = TriggerLimits(
-        attitude_threshold_deg=int(_TILTS.flat[tilt]) / DEGREE.per_unit,
-        freefall_acceleration_g=int(_ACCELERATIONS.flat[acceleration]) / TENTH_G.per_unit,
-        freefall_time_s=int(_TIMES.flat[time]) / CENTISECOND.per_unit,
-    )
+    places = zip((_TILTS, _ACCELERATIONS, _TIMES), np.unravel_index(best, least.shape), strict=True)
+    tilt, acceleration, time = (int(steps.flat[place]) for steps, place in places)
     nearest: dict[FlightGroup, FlightMargin] = {}
     for group, side in sides.items():
-        one = min(side, key=lambda one: float(one.margins(group).flat[best]))
+        one = min(side, key=lambda one: float(one.margins.flat[best]))
         sign = -1 if group is FlightGroup.MUST else 1
-        tilt_deg = sign * (round(limits.attitude_threshold_deg) - one.tilt)
-        fall_s = sign * (limits.freefall_time_s - int(one.fall[acceleration_step(limits)]) / CENTISECOND.per_unit)
+        fall_s = sign * (time - int(one.fall[acceleration])) / CENTISECOND.per_unit
         nearest[group] = FlightMargin(
             one.flight.name,
-            None if math.isnan(one.flight.tilt_max_deg) else tilt_deg,
+            None if math.isnan(one.flight.tilt_max_deg) else sign * (tilt - one.tilt),
             fall_s if one.flight.has_acceleration else None,
         )
-    return ThresholdProposal(limits, nearest)
+    values = (step / per_unit for step, per_unit in zip((tilt, acceleration, time), _PER_UNIT, strict=True))
+    return ThresholdProposal(TriggerLimits(*values), nearest, {})
 
 
 class _Reached:
-    """The largest thresholds at which a flight fires by a time, in the vendor's steps; -1: none."""
+    """The largest thresholds at which a flight fires in time, in the vendor's steps; -1: none."""
 
-    def __init__(self, flight: FlightSummary, last_s: float) -> None:
+    def __init__(self, flight: FlightSummary, group: FlightGroup) -> None:
         self.flight = flight
+        last_s = flight.end_s if group is FlightGroup.MUST else EVER
         self.tilt = int((flight.attitude_s <= last_s).sum()) - 1
         # The largest free-fall time, by acceleration threshold.
         self.fall: Steps = (flight.freefall_s <= last_s).sum(axis=1) - 1
-
-    def margins(self, group: FlightGroup) -> Floats:
-        tilts = (_TILTS - self.tilt) / _FULL_TILT
-        times = (_TIMES - self.fall[_ACCELERATIONS]) / _FULL_TIME
-        if group is FlightGroup.MUST_NOT:
-            return np.minimum(tilts, times)
-        # Either trigger is enough. One step more, since a flight that just reaches the threshold fires.
-        return np.maximum(1 / _FULL_TILT - tilts, 1 / _FULL_TIME - times)
+        tilts, times = (_TILTS - self.tilt) / _FULL_TILT, (_TIMES - self.fall[_ACCELERATIONS]) / _FULL_TIME
+        # For all thresholds: 1 for a full margin, 0 and less where it is wrong.
+        self.margins: Floats = np.minimum(tilts, times)
+        if group is FlightGroup.MUST:
+            # Either trigger is enough. One step more, since a flight that just reaches the threshold fires.
+            self.margins = np.maximum(1 / _FULL_TILT - tilts, 1 / _FULL_TIME - times)
 
 
 def defaults_result(flights: Sequence[FlightSummary], group: FlightGroup) -> tuple[list[str], list[str]]:

@@ -46,17 +46,16 @@ def made_flight(
 def plainly_judged(log: FlightLog, limits: TriggerLimits) -> list[tuple[float, Source]]:
     """Ask the judge of the simulated module row by row; return all firings."""
     fired: dict[float, Source] = {}
-    for source, samples in (
-        (Source.ATTITUDE, samples_of(log, log.tilt_deg, 1)),
-        (Source.FREEFALL, samples_of(log, log.specific_force_g, 10)),
-    ):
+    for source, values, per_unit in ((Source.ATTITUDE, log.tilt_deg, 1), (Source.FREEFALL, log.specific_force_g, 10)):
+        samples = samples_of(log, values, per_unit)
         is_tilt = source is Source.ATTITUDE
         only = limits._replace(**{"freefall_is_enabled" if is_tilt else "attitude_is_enabled": False})
         judge, resets = Judge(), log.resets_s.tolist()
-        for at_s, value, is_active in zip(*(column.tolist() for column in samples), strict=True):
+        for at_s, steps, is_active in zip(*(column.tolist() for column in samples), strict=True):
             while resets and resets[0] <= at_s:
                 judge.reset()
                 resets.pop(0)
+            value = steps / per_unit
             sample = SensorSample(at_s, value if is_tilt else 0.0, 1.0 if is_tilt else value)
             if judge.judge(sample, only, is_active=is_active).fired:
                 fired[at_s] = fired.get(at_s, Source(0)) | source
