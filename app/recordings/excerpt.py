@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 
 from app.engine.target import is_simulated
 from app.recordings.markers import STATE_LOST, Marker, MarkerKind, ModuleLimits
-from app.samples.samples import MAX_STEPS, Readable, StepFunction, Window
+from app.samples.samples import Readable, StepFunction, Window
 
 # Bits of `Excerpt.flags`.
 ACTIVE, TRIGGERED = 0x01, 0x02
@@ -50,10 +50,10 @@ class Excerpt(NamedTuple):
 
 
 class LimitSteps:
-    """The limits of a module over time; the newest `kept` changes of each."""
+    """The limits of a module over time."""
 
-    def __init__(self, kept: int = MAX_STEPS) -> None:
-        self._steps = [StepFunction(kept) for _ in ModuleLimits._fields]
+    def __init__(self) -> None:
+        self._steps = [StepFunction() for _ in ModuleLimits._fields]
         self.fires, self.rearms, self.falls, self.fall_times, self.lights = self._steps
 
     def put(self, at: float, limits: ModuleLimits) -> None:

@@ -41,10 +41,12 @@ class Marker(NamedTuple):
     text: str = ""  # the port that was opened or lost, or the name of the module
 
 
-# Closing the port needs no mark: the recording ends there.
-_END_MARKS: Final = {reason: MarkerKind[reason.name] for reason in EndReason if reason is not EndReason.CLOSED}
+# That the port was lost, the connection tells, also where nobody answered; where it is closed the recording ends.
+_END_MARKS: Final = {
+    reason: MarkerKind[reason.name] for reason in EndReason if reason not in (EndReason.CLOSED, EndReason.PORT_LOST)
+}
 # After these marks another module may answer, or this one has lost its state.
-STATE_LOST: Final = frozenset({MarkerKind.CONNECTED, *_END_MARKS.values()})
+STATE_LOST: Final = frozenset({MarkerKind.CONNECTED, MarkerKind.PORT_LOST, *_END_MARKS.values()})
 
 
 class ModuleLimits(NamedTuple):
@@ -57,15 +59,11 @@ class ModuleLimits(NamedTuple):
     light_v: float | None = None
 
 
-NO_LIMITS: Final = ModuleLimits()
-
-
 class MarkerTracker:
     """Derives marks from the batches of one port, in order."""
 
     def __init__(self) -> None:
         self._is_open = False
-        self._port = ""
         self._before: StatusSample | None = None
         # The next report is the first one of a conversation, perhaps of another module.
         self._is_first = False
@@ -75,8 +73,7 @@ class MarkerTracker:
         new: list[Marker] = []
         is_open = batch.connection.state is PortState.OPEN
         if is_open and not self._is_open:
-            self._port = batch.connection.port
-            new.append(Marker(batch.at, MarkerKind.CONNECTED, self._port))
+            new.append(Marker(batch.at, MarkerKind.CONNECTED, batch.connection.port))
         # A batch is of one conversation, so what it brings lies between its beginning and its end.
         self._is_first |= any(isinstance(event, Began) for event in batch.events)
         for sample in batch.samples:
@@ -92,15 +89,10 @@ class MarkerTracker:
             ):
                 if now is not then and (now or not is_first):
                     new.append(Marker(sample.at, on if now else off))
-        is_lost = self._is_open and not is_open and batch.connection.trouble is not None
-        for event in batch.events:
-            if isinstance(event, Ended):
-                is_of_port = event.reason is EndReason.PORT_LOST
-                is_lost &= not is_of_port
-                if event.reason in _END_MARKS:
-                    new.append(Marker(event.at, _END_MARKS[event.reason], self._port if is_of_port else ""))
-        if is_lost:
-            new.append(Marker(batch.at, MarkerKind.PORT_LOST, self._port))
+        ends = (event for event in batch.events if isinstance(event, Ended))
+        new += [Marker(event.at, _END_MARKS[event.reason]) for event in ends if event.reason in _END_MARKS]
+        if self._is_open and not is_open and batch.connection.trouble is not None:
+            new.append(Marker(batch.at, MarkerKind.PORT_LOST, batch.connection.port))
         self._is_open = is_open
         return new
 
@@ -115,12 +107,7 @@ def limits_of(conversation: ConversationView, now: float) -> ModuleLimits:
 
 def acting_limits(conversation: ConversationView, now: float) -> ModuleLimits:
     """Return the limits that the module acts on: those of triggers that are known to be enabled."""
-    limits = limits_of(conversation, now)
-    if conversation.fresh(TILT_TRIGGER, now) is not True:
-        limits = limits._replace(fires_deg=None, rearms_deg=None)
-    if conversation.fresh(FALL_TRIGGER, now) is not True:
-        limits = limits._replace(free_fall_g=None, free_fall_s=None)
-    return limits
+    return _limits(lambda key: conversation.fresh(key, now), is_acting=True)
 
 
 def last_limits(conversation: ConversationView) -> ModuleLimits:
@@ -129,9 +116,10 @@ def last_limits(conversation: ConversationView) -> ModuleLimits:
     return _limits(last.get)
 
 
-def _limits(find: Callable[[str], Value | None]) -> ModuleLimits:
+def _limits(find: Callable[[str], Value | None], *, is_acting: bool = False) -> ModuleLimits:
     def limit(key: str, switch: str = "") -> float | None:
-        value = None if switch and find(switch) is False else find(key)
+        is_on = find(switch) if switch else True
+        value = find(key) if is_on or (is_on is None and not is_acting) else None
         return None if value is None else float(value)
 
     fires = limit("attitude_threshold_deg", TILT_TRIGGER)

@@ -24,7 +24,7 @@ from app.captures.traffic import Way, entries_of
 from app.engine.conversation import ConversationView
 from app.engine.worker import Batch
 from app.recordings.library import RecordingLibrary
-from app.recordings.markers import NO_LIMITS, Marker, MarkerKind, MarkerTracker, limits_of
+from app.recordings.markers import Marker, MarkerKind, MarkerTracker, ModuleLimits, limits_of
 from app.recordings.session_file import POLLED, RX, STATUS, TX, Opening, RecordedReport, SessionWriter
 from app.system.clock import Clock, steady_time
 from app.text.messages import UserMessage, error_text, message
@@ -69,7 +69,7 @@ class Recorder:
         self._markers: list[Marker] = []
         self._named: tuple[str, ConversationView] | None = None
         self._polled_s: dict[str, float] = {}
-        self._limits = NO_LIMITS
+        self._limits = ModuleLimits()
         self._line_ns = 0
         self._synced_at = 0.0
         # What its thread is to do, and whether at once.
@@ -180,7 +180,7 @@ class Recorder:
         self._check_disk()
         # Values polled before the beginning are in the previous recording.
         self._polled_s = dict.fromkeys(POLLED, math.nextafter(start_s, -math.inf))
-        self._line_ns, self._limits = 0, NO_LIMITS
+        self._line_ns, self._limits = 0, ModuleLimits()
         opening = Opening(
             started_at=datetime.fromtimestamp(start_s + self._wall_clock() - self._clock(), UTC),
             start_s=start_s,

@@ -2,6 +2,7 @@
 
 from array import array
 from collections.abc import Callable, Iterable
+from contextlib import suppress
 from itertools import chain
 from operator import itemgetter
 from pathlib import Path
@@ -12,12 +13,11 @@ import numpy as np
 from app.recordings.excerpt import ACTIVE, TRIGGERED, Excerpt, Measured, csv_parts, part_count
 from app.recordings.library import RecordingEntry, unreadable
 from app.recordings.markers import Marker, MarkerKind, ModuleLimits
-from app.recordings.session_file import NANOSECONDS, POLLED, STATUS, SUFFIX, RecordedReport, SessionFile, number_in
+from app.recordings.session_file import EVENTS, NANOSECONDS, POLLED, STATUS, RecordedEvent, RecordedReport, SessionFile
 from app.samples.samples import Readable
 from app.system.files import whole_file
 from app.text.messages import UserError, UserMessage
 
-_MAX_LIMITS = 1_000_000
 _MARKS = {kind.value: kind for kind in MarkerKind}
 
 
@@ -31,60 +31,55 @@ class Recording(Measured):
 
     def __init__(self, entry: RecordingEntry) -> None:
         """Raises OSError, `UserError`."""
-        super().__init__(_MAX_LIMITS)
+        super().__init__()
         self.entry = entry
         file = SessionFile(entry.path)
         self.opening = opening = file.opening
         self.wall_offset_s = opening.wall_offset_ns / NANOSECONDS
         # A day has millions of reports.
         times_ns, tilt, acceleration, flags = array("q"), array("f"), array("f"), array("B")
-        polled: dict[str, list[tuple[float, float]]] = {key: [] for key in POLLED}
-        all_limits: list[tuple[float, ModuleLimits]] = []
-        markers: list[Marker] = []
-        decoder = msgspec.json.Decoder(RecordedReport)
-        for topic, log_ns, data, event in file.messages():
-            if topic == STATUS:
-                try:
-                    report = decoder.decode(data)
-                except msgspec.DecodeError:
-                    continue  # of another program
-                times_ns.append(log_ns)
-                tilt.append(report.tilt_deg)
-                acceleration.append(report.acceleration_g)
-                flags.append(report.active * ACTIVE | report.triggered * TRIGGERED)
-            if not event:
-                continue
-            at_s, word = opening.clock_s(log_ns), event.get("event")
-            if word == "reading":
-                for key, series in polled.items():
-                    value = number_in(event, key)
-                    if value is not None:
-                        series.append((at_s, value))
-            elif word == "limits":
-                all_limits.append((at_s, ModuleLimits(*(number_in(event, key) for key in ModuleLimits._fields))))
-            elif isinstance(word, str) and word in _MARKS:
-                markers.append(Marker(at_s, _MARKS[word], str(event.get("module") or event.get("port") or "")))
+        events: list[tuple[float, RecordedEvent]] = []
+        report_of = msgspec.json.Decoder(RecordedReport).decode
+        event_of = msgspec.json.Decoder(RecordedEvent).decode
+        for topic, log_ns, data in file.messages():
+            with suppress(msgspec.DecodeError):  # of another program
+                if topic == STATUS:
+                    report = report_of(data)
+                    times_ns.append(log_ns)
+                    tilt.append(report.tilt_deg)
+                    acceleration.append(report.acceleration_g)
+                    flags.append(report.active * ACTIVE | report.triggered * TRIGGERED)
+                elif topic == EVENTS:
+                    events.append((opening.clock_s(log_ns), event_of(data)))
         # Readers rely on ascending times.
+        events.sort(key=itemgetter(0))
         times_s = (np.frombuffer(times_ns, np.int64) - opening.wall_offset_ns) / NANOSECONDS
         self._times = np.maximum.accumulate(times_s)
         self._flags = np.frombuffer(flags, np.uint8)
         self.tilt = Readable(self._times, np.frombuffer(tilt, np.float32))
         self.acceleration = Readable(self._times, np.frombuffer(acceleration, np.float32))
-        columns = (np.array(polled[key], np.float64).reshape(-1, 2).T for key in POLLED)
-        self.cell, self.light, self.charging = (
-            Readable(np.maximum.accumulate(times), values.astype(np.float32)) for times, values in columns
-        )
+
+        def polled(key: str) -> Readable:
+            readings = ((at_s, getattr(event, key)) for at_s, event in events if event.event == "reading")
+            known = [(at_s, value) for at_s, value in readings if value is not None]
+            times, values = np.array(known, np.float64).reshape(-1, 2).T
+            return Readable(times, values.astype(np.float32))
+
+        self.cell, self.light, self.charging = map(polled, POLLED)
+        for at_s, event in events:
+            if event.event == "limits":
+                self.put(at_s, ModuleLimits(*(getattr(event, name) for name in ModuleLimits._fields)))
+        marked = ((at_s, _MARKS.get(event.event), event.module or event.port) for at_s, event in events)
+        marks = [Marker(at_s, kind, text) for at_s, kind, text in marked if kind is not None]
         self.damage = file.damage
         last_s = opening.clock_s(file.last_ns)
         self.end_s = max(last_s, file.state.end_s)
         # Data is missing up to the end, as far as that is known.
         self.is_damaged = file.is_damaged
         if file.is_damaged:
-            markers.append(Marker(last_s, MarkerKind.DAMAGED))
-        self.markers = tuple(sorted(markers, key=itemgetter(0)))
+            marks.append(Marker(last_s, MarkerKind.DAMAGED))
+        self.markers = tuple(marks)
         self.start_s = min((opening.start_s, *(marker.time_s for marker in self.markers[:1])))
-        for time_s, limits in sorted(all_limits, key=itemgetter(0)):
-            self.put(time_s, limits)
 
     def excerpt(self, start_s: float, end_s: float) -> Excerpt:
         first, stop = np.searchsorted(self._times, start_s, "left"), np.searchsorted(self._times, end_s, "right")
@@ -123,7 +118,7 @@ def export(
     Returns the rows, and what is missing, because it is damaged in the recording. Raises OSError, `UserError`, and what
     `on_progress` raises."""
     recording = open_recording(entry)
-    if path.suffix.lower() == SUFFIX:
+    if path.suffix.lower() == entry.path.suffix:
         with entry.path.open("rb") as file:
             blocks = iter(lambda: file.read(_BLOCK_BYTES), b"")
             write_parts(path, blocks, entry.size_bytes // _BLOCK_BYTES + 1, on_progress)

@@ -14,18 +14,17 @@ import json
 import os
 import struct
 import zlib
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator
 from contextlib import suppress
 from datetime import datetime
 from io import BytesIO
 from pathlib import Path
-from typing import IO, Annotated, Final, NamedTuple, TypeVar
+from typing import IO, Annotated, Final, TypeVar
 
 import msgspec
 import zstandard
 from mcap.data_stream import RecordBuilder
 from mcap.exceptions import EndOfFile, McapError
-from mcap.opcode import Opcode
 from mcap.records import Channel, Chunk, DataEnd, Footer, Header, McapRecord, Message, Metadata, Schema
 from mcap.stream_reader import StreamReader, breakup_chunk
 from mcap.well_known import MessageEncoding, SchemaEncoding
@@ -34,7 +33,6 @@ from msgspec import Meta
 
 from app.captures.traffic import CaptureEntry, Way
 from app.system.files import lock, private_opener
-from app.text.csv_cells import object_in
 from app.text.messages import UserError, UserMessage, message
 from protocol.translatable import marked
 
@@ -60,8 +58,9 @@ _YEARS: Final = range(1970, 2201)
 _DAMAGES: Final = (McapError, zstandard.ZstdError, struct.error, ValueError, OverflowError, MemoryError)
 
 Count = Annotated[int, Meta(ge=0, le=1 << 40)]
+Number = Annotated[float, Meta(ge=-1e9, le=1e9)]
 # Seconds of the program's clock, up to thirty years.
-ClockTime = Annotated[float, Meta(ge=-1e9, le=1e9)]
+ClockTime = Number
 
 
 class Opening(msgspec.Struct, frozen=True, kw_only=True):
@@ -112,12 +111,19 @@ class RecordedReport(msgspec.Struct, frozen=True, gc=False):
     active: bool
 
 
-class FileMessage(NamedTuple):
-    topic: str
-    log_ns: int
-    data: bytes
-    # Of `EVENTS`, else empty.
-    event: Mapping[str, object]
+class RecordedEvent(msgspec.Struct, frozen=True, kw_only=True):
+    """A message of `EVENTS`. What a mark, a name, limits or a reading does not have is left out."""
+
+    event: str = ""
+    port: str = ""
+    module: str = ""
+    fires_deg: Number | None = None
+    rearms_deg: Number | None = None
+    free_fall_g: Number | None = None
+    free_fall_s: Number | None = None
+    light_v: Number | None = None  # Of limits, and of a reading
+    cell_voltage_v: Number | None = None
+    charging: Number | None = None
 
 
 # The records at the head
@@ -186,11 +192,6 @@ def read_head(path: Path) -> tuple[Opening, State]:
 # Writing
 
 _CHANNELS: Final = {topic: number for number, topic in enumerate((RX, TX, EVENTS, STATUS), 1)}
-# A message: its kind, its size, channel, sequence, the times at which it was recorded and published.
-_MESSAGE: Final = struct.Struct("<BQHIQQ")
-_RECORD_HEAD: Final = 9
-
-
 _EVENT: Final = {"type": "object", "properties": {"event": {"type": "string"}}}
 _REPORT: Final = msgspec.json.schema_components([RecordedReport])[1]["RecordedReport"]
 # The description of all topics, for other programs, at the begin of the first chunk.
@@ -213,10 +214,10 @@ class SessionWriter:
         # Written by `flush`; its end is that of what was added.
         self.state = State(end_s=opening.start_s)
         self._offset_ns = opening.wall_offset_ns
-        # The records of the next chunk, and their times. mcap's own writer takes four times as long for a message.
-        self._waiting = [_CHANNEL_RECORDS]
+        # The next chunk, and the times in it. mcap's own writer would keep an index of all chunks in memory.
+        self._chunk = RecordBuilder()
+        self._chunk.write(_CHANNEL_RECORDS)
         self._times_ns: list[int] = []
-        self._waiting_bytes = 0
         self._unpacked_bytes = 0
         self._file: IO[bytes] = open(path, "xb", opener=private_opener)  # noqa: SIM115
         try:
@@ -237,11 +238,9 @@ class SessionWriter:
 
     def add(self, topic: str, at_ns: int, data: bytes) -> None:
         """`at_ns`: from `wall_ns`."""
-        size = _MESSAGE.size - _RECORD_HEAD + len(data)
-        self._waiting += _MESSAGE.pack(Opcode.MESSAGE, size, _CHANNELS[topic], 0, at_ns, at_ns), data
+        Message(_CHANNELS[topic], at_ns, data, at_ns, 0).write(self._chunk)
         self._times_ns.append(at_ns)
-        self._waiting_bytes += _MESSAGE.size + len(data)
-        if self._waiting_bytes > FULL_CHUNK_BYTES:
+        if self._chunk.count > FULL_CHUNK_BYTES:
             self._write_chunk()
 
     def note(self, at_s: float, event: str, **values: object) -> None:
@@ -262,12 +261,12 @@ class SessionWriter:
 
     def _write_chunk(self) -> None:
         if self._times_ns:
-            records = b"".join(self._waiting)
+            records = self._chunk.end()
             self._unpacked_bytes += len(records)
             packed = zstandard.compress(records)
             first_ns, last_ns = min(self._times_ns), max(self._times_ns)
             self._file.write(_records(Chunk("zstd", packed, last_ns, first_ns, zlib.crc32(records), len(records))))
-            self._waiting, self._times_ns, self._waiting_bytes = [], [], 0
+            self._times_ns = []
 
     def sync(self) -> None:
         """Waits until the data is safe from a power failure."""
@@ -312,14 +311,30 @@ class SessionFile:
         at = datetime.fromtimestamp(self.last_ns / NANOSECONDS).astimezone()
         return message(marked("Damaged or altered; left out from {time} on."), time=f"{at:%H:%M:%S}")
 
-    def messages(self) -> Iterator[FileMessage]:
-        """Go through all messages up to the first damage. Raises OSError."""
-        reports = 0
+    def messages(self) -> Iterator[tuple[str, int, bytes]]:
+        """Goes through all messages up to the first damage: topic, nanoseconds since 1970, data. Raises OSError."""
+        topics: dict[int, str] = {}
+        reports = unpacked_bytes = 0
         try:
-            for topic, log_ns, data in self._read():
-                self.last_ns = max(self.last_ns, log_ns)
-                reports += topic == STATUS
-                yield FileMessage(topic, log_ns, data, object_in(data) if topic == EVENTS else {})
+            with self.path.open("rb") as file:
+                for record in StreamReader(file, emit_chunks=True, record_size_limit=MAX_CHUNK_BYTES).records:
+                    if not isinstance(record, Chunk):
+                        continue
+                    # A few bytes may be packed gigabytes, whatever the record says.
+                    size = max(record.uncompressed_size, zstandard.frame_content_size(record.data))
+                    unpacked_bytes += size
+                    if size > MAX_CHUNK_BYTES or unpacked_bytes > MAX_UNPACKED_BYTES:
+                        raise ValueError("too large")
+                    for part in breakup_chunk(record, validate_crc=True):
+                        if isinstance(part, Channel):
+                            topics[part.id] = part.topic
+                        elif isinstance(part, Message):
+                            if part.log_time > MAX_NS:
+                                raise ValueError("a time that no clock shows")
+                            topic = topics.get(part.channel_id, "")
+                            self.last_ns = max(self.last_ns, part.log_time)
+                            reports += topic == STATUS
+                            yield topic, part.log_time, part.data
         except EndOfFile:
             self.is_damaged = self.state.is_ended  # else it was cut off, or is being written
         except _DAMAGES:
@@ -328,33 +343,7 @@ class SessionFile:
 
     def traffic(self) -> Iterator[CaptureEntry]:
         """The bytes on the line in order; times count from the beginning of the recording. Raises OSError."""
-        for topic, log_ns, data, _ in self.messages():
+        for topic, log_ns, data in self.messages():
             if topic in (RX, TX):
                 at_s = (log_ns - self.opening.start_ns) / NANOSECONDS
                 yield CaptureEntry(at_s, Way.IN if topic == RX else Way.OUT, data)
-
-    def _read(self) -> Iterator[tuple[str, int, bytes]]:
-        topics: dict[int, str] = {}
-        unpacked_bytes = 0
-        with self.path.open("rb") as file:
-            for record in StreamReader(file, emit_chunks=True, record_size_limit=MAX_CHUNK_BYTES).records:
-                if not isinstance(record, Chunk):
-                    continue
-                # A few bytes may be packed gigabytes, whatever the record says.
-                size = max(record.uncompressed_size, zstandard.frame_content_size(record.data))
-                unpacked_bytes += size
-                if size > MAX_CHUNK_BYTES or unpacked_bytes > MAX_UNPACKED_BYTES:
-                    raise ValueError("too large")
-                for part in breakup_chunk(record, validate_crc=True):
-                    if isinstance(part, Channel):
-                        topics[part.id] = part.topic
-                    elif isinstance(part, Message):
-                        if part.log_time > MAX_NS:
-                            raise ValueError("a time that no clock shows")
-                        yield topics.get(part.channel_id, ""), part.log_time, part.data
-
-
-def number_in(event: Mapping[str, object], key: str) -> float | None:
-    """A number that a reading or a limit can be, else None."""
-    value = event.get(key)
-    return float(value) if isinstance(value, int | float) and abs(value) <= 1e9 else None

@@ -142,8 +142,8 @@ def _edges(start_s: float, end_s: float, width_s: float) -> Seconds:
     return np.arange(first, last + 1, dtype=np.float64) * width_s
 
 
-# Changes of one setting.
-MAX_STEPS: Final = 1000
+# Changes of one setting that are kept: more than a module reports in a day.
+MAX_STEPS: Final = 100_000
 
 
 class StepPoint(NamedTuple):
@@ -154,10 +154,10 @@ class StepPoint(NamedTuple):
 
 
 class StepFunction:
-    """A setting over time: each value holds until the next one. The newest `kept` changes are kept."""
+    """A setting over time: each value holds until the next one. The newest `MAX_STEPS` changes are kept."""
 
-    def __init__(self, kept: int = MAX_STEPS) -> None:
-        self._changes: deque[StepPoint] = deque(maxlen=kept)
+    def __init__(self) -> None:
+        self._changes: deque[StepPoint] = deque(maxlen=MAX_STEPS)
 
     def clear(self) -> None:
         self._changes.clear()
