@@ -153,21 +153,22 @@ def sentence(piece: Frame | Noise, asked: Asked = None) -> str:
             return labelled(tr("reply"), " / ".join(values))
 
 
-# Few frames differ, and a search in the traffic needs the sentences of all rows.
-_cached_sentence = lru_cache(maxsize=4096)(sentence)
+@lru_cache(maxsize=4096)  # few frames differ, and a search in the traffic needs the sentences of all rows
+def _frame_sentence(direction: Direction, raw: bytes, asked: Asked = None) -> str:
+    return sentence(Frame(direction, raw), asked)
 
 
 def event_sentence(event: Event) -> str:
     """Say in the language in use what an event of the link tells; "" for what its frames have told."""
     match event:
         case Sent():
-            return _cached_sentence(Frame(Direction.HOST_TO_MODULE, event.raw))
+            return _frame_sentence(Direction.HOST_TO_MODULE, event.raw)
         case Received(message=Acknowledgement(request=request)):
-            return _cached_sentence(_unplaced(event.frame), request)
+            return _frame_sentence(event.frame.direction, event.frame.raw, request)
         case Received(message=Reading(command=command)) if event.role is not Role.UNSOLICITED and command.can_be_asked:
-            return _cached_sentence(_unplaced(event.frame), command.query())
+            return _frame_sentence(event.frame.direction, event.frame.raw, command.query())
         case Received():
-            return _cached_sentence(_unplaced(event.frame))
+            return _frame_sentence(event.frame.direction, event.frame.raw)
         case Rejected():
             return sentence(event.noise)
         case Unanswered() if event.attempts == 0:
@@ -183,11 +184,6 @@ def event_sentence(event: Event) -> str:
             return reason_message(event.reason, event.contradiction).translated()
         case _:
             return ""
-
-
-def _unplaced(frame: Frame) -> Frame:
-    # Without its place in the stream, so that equal frames are equal.
-    return Frame(frame.direction, frame.raw)
 
 
 def read_reply(raw: bytes, asked: Asked) -> Message:

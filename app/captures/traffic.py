@@ -133,6 +133,7 @@ class Explainer:
 MAX_LINE: Final = 1 << 22  # characters; a longer line is read in pieces
 MAX_FAULTS: Final = 100
 _ENTRY = re.compile(r"(\d{1,12}(?:\.\d{1,9})?)\s+([<>])\s*(.*)")
+_PAIRS = re.compile(r"(?:[0-9a-fA-F]{2})+")
 
 
 class NotHex(ValueError):
@@ -145,18 +146,11 @@ class NotHex(ValueError):
 
 def hex_bytes(text: str) -> bytes:
     """The bytes of words of whole pairs of digits. Raises `NotHex`."""
-    with suppress(ValueError):  # most text has neither commas nor "0x"
-        return bytes.fromhex(text)
-    raw = bytearray()
-    for word in re.findall(r"[^\s,\ufeff]+", text):
-        digits = word[2:] if word[:2] in ("0x", "0X") else word
-        try:
-            raw += bytes.fromhex(digits)
-        except ValueError:
-            digits = ""
-        if not digits:
-            raise NotHex(word)
-    return bytes(raw)
+    words = re.sub(r"\b0[xX]|[,\ufeff]", " ", text).split()
+    try:
+        return bytes.fromhex(" ".join(words))
+    except ValueError:
+        raise NotHex(next(word for word in words if not _PAIRS.fullmatch(word))) from None
 
 
 class TextReader:

@@ -94,7 +94,7 @@ class UlogFile:
         # Bytes that are no records: damage.
         self.skipped_bytes = 0
         # Where the last record ends.
-        self.read_until = _ULOG_HEADER_BYTES
+        self.read_until = len(data)
         # Version 1 begins with its flags, of which the second eight bytes say what a reader must understand.
         first = data[_ULOG_HEADER_BYTES : _ULOG_HEADER_BYTES + _ULOG_RECORD_HEAD + 16]
         if first[2:3] == b"B" and int.from_bytes(first[_ULOG_RECORD_HEAD + 8 :], "little") & ~_APPENDED:
@@ -165,9 +165,8 @@ class UlogFile:
                     break
                 place = end
             self.skipped_bytes += stop - place
-            self.read_until = place
-        if bounds[-1, 0] == bounds[-2, 1]:
-            self.read_until = len(self._data)
+            if stop == len(self._data):
+                self.read_until = place
 
 
 def _layout_of(fields: str) -> Layout | None:
@@ -176,16 +175,12 @@ def _layout_of(fields: str) -> Layout | None:
     An element of an array is a field like `q[0]`. No topic that is read has formats within its format.
     """
     parts: list[tuple[str, object]] = []
-    size = 0
     for text in fields.rstrip(";").split(";"):
         match = _FIELD.fullmatch(text)
         if match is None or match[1] not in _ULOG_TYPES:
             return None
         name, count, label = match.groups()
         kind = np.dtype(_ULOG_TYPES[name])
-        size += kind.itemsize * int(count or 1)
-        if size > _LARGEST:
-            return None
         if count is None:
             parts.append((TIME if label == "timestamp" else label, kind))
         elif int(count) <= _MOST_ELEMENTS and not label.startswith(_PADDING):
@@ -194,7 +189,7 @@ def _layout_of(fields: str) -> Layout | None:
             parts.append((label, (kind, int(count))))
     try:
         return np.dtype(parts)
-    except ValueError:  # two fields of one name
+    except ValueError:  # two fields of one name, or too large
         return None
 
 
@@ -383,7 +378,8 @@ def _by_sensor(table: Table) -> list[Table]:
     return [{name: column[rows] for name, column in table.items()} for rows in rows_of]
 
 
-# Telemetry: MAVLink 1 and 2, each message behind the time of its arrival. Times are the vehicle's own.
+# Telemetry: MAVLink 1 and 2, each message behind the time of its arrival. Times are the vehicle's own. Messages that
+# are asked for are known by their checksum; what stands between them, others or damage, is not looked at.
 
 # Microseconds since 1970 before each message, the most significant byte first: the years 2000 to 2100.
 _STAMP_BYTES: Final = 8
@@ -393,8 +389,6 @@ _FIRST_BYTE: Final = re.compile(rb"[\xfe\xfd]")
 # Bytes of a message before its payload, by the first of them.
 _TLOG_HEAD_BYTES: Final = {_MAVLINK_1: 6, _MAVLINK_2: 10}
 _CHECKSUM_BYTES: Final = 2
-_SIGNED: Final = 0x01
-_SIGNATURE_BYTES: Final = 13
 # The component that flies; gimbals and cameras have attitudes, too.
 _AUTOPILOT: Final = 1
 _TLOG_ARMED: Final = 0x80
@@ -437,15 +431,15 @@ def is_telemetry(start: bytes) -> bool:
 
 
 class _Message(NamedTuple):
-    """Where a message ends and, of one that is asked for, its vehicle and number, its time and the numbers in it."""
+    """Where a message ends, its vehicle and number, the time of its arrival and the numbers in it."""
 
     end: int
-    source: tuple[int, int] = (0, 0)
-    values: tuple[float, ...] = ()
+    source: tuple[int, int]
+    values: tuple[float, ...]
 
 
 def _message_at(data: bytes, begin: int) -> _Message | None:
-    """The message whose stamp begins here; None where there cannot be one, or where its checksum is wrong."""
+    """The autopilot's message whose stamp begins here; None where there is none that is asked for, or a damaged one."""
     head_at = begin + _STAMP_BYTES
     if not is_telemetry(data[begin : head_at + 1]):
         return None
@@ -454,46 +448,34 @@ def _message_at(data: bytes, begin: int) -> _Message | None:
         return None
     payload_at = head_at + len(head)
     payload_end = payload_at + head[1]
-    end = payload_end + _CHECKSUM_BYTES
-    if head[0] == _MAVLINK_1:
-        vehicle, component, number = head[3:6]
-    else:
-        vehicle, component = head[5:7]
-        number = int.from_bytes(head[7:10], "little")
-        if head[2] & _SIGNED:
-            end += _SIGNATURE_BYTES
-    if end > len(data):
-        return None
+    vehicle, component, number = head[3:6]
+    if head[0] == _MAVLINK_2:
+        vehicle, component, number = head[5], head[6], int.from_bytes(head[7:10], "little")
     kind = _TLOG_KINDS.get(number)
-    if kind is None:
-        # The checksum of a message that nobody asks for is not known: the next one has to be there.
-        is_followed = end == len(data) or is_telemetry(data[end : end + _STAMP_BYTES + 1])
-        return _Message(end) if is_followed else None
+    if kind is None or component != _AUTOPILOT:
+        return None
     # MAVLink's checksum is the one of the standard library, which is fast, with the bits of all bytes reversed.
     checked = data[head_at + 1 : payload_end] + bytes((kind.checksum_end,))
     reversed_bits = crc_hqx(checked.translate(_REVERSED), 0xFFFF)
     if data[payload_end : payload_end + 2] != bytes((_REVERSED[reversed_bits >> 8], _REVERSED[reversed_bits & 0xFF])):
         return None
-    if component != _AUTOPILOT:
-        return _Message(end)
     # MAVLink 2 leaves out zeros at the end of a payload.
     payload = data[payload_at:payload_end].ljust(kind.payload.size, b"\0")
     stamp_us = int.from_bytes(data[begin:head_at], "big")
-    return _Message(end, (vehicle, number), (stamp_us * 1e-6, *kind.payload.unpack_from(payload)))
+    values = (stamp_us * 1e-6, *kind.payload.unpack_from(payload))
+    return _Message(payload_end + _CHECKSUM_BYTES, (vehicle, number), values)
 
 
 def read_telemetry(data: bytes, name: str) -> RawLog:
     """Read the one vehicle with an attitude. Raises `UserError` where there are more."""
     found: dict[tuple[int, int], list[tuple[float, ...]]] = {}
-    skipped_bytes = read_until = 0
+    read_until = 0
     for first in _FIRST_BYTE.finditer(data, _STAMP_BYTES):
         begin = first.start() - _STAMP_BYTES
         one = _message_at(data, begin) if begin >= read_until else None
         if one is not None:
-            skipped_bytes += begin - read_until
             read_until = one.end
-            if one.values:
-                found.setdefault(one.source, []).append(one.values)
+            found.setdefault(one.source, []).append(one.values)
     vehicles = {vehicle for vehicle, number in found if number == _ATTITUDE}
     if len(vehicles) > 1:
         raise unreadable(marked("more than one vehicle in one file"))
@@ -513,5 +495,5 @@ def read_telemetry(data: bytes, name: str) -> RawLog:
         for armed in channels_of(tables, _TLOG_ARMING):
             time_s = np.interp(armed.time_s, clock.values[order], clock.time_s[order])
             raw.armed.append(Channel(time_s, armed.values))
-    raw.note_damage(skipped_bytes + len(data) - read_until, read_until, len(data))
+    raw.note_damage(0, read_until, len(data))
     return raw

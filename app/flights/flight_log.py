@@ -122,12 +122,11 @@ class RawLog:
 
         `read_until`: where the last record ends that was read.
         """
-        if not skipped_bytes:
-            return
-        self.note(marked("Damaged; bytes left out: {count}."), count=f"{skipped_bytes:,}")
+        if skipped_bytes:
+            self.note(marked("Damaged; bytes left out: {count}."), count=f"{skipped_bytes:,}")
         times_s = np.concatenate([np.empty(0), *(channel.time_s for channel in (*self.tilts_deg, *self.forces_g))])
         times_s = times_s[np.isfinite(times_s)]
-        if len(times_s):
+        if len(times_s) and read_until < all_bytes:
             # A damaged time must not stretch it: the first and the last twentieth do not count.
             early_s, late_s = np.quantile(times_s, (0.05, 0.95))
             self.lost_end_s = float(late_s - early_s) / 0.9 * (all_bytes - read_until) / read_until
