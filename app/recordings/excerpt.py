@@ -4,7 +4,6 @@ Times are seconds of the program's clock.
 """
 
 import csv
-from abc import abstractmethod
 from collections.abc import Collection, Iterator
 from heapq import merge
 from io import StringIO
@@ -78,19 +77,17 @@ class Measured(LimitSteps):
     cell: Readable
     light: Readable
     charging: Readable
+    # A value for each sample of tilt.
+    flags: Readable
     markers: Collection[Marker]
-
-    @abstractmethod
-    def excerpt(self, start_s: float, end_s: float) -> Excerpt:
-        """The data of a span, both ends included, and at its start the marks before it that hold on."""
 
     def charging_at(self, time_s: float) -> bool | None:
         """Whether there was external power; None: unknown."""
         states = self.charging.window(time_s - CHARGING_HOLDS_S, time_s).value
         return bool(states[-1]) if len(states) else None
 
-    def _excerpt(self, start_s: float, end_s: float, flags: NDArray[np.uint8], *, is_whole: bool = True) -> Excerpt:
-        """Cut out an excerpt, as views of the series. `flags` has one for each sample of tilt in the span."""
+    def excerpt(self, start_s: float, end_s: float) -> Excerpt:
+        """The data of a span, both ends included, as views of the series."""
         # Of the marks before it, that the module is simulated, and its name, hold on.
         held: dict[MarkerKind, Marker] = {}
         for marker in self.markers:
@@ -103,12 +100,13 @@ class Measured(LimitSteps):
             if marker.kind is MarkerKind.NAMED or (marker.kind is MarkerKind.CONNECTED and is_simulated(marker.text)):
                 held[marker.kind] = marker._replace(time_s=start_s)
         within = [marker for marker in self.markers if start_s <= marker.time_s <= end_s]
-        tilt, acceleration, cell, light = (
-            series.window(start_s, end_s) for series in (self.tilt, self.acceleration, self.cell, self.light)
+        tilt, acceleration, flags, cell, light = (
+            series.window(start_s, end_s)
+            for series in (self.tilt, self.acceleration, self.flags, self.cell, self.light)
         )
         charging = self.charging.window(start_s - CHARGING_HOLDS_S, end_s)
         markers = (*held.values(), *within)
-        return Excerpt(start_s, tilt, acceleration, flags, cell, light, charging, markers, is_whole)
+        return Excerpt(start_s, tilt, acceleration, flags.value.astype(np.uint8), cell, light, charging, markers)
 
 
 # The CSV table

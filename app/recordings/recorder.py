@@ -189,15 +189,12 @@ class Recorder:
             program=f"DPS-S Configurator {version()}",
         )
         _log.debug("Recording %s", self._port)
-        writer = self._new_file(opening)
-        self.paths.append(writer.path)
-        return writer
-
-    def _new_file(self, opening: Opening) -> SessionWriter:
         for _ in range(NAMES_TRIED):
             # Another port or program that begins at the same time may have taken the name since it was found free.
             with suppress(FileExistsError):
-                return SessionWriter(self._library.new_path(opening.started_at), opening)
+                writer = SessionWriter(self._library.new_path(opening.started_at), opening)
+                self.paths.append(writer.path)
+                return writer
         raise OSError(errno.EEXIST, "no name is free")
 
     def _check_disk(self) -> None:

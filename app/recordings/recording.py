@@ -10,7 +10,7 @@ from pathlib import Path
 import msgspec
 import numpy as np
 
-from app.recordings.excerpt import ACTIVE, TRIGGERED, Excerpt, Measured, csv_parts, part_count
+from app.recordings.excerpt import ACTIVE, TRIGGERED, Measured, csv_parts, part_count
 from app.recordings.library import RecordingEntry, unreadable
 from app.recordings.markers import Marker, MarkerKind, ModuleLimits
 from app.recordings.session_file import EVENTS, NANOSECONDS, POLLED, STATUS, RecordedEvent, RecordedReport, SessionFile
@@ -37,12 +37,12 @@ class Recording(Measured):
         self.opening = opening = file.opening
         self.wall_offset_s = opening.wall_offset_ns / NANOSECONDS
         # A day has millions of reports.
-        times_ns, tilt, acceleration, flags = array("q"), array("f"), array("f"), array("B")
+        times_ns, tilt, acceleration, flags = array("q"), array("f"), array("f"), array("f")
         events: list[tuple[float, RecordedEvent]] = []
         report_of = msgspec.json.Decoder(RecordedReport).decode
         event_of = msgspec.json.Decoder(RecordedEvent).decode
         for topic, log_ns, data in file.messages():
-            with suppress(msgspec.DecodeError):  # of another program
+            with suppress(ValueError, RecursionError):  # of another program
                 if topic == STATUS:
                     report = report_of(data)
                     times_ns.append(log_ns)
@@ -54,10 +54,10 @@ class Recording(Measured):
         # Readers rely on ascending times.
         events.sort(key=itemgetter(0))
         times_s = (np.frombuffer(times_ns, np.int64) - opening.wall_offset_ns) / NANOSECONDS
-        self._times = np.maximum.accumulate(times_s)
-        self._flags = np.frombuffer(flags, np.uint8)
-        self.tilt = Readable(self._times, np.frombuffer(tilt, np.float32))
-        self.acceleration = Readable(self._times, np.frombuffer(acceleration, np.float32))
+        times_s = np.maximum.accumulate(times_s)
+        self.tilt, self.acceleration, self.flags = (
+            Readable(times_s, np.frombuffer(values, np.float32)) for values in (tilt, acceleration, flags)
+        )
 
         def polled(key: str) -> Readable:
             readings = ((at_s, getattr(event, key)) for at_s, event in events if event.event == "reading")
@@ -80,10 +80,6 @@ class Recording(Measured):
             marks.append(Marker(last_s, MarkerKind.DAMAGED))
         self.markers = tuple(marks)
         self.start_s = min((opening.start_s, *(marker.time_s for marker in self.markers[:1])))
-
-    def excerpt(self, start_s: float, end_s: float) -> Excerpt:
-        first, stop = np.searchsorted(self._times, start_s, "left"), np.searchsorted(self._times, end_s, "right")
-        return self._excerpt(start_s, end_s, self._flags[first:stop])
 
 
 def open_recording(entry: RecordingEntry) -> Recording:

@@ -192,14 +192,13 @@ def read_head(path: Path) -> tuple[Opening, State]:
 # Writing
 
 _CHANNELS: Final = {topic: number for number, topic in enumerate((RX, TX, EVENTS, STATUS), 1)}
-_EVENT: Final = {"type": "object", "properties": {"event": {"type": "string"}}}
-_REPORT: Final = msgspec.json.schema_components([RecordedReport])[1]["RecordedReport"]
+_SCHEMAS: Final = msgspec.json.schema_components([RecordedEvent, RecordedReport])[1]
 # The description of all topics, for other programs, at the begin of the first chunk.
 _CHANNEL_RECORDS: Final = _records(
     *(Channel(_CHANNELS[topic], topic, "bytes", {}, 0) for topic in (RX, TX)),
     *(
-        Schema(_CHANNELS[topic], msgspec.json.encode(kind), SchemaEncoding.JSONSchema, f"dps-s{topic}")
-        for topic, kind in ((EVENTS, _EVENT), (STATUS, _REPORT))
+        Schema(_CHANNELS[topic], msgspec.json.encode(_SCHEMAS[name]), SchemaEncoding.JSONSchema, name)
+        for topic, name in ((EVENTS, "RecordedEvent"), (STATUS, "RecordedReport"))
     ),
     *(Channel(_CHANNELS[topic], topic, MessageEncoding.JSON, {}, _CHANNELS[topic]) for topic in (EVENTS, STATUS)),
 )
@@ -245,7 +244,7 @@ class SessionWriter:
 
     def note(self, at_s: float, event: str, **values: object) -> None:
         text = json.dumps({"event": event, **values}, ensure_ascii=False)
-        self.add(EVENTS, self.wall_ns(at_s), text.encode("utf-8", "backslashreplace"))
+        self.add(EVENTS, self.wall_ns(at_s), text.encode(errors="replace"))  # a name may have bytes that are no text
 
     def flush(self, now_s: float, *, is_last: bool = False) -> None:
         """Writes everything that waits, and up to where the recording is whole."""

@@ -225,7 +225,7 @@ def test_csv_holds_every_value_and_is_appended_to(tmp_path: Path) -> None:
         name: [row[name] for row in rows[: counts[0]] if row[name]] for name in ("event", "cell_voltage_v", "light_v")
     }
     assert others == {
-        "event": [f"connected: {PORT}", "named: Flügel \\udc80", "activated", "triggered", f"port lost: {PORT}"],
+        "event": [f"connected: {PORT}", "named: Flügel ?", "activated", "triggered", f"port lost: {PORT}"],
         "cell_voltage_v": ["3.00", "3.01", "3.02"],
         "light_v": ["1.0", "1.1", "1.2", "2.5"],
     }

@@ -25,18 +25,17 @@ class LiveData(Measured):
     cell: Series
     light: Series
     charging: Series
+    flags: Series
     markers: deque[Marker]
 
     def __init__(self) -> None:
         super().__init__()
-        self.tilt, self.acceleration = Series(), Series()
+        self.tilt, self.acceleration, self.flags = Series(), Series(), Series()
         self.cell, self.light, self.charging = (Series(_SLOW_SAMPLES) for _ in range(3))
         # The limits that the module acts on, and what was last known of the others: stale, or of a trigger that is not
         # known to be on.
         self.acting, self.unproven = LimitSteps(), LimitSteps()
         self.markers = deque(maxlen=_MAX_MARKERS)
-        # One entry for each sample of tilt and acceleration.
-        self._flags = Series()
         self._first_s: float | None = None
         self._tracker = MarkerTracker()
 
@@ -45,7 +44,7 @@ class LiveData(Measured):
         return self._first_s is not None
 
     def reset(self) -> None:
-        for series in (self.tilt, self.acceleration, self.cell, self.light, self.charging, self._flags):
+        for series in (self.tilt, self.acceleration, self.cell, self.light, self.charging, self.flags):
             series.clear()
         self.acting.clear()
         self.unproven.clear()
@@ -59,7 +58,7 @@ class LiveData(Measured):
             times, tilt, acceleration, triggered, active = np.array(batch.samples, np.float64).T
             self.tilt.append(times, tilt)
             self.acceleration.append(times, acceleration)
-            self._flags.append(times, triggered * TRIGGERED + active * ACTIVE)
+            self.flags.append(times, triggered * TRIGGERED + active * ACTIVE)
             if self._first_s is None:
                 self._first_s = float(times[0])
         view = batch.conversation
@@ -82,7 +81,6 @@ class LiveData(Measured):
 
     def excerpt(self, start_s: float, end_s: float) -> Excerpt:
         """A copy of all data in a span, both ends included."""
-        flags = self._flags.window(start_s, end_s).value.astype(np.uint8)
         oldest_s = self.tilt.first_s
         is_whole = self._first_s is None or start_s >= oldest_s or self._first_s >= oldest_s
-        return deepcopy(self._excerpt(start_s, end_s, flags, is_whole=is_whole))
+        return deepcopy(super().excerpt(start_s, end_s)._replace(is_whole=is_whole))

@@ -339,7 +339,7 @@ def test_the_end_of_a_conversation_is_a_mark_behind_which_nothing_of_it_holds(re
 
 def test_a_span_with_dropped_samples_is_marked() -> None:
     data = LiveData()
-    data.tilt, data.acceleration, data._flags = (Series(100) for _ in range(3))
+    data.tilt, data.acceleration, data.flags = (Series(100) for _ in range(3))
     data.on_batch(batch(20.0, *(report(n / 10) for n in range(200))))
     assert not data.excerpt(0.0, 20.0).is_whole
     assert data.excerpt(15.0, 20.0).is_whole
