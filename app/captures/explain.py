@@ -1,18 +1,11 @@
 """Explains one frame: flat named values for programs (`meaning`), one sentence for people (`sentence`).
 
-A module frame is explained as the answer to what was asked:
-
-    a Request    the frame that the host sent
-    a Command    the command, but not the value that was sent (`dps-s decode --asked`)
-    None         unknown
-
 Ambiguous meanings are shown as such: 01 from 21 or 22 is "received" or a value, so the value is null (E2); 16 answers
 16 or 17, so both are named (E4).
 """
 
 from enum import Enum
 from functools import lru_cache
-from typing import NamedTuple
 
 from app.engine.conversation import reason_message
 from app.settings.values import value_text
@@ -39,6 +32,8 @@ from protocol.messages import (
 )
 from protocol.translatable import marked
 
+# What a module frame answers: the frame that the host sent; only its command, but not the value that was sent
+# (`dps-s decode --asked`); or unknown.
 Asked = Request | Command | None
 
 # D4 that means "received" (E2), and is also a value.
@@ -62,15 +57,6 @@ class _Said(Enum):
     REFUSED = "refused"
 
 
-class _Reply(NamedTuple):
-    """A six-byte reply. `may_answer`: all commands that it may answer, where its code leaves that open (E4)."""
-
-    said: _Said
-    command: Command
-    raw: int
-    may_answer: tuple[Command, ...] = ()
-
-
 def meaning(frame: Frame, asked: Asked = None) -> dict[str, JsonValue]:
     """The command and the values of a frame, with units in their names; always in English."""
     if frame.direction is Direction.HOST_TO_MODULE:
@@ -89,10 +75,10 @@ def meaning(frame: Frame, asked: Asked = None) -> dict[str, JsonValue]:
             return {"command": "trigger_records"} | record_values(answer)
         case EmptySlot():
             return {"command": "trigger_records", "empty": True}
-    reply = _reply_of(answer, asked)
-    command, key = reply.command, reply.command.reply_key
+    said, command, *others = _said_by(answer, asked)
+    key = command.reply_key
     named = {"command": command.name}
-    match reply.said:
+    match said:
         case _Said.RECEIVED:
             return named | {"acknowledged": True}
         case _Said.OPEN if key is not None:
@@ -103,9 +89,9 @@ def meaning(frame: Frame, asked: Asked = None) -> dict[str, JsonValue]:
             if command.acknowledged_by_one:
                 return named  # "anything else: failed", so it need not carry the present value
     if command.reply is not None and key is not None:
-        named[key] = command.reply.decode(reply.raw)
-    if reply.may_answer:
-        named["may_answer"] = [command.name for command in reply.may_answer]
+        named[key] = command.reply.decode(answer.raw)
+    if others:
+        named["may_answer"] = [one.name for one in (command, *others)]
     return named
 
 
@@ -137,19 +123,19 @@ def sentence(piece: Frame | Noise, asked: Asked = None) -> str:
             return labelled(_inside(TRIGGER_RECORDS.title), told(answer).translated())
         case EmptySlot():
             return labelled(_inside(TRIGGER_RECORDS.title), tr("none"))
-    reply = _reply_of(answer, asked)
-    command, title = reply.command, _inside(reply.command.title)
-    match reply.said:
+    said, command, *others = _said_by(answer, asked)
+    title = _inside(command.title)
+    match said:
         case _Said.OPEN:
             return labelled(tr("reply"), f"{title} ?")
         case _Said.RECEIVED:
             return labelled(tr("acknowledged"), title)
         case _Said.ACCEPTED:
-            return labelled(tr("acknowledged"), _value_text(command, command.reply, reply.raw))
+            return labelled(tr("acknowledged"), _value_text(command, command.reply, answer.raw))
         case _Said.REFUSED:
-            return labelled(tr("not acknowledged"), f"{title} ({reply.raw:02X})")
+            return labelled(tr("not acknowledged"), f"{title} ({answer.raw:02X})")
         case _Said.VALUE:
-            values = (_value_text(one, one.reply, reply.raw) for one in reply.may_answer or (command,))
+            values = (_value_text(one, one.reply, answer.raw) for one in (command, *others))
             return labelled(tr("reply"), " / ".join(values))
 
 
@@ -196,22 +182,23 @@ def read_reply(raw: bytes, asked: Asked) -> Message:
     return decode(raw, Request(asked, control=SET, data=raw[4]))
 
 
-def _reply_of(message: Reading | Acknowledgement, asked: Asked) -> _Reply:
-    raw = message.raw
+def _said_by(message: Reading | Acknowledgement, asked: Asked) -> tuple[_Said, Command, *tuple[Command, ...]]:
+    """What a six-byte reply says, and all commands that it may answer: more than one where its code leaves that open
+    (E4)."""
     if isinstance(message, Reading):
         command = message.command
         if (asked.command if isinstance(asked, Request) else asked) is command:
-            return _Reply(_Said.VALUE, command, raw)
-        if command.acknowledged_by_one and raw == _EITHER_OR:
-            return _Reply(_Said.OPEN, command, raw)
-        under_its_code = [other for other in COMMANDS if command.code in other.extra_reply_codes]
-        others = tuple(other for other in under_its_code if other.reply == command.reply)
-        return _Reply(_Said.VALUE, command, raw, (command, *others) if others else ())
+            return _Said.VALUE, command
+        if command.acknowledged_by_one and message.raw == _EITHER_OR:
+            return _Said.OPEN, command
+        under_its_code = (other for other in COMMANDS if command.code in other.extra_reply_codes)
+        return _Said.VALUE, command, *(other for other in under_its_code if other.reply == command.reply)
     command = message.request.command
-    is_either = raw == _EITHER_OR and command.acknowledged_by_one
-    if is_either and (isinstance(asked, Command) or raw != message.request.data):  # the value that was sent is unknown
-        return _Reply(_Said.RECEIVED, command, raw)
-    return _Reply(_Said.ACCEPTED if message.is_accepted else _Said.REFUSED, command, raw)
+    is_either = message.raw == _EITHER_OR and command.acknowledged_by_one
+    # Of a command alone the value that was sent is unknown.
+    if is_either and (isinstance(asked, Command) or message.raw != message.request.data):
+        return _Said.RECEIVED, command
+    return _Said.ACCEPTED if message.is_accepted else _Said.REFUSED, command
 
 
 def _inside(title: str) -> str:

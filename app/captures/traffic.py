@@ -1,14 +1,8 @@
 """Traffic: bytes on the line with their time and direction, the frames in them, and how both are read from text.
 
-A text is hex as people paste it, or lines with times, as support bundles show the traffic:
-
-    # started: 2026-11-21T01:49:05Z
-    0.000000 > 42 61 32 01 00 33
-    0.002913 < 41 75 32 07 0A 00 01 44
-
-Seconds, direction (`>` host to module, `<` module to host), bytes. A line that cannot be read is skipped and reported.
-Any other text is hex: two digits make a byte; spaces, commas and line ends may stand between two bytes, and "0x" before
-the first of a word. Lines that begin with # are remarks.
+A text has lines with times, as in support bundles: "0.002913 < 41 75 32 07 0A 00 01 44". A line that cannot be read is
+skipped and reported. Any other text is hex as people paste it, also with commas and "0x". Lines that begin with # are
+remarks.
 """
 
 import re

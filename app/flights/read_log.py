@@ -100,14 +100,11 @@ def _read(path: Path, columns: CsvColumns | None) -> RawLog:
 
 
 def _read_recording(path: Path, name: str) -> RawLog:
-    """A flight that a module measured. Raises `UserError`, OSError."""
+    """A flight that a module measured. Raises `UserError`."""
     from app.recordings.library import entry_of
-    from app.recordings.recording import Recording
+    from app.recordings.recording import open_recording
 
-    try:
-        return _recorded(Recording(entry_of(path)), name)
-    except UserError as error:
-        raise UserError(marked("{why}."), why=error.message) from error
+    return _recorded(open_recording(entry_of(path)), name)
 
 
 def flight_of_recording(recording: "Recording") -> FlightLog:
@@ -120,7 +117,7 @@ def _recorded(recording: "Recording", name: str) -> RawLog:
 
     tilt, acceleration = (one.window(-inf, inf) for one in (recording.tilt, recording.acceleration))
     if not len(tilt.time_s):
-        raise UserError(marked("no status reports"))
+        raise unreadable(marked("no status reports"))
     # Of several reports of one time each is a nanosecond later.
     time_s = tilt.time_s + (np.arange(len(tilt.time_s)) - np.searchsorted(tilt.time_s, tilt.time_s)) * 1e-9
     raw = RawLog(name=name, is_of_module=True)

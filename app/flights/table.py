@@ -281,16 +281,16 @@ def _recognised(head: Head, by_person: CsvColumns) -> CsvColumns:
 
     Raises `UserError` where a column that is used is not there, or twice, or has another unit than is said.
     """
-    by_name: dict[str, CsvColumn] = {}
+    known = dict(by_person)
     # Where a quantity has several columns, the first one with a unit counts.
     for quantity, column in sorted(map(_meaning, head.names, head.units), key=lambda one: one[1].unit is None):
-        by_name.setdefault(quantity, column)
+        known.setdefault(quantity, column)
     used: dict[str, CsvColumn] = {}
     for choices in _CHOICES:
-        is_chosen = any(quantity in by_person for choice in choices for quantity in choice)
-        known = by_person if is_chosen else by_name
-        whole = [choice for choice in choices if all(quantity in known for quantity in choice)]
+        whole = [choice for choice in choices if known.keys() >= set(choice)]
+        # First what a person chose, then what has its units.
         whole.sort(key=lambda choice: any(known[quantity].unit is None for quantity in choice))
+        whole.sort(key=by_person.keys().isdisjoint)
         # What is not needed must not make the table unreadable, such as a second attitude with bad cells.
         used.update((quantity, known[quantity]) for choice in whole[:1] for quantity in choice)
     for name, unit in (*by_person.values(), *used.values()):

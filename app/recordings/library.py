@@ -3,7 +3,6 @@
 import errno
 import math
 import re
-import threading
 from contextlib import suppress
 from datetime import UTC, datetime
 from pathlib import Path
@@ -67,7 +66,6 @@ class RecordingLibrary:
     def __init__(self, folder: Path | None = None, *, max_bytes: int = MAX_BYTES) -> None:
         self.folder = folder or recordings_folder()
         self.max_bytes = max_bytes
-        self._pruning = threading.Lock()
 
     def entries(self) -> tuple[RecordingEntry, ...]:
         """Newest first. Reads the heads of the files only. Never raises: an unreadable recording is an entry with
@@ -92,12 +90,11 @@ class RecordingLibrary:
         """Deletes the oldest recordings beyond the limit; running ones stay. What cannot be deleted is left for the
         next time."""
         total = 0
-        with self._pruning:
-            for path in self._newest_first():
-                with suppress(OSError):
-                    total += path.stat().st_size
-                    if total > self.max_bytes and not _is_held(path):
-                        path.unlink()
+        for path in self._newest_first():
+            with suppress(OSError):
+                total += path.stat().st_size
+                if total > self.max_bytes and not _is_held(path):
+                    path.unlink()
 
     def _newest_first(self) -> list[Path]:
         with suppress(OSError):
