@@ -10,6 +10,8 @@ from collections.abc import Iterable, Iterator
 from contextlib import suppress
 from enum import Enum
 from functools import partial
+from itertools import groupby
+from operator import itemgetter
 from typing import Final, NamedTuple, TextIO
 
 from app.captures.explain import Asked
@@ -19,7 +21,6 @@ from protocol.messages import Direction, Frame, Noise, decode_request
 from protocol.stream import Piece, StreamParser
 from protocol.translatable import marked
 
-MAX_ENTRY_BYTES: Final = 4096
 # After such a silence a frame has ended.
 QUIET_S: Final = 0.25
 
@@ -45,28 +46,23 @@ class CaptureEntry(NamedTuple):
 
 
 def entries_of(events: Iterable[Event], started_at: float) -> Iterator[CaptureEntry]:
-    """The bytes of these events; bytes that were received together become one entry. `started_at`: monotonic time that
+    """The bytes of these events; those of one moment and direction are one entry. `started_at`: monotonic time that
     becomes 0, also for earlier events."""
-    together: CaptureEntry | None = None
-    for event in events:
-        if isinstance(event, Received):
-            way, raw = Way.IN, event.frame.raw
-        elif isinstance(event, Rejected):
-            way, raw = Way.IN, event.noise.raw
-        elif isinstance(event, Sent):
-            way, raw = Way.OUT, event.raw
-        else:
-            continue
-        entry = CaptureEntry(max(0.0, event.at - started_at), way, raw)
-        if together is None:
-            together = entry
-        elif way is Way.IN and together[:2] == entry[:2] and len(together.raw) + len(raw) <= MAX_ENTRY_BYTES:
-            together = together._replace(raw=together.raw + raw)
-        else:
-            yield together
-            together = entry
-    if together is not None:
-        yield together
+    pieces = filter(None, map(_piece_of, events))
+    for (at, way), together in groupby(pieces, key=itemgetter(0, 1)):
+        yield CaptureEntry(max(0.0, at - started_at), way, b"".join(raw for _, _, raw in together))
+
+
+def _piece_of(event: Event) -> tuple[float, Way, bytes] | None:
+    match event:
+        case Received():
+            return event.at, Way.IN, event.frame.raw
+        case Rejected():
+            return event.at, Way.IN, event.noise.raw
+        case Sent():
+            return event.at, Way.OUT, event.raw
+        case _:
+            return None
 
 
 class Explained(NamedTuple):

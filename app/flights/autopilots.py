@@ -67,7 +67,7 @@ _ULOG_ARMED: Final = 2
 
 
 _ULOG_TILTS: Final = (ChannelSource("vehicle_attitude", ("q[0]", "q[1]", "q[2]", "q[3]"), tilt_of_quaternion),)
-# What the estimator uses, and each sensor; of both the first that is there.
+# What the estimator uses, of which the first that is there counts; and each sensor.
 _ESTIMATOR_FORCES: Final = (
     ChannelSource("sensor_combined", tuple(f"accelerometer_m_s2[{axis}]" for axis in range(3)), force_of_axes),
     ChannelSource("vehicle_acceleration", ("xyz[0]", "xyz[1]", "xyz[2]"), force_of_axes),
@@ -99,26 +99,26 @@ class UlogFile:
         first = data[_ULOG_HEADER_BYTES : _ULOG_HEADER_BYTES + _ULOG_RECORD_HEAD + 16]
         if first[2:3] == b"B" and int.from_bytes(first[_ULOG_RECORD_HEAD + 8 :], "little") & ~_APPENDED:
             raise unreadable(marked("written by a newer version"))
-        formats: dict[str, str] = {}
+        # Those that are understood.
+        layouts: dict[str, Layout] = {}
         for begin, end in chain(*self._found("F", _LONGEST_FORMAT)):
             match = _FORMAT.fullmatch(data, begin + _ULOG_RECORD_HEAD, end)
-            if match is not None:
-                formats.setdefault(match[1].decode(), match[2].decode())
+            layout = None if match is None else _layout_of(match[2].decode())
+            if match is not None and layout is not None:
+                layouts.setdefault(match[1].decode(), layout)
         # A subscription gives a topic and its instance the number that stands in their samples.
         subscribed: dict[int, tuple[str, int]] = {}
         for begin, end in chain(*self._found("A", _LONGEST_NAME)):
             name = data[begin + 6 : end].decode("latin-1")
-            if name in formats:
+            if name in layouts:
                 number = int.from_bytes(data[begin + 4 : begin + 6], "little")
                 subscribed.setdefault(number, (name, data[begin + 3]))
-        layouts = {name: _layout_of(formats[name]) for name, _ in subscribed.values()}
-        samples = self._samples(subscribed, layouts)
+        samples = self._samples({number: layouts[name] for number, (name, _) in subscribed.items()})
         numbers = self._numbers_at(samples[:, 0] + _ULOG_RECORD_HEAD)
         for number, (name, _) in sorted(subscribed.items(), key=lambda one: one[1]):
-            layout = layouts[name]
-            if name in _WANTED and layout is not None:
+            if name in _WANTED:
                 places = samples[numbers == number, 0] + _ULOG_RECORD_HEAD + _ULOG_ID_BYTES
-                table = columns_of(data, layout, places, _WANTED[name])
+                table = columns_of(data, layouts[name], places, _WANTED[name])
                 if table:
                     self.topics.setdefault(name, []).append(table)
         self._read_between(samples)
@@ -137,16 +137,14 @@ class UlogFile:
         numbers: Places = self._bytes[places] + 256 * self._bytes[places + 1].astype(np.int64)
         return numbers
 
-    def _samples(self, subscribed: Mapping[int, tuple[str, int]], layouts: Mapping[str, Layout | None]) -> Places:
-        """Where samples of known topics begin and end."""
+    def _samples(self, layouts: Mapping[int, Layout]) -> Places:
+        """Where samples of known topics begin and end. `layouts`: by the number in them."""
         # What a sample may have at least and at most, by its number: padding at its end is not written.
         least, most = np.ones(_LARGEST + 1, np.int64), np.zeros(_LARGEST + 1, np.int64)
-        for number, (name, _) in subscribed.items():
-            layout = layouts[name]
-            if layout is not None:
-                most[number] = least[number] = _ULOG_RECORD_HEAD + _ULOG_ID_BYTES + layout.itemsize
-                if (layout.names or ("",))[-1].startswith(_PADDING):
-                    least[number] -= layout[-1].itemsize
+        for number, layout in layouts.items():
+            most[number] = least[number] = _ULOG_RECORD_HEAD + _ULOG_ID_BYTES + layout.itemsize
+            if (layout.names or ("",))[-1].startswith(_PADDING):
+                least[number] -= layout[-1].itemsize
         parts = [np.empty((0, 2), np.int64)]
         for part in self._found("D", _LARGEST):
             sizes, numbers = part[:, 1] - part[:, 0], self._numbers_at(part[:, 0] + _ULOG_RECORD_HEAD)
@@ -197,10 +195,8 @@ def read_ulog(data: bytes, name: str) -> RawLog:
     """Read a ULog file (PX4). Raises `UserError`."""
     file = UlogFile(data)
     raw = RawLog(name=name, tilts_deg=channels_of(file.topics, _ULOG_TILTS))
-    for sources in (_ESTIMATOR_FORCES, _SENSOR_FORCES):
-        there = [source for source in sources if source.table in file.topics]
-        raw.forces_g += channels_of(file.topics, there[:1])
-    del raw.forces_g[_MAX_SENSORS:]
+    estimator = [source for source in _ESTIMATOR_FORCES if source.table in file.topics]
+    raw.forces_g = channels_of(file.topics, (*estimator[:1], *_SENSOR_FORCES))[:_MAX_SENSORS]
     raw.altitudes_m = channels_of(file.topics, _ULOG_ALTITUDES)
     raw.armed = channels_of(file.topics, _ULOG_ARMING)
     raw.note_damage(file.skipped_bytes, file.read_until, len(data))
@@ -213,9 +209,9 @@ MAGIC: Final = b"\xa3\x95"
 # A line of a log that was saved as text.
 TEXT_FORMAT: Final = re.compile(rb"^FMT,", re.MULTILINE)
 _FORMAT_KIND: Final = 128
-_FORMAT_BYTES: Final = 89
 _DF_HEAD_BYTES: Final = 3
-# A definition up to the name of the table, behind the kind and the length of its records.
+# A definition: the kind and the length of its records, the name of the table, the letters and the names of its columns.
+_DF_FORMAT: Final = Struct("<3xBB4s16s64s")
 _FORMAT_HEAD: Final = re.compile(rb"\xa3\x95\x80..[A-Za-z0-9]{1,4}", re.DOTALL)
 _DF_TYPES: Final[Mapping[str, str]] = {
     "a": "S64", "b": "<i1", "B": "<u1", "h": "<i2", "H": "<u2", "i": "<i4", "I": "<u4", "f": "<f4", "d": "<f8",
@@ -223,8 +219,7 @@ _DF_TYPES: Final[Mapping[str, str]] = {
     "q": "<i8", "Q": "<u8", "g": "<f2",
 }  # fmt: skip
 _SCALES: Final = {"c": 0.01, "C": 0.01, "e": 0.01, "E": 0.01, "L": 1e-7}
-# Logs from before 2014 have none.
-_CLOCKS: Final = {"TimeUS": 1e-6, "TimeMS": 1e-3}
+_CLOCK_US: Final = "TimeUS"
 # The number of the sensor; older logs have a table for each.
 _SENSOR: Final = "I"
 _DF_TILTS: Final = tuple(ChannelSource(table, ("Roll", "Pitch"), tilt_of_roll_and_pitch) for table in ("ATT", "AHR2"))
@@ -241,7 +236,7 @@ _DF_ARMING: Final = (ChannelSource("ARM", ("ArmState",)),)
 _EVENTS: Final = (ChannelSource("EV", ("Id",)),)
 _DF_SOURCES: Final = (*_DF_TILTS, *_DF_FORCES, *_DF_ALTITUDES, *_DF_ARMING, *_EVENTS)
 _DF_TABLES: Final = frozenset(one.table for one in _DF_SOURCES)
-_DF_COLUMNS: Final = frozenset((*_CLOCKS, _SENSOR, *chain.from_iterable(one.columns for one in _DF_SOURCES)))
+_DF_COLUMNS: Final = frozenset((_CLOCK_US, _SENSOR, *chain.from_iterable(one.columns for one in _DF_SOURCES)))
 # Numbers of events.
 _EV_ARMED, _EV_DISARMED = 10, 11
 
@@ -283,16 +278,16 @@ class DataflashFile:
         formats: dict[int, tuple[str, str, list[str]]] = {}
         # 0 where a kind is not defined.
         lengths = np.zeros(256, np.int64)
-        lengths[_FORMAT_KIND] = _FORMAT_BYTES
-        for format_head in _FORMAT_HEAD.finditer(data):
-            body = data[format_head.start() + _DF_HEAD_BYTES : format_head.start() + _FORMAT_BYTES]
-            name, letters, columns = (
-                part.split(b"\0")[0].decode("latin-1") for part in (body[2:6], body[6:22], body[22:86])
-            )
+        lengths[_FORMAT_KIND] = _DF_FORMAT.size
+        for found in _FORMAT_HEAD.finditer(data):
+            if found.start() + _DF_FORMAT.size > len(data):
+                break
+            kind, length, *texts = _DF_FORMAT.unpack_from(data, found.start())
+            name, letters, columns = (text.split(b"\0")[0].decode("latin-1") for text in texts)
             # The first definition of a kind counts.
-            if len(body) == _FORMAT_BYTES - _DF_HEAD_BYTES and body[1] >= _DF_HEAD_BYTES and not lengths[body[0]]:
-                lengths[body[0]] = body[1]
-                formats[body[0]] = name, letters, [label.strip() for label in columns.split(",")]
+            if length >= _DF_HEAD_BYTES and not lengths[kind]:
+                lengths[kind] = length
+                formats[kind] = name, letters, [label.strip() for label in columns.split(",")]
         begins = self._records(data, lengths)
         kinds = np.frombuffer(data, np.uint8)[begins + 2]
         for kind, (name, letters, labels) in formats.items():
@@ -368,9 +363,8 @@ def _number(cell: str) -> float:
 
 def _by_sensor(table: Table) -> list[Table]:
     """Split a table by its sensors, with seconds. Newer logs number the sensors within one table."""
-    for clock, seconds in _CLOCKS.items():
-        if clock in table:
-            table[TIME] = table[clock] * seconds
+    if _CLOCK_US in table:
+        table[TIME] = table[_CLOCK_US] * 1e-6
     if _SENSOR not in table:
         return [table]
     numbers = table[_SENSOR]

@@ -179,8 +179,8 @@ class FlightLog:
     duration_s: float
     # Share of the samples of attitude or acceleration that were left out as invalid, the larger of the two.
     left_out_share: float = 0.0
-    # Above any fixed level; NaN where unknown. None: the log does not say.
-    altitude_m: Floats | None = None
+    # Above any fixed level; NaN where unknown.
+    altitude_m: Floats
     resets_s: Floats
     # What was left out or looks wrong.
     problems: tuple[UserMessage, ...] = ()
@@ -374,8 +374,8 @@ def _judged(armed: list[Channel], time_s: Floats, start_s: float) -> Flags:
     return is_judged
 
 
-def _altitude_at(channels: list[Channel], time_s: Floats) -> Floats | None:
-    """Interpolated; NaN before the first and after the last sample. None: the log does not say."""
+def _altitude_at(channels: list[Channel], time_s: Floats) -> Floats:
+    """Interpolated; NaN before the first and after the last sample, and where the log does not say."""
     for channel in channels:
         rows = np.flatnonzero(np.isfinite(channel.time_s) & np.isfinite(channel.values))
         rows = rows[_ascending(channel.time_s[rows])]
@@ -383,7 +383,7 @@ def _altitude_at(channels: list[Channel], time_s: Floats) -> Floats | None:
             known_s, known_m = channel.time_s[rows], channel.values[rows]
             altitude_m: Floats = np.interp(time_s, known_s, known_m, left=np.nan, right=np.nan)
             return altitude_m
-    return None
+    return np.full(len(time_s), np.nan)
 
 
 # Which sensors are believed

@@ -301,8 +301,6 @@ def loss_of_control(log: FlightLog) -> tuple[float | None, float | None]:
 
 def _fell_to_rest(log: FlightLog, is_known: Flags, is_calm: Flags) -> float | None:
     """From when on it stayed at its last altitude, if it was not calm when it came there; None where unknown."""
-    if log.altitude_m is None:
-        return None
     rows = np.flatnonzero(np.isfinite(log.altitude_m))
     away = np.flatnonzero(np.abs(log.altitude_m[rows] - log.altitude_m[rows[-1:]]) > _REST_M)
     if not len(away):

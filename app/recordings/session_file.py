@@ -58,9 +58,8 @@ _YEARS: Final = range(1970, 2201)
 _DAMAGES: Final = (McapError, zstandard.ZstdError, struct.error, ValueError, OverflowError, MemoryError)
 
 Count = Annotated[int, Meta(ge=0, le=1 << 40)]
+# Also seconds of the program's clock: thirty years.
 Number = Annotated[float, Meta(ge=-1e9, le=1e9)]
-# Seconds of the program's clock, up to thirty years.
-ClockTime = Number
 
 
 class Opening(msgspec.Struct, frozen=True, kw_only=True):
@@ -68,7 +67,7 @@ class Opening(msgspec.Struct, frozen=True, kw_only=True):
     same moment."""
 
     started_at: Annotated[datetime, Meta(tz=True)]
-    start_s: ClockTime
+    start_s: Number
     port: str
     baud_rate: Count
     program: str = ""
@@ -95,7 +94,7 @@ class Opening(msgspec.Struct, frozen=True, kw_only=True):
 class State(msgspec.Struct, kw_only=True):
     """How far the recording is."""
 
-    end_s: ClockTime
+    end_s: Number
     reports: Count = 0
     was_triggered: bool = False
     modules: tuple[str, ...] = ()  # The names that were said while it was recorded, in this order
@@ -164,7 +163,7 @@ def _head_of(record: Metadata, kind: type[Head]) -> Head:
         if kind is Opening and plain["version"] != VERSION:
             raise UserError(marked("written by another version"))
         return msgspec.convert(plain, kind)
-    except (ValueError, TypeError, KeyError, msgspec.ValidationError) as error:
+    except (ValueError, TypeError, KeyError, RecursionError) as error:
         raise UserError(marked("damaged")) from error
 
 

@@ -23,7 +23,7 @@ def made_flight(
     name: str = "made",
     time_s: ArrayLike | None = None,
     is_judged: ArrayLike | None = None,
-    altitude_m: ArrayLike | None = None,
+    altitude_m: ArrayLike = np.nan,
     resets_s: tuple[float, ...] = (),
 ) -> FlightLog:
     """Make a flight; without `time_s`, its rows come at the report rate. Scalars apply to every row."""
@@ -38,7 +38,7 @@ def made_flight(
         specific_force_g=forces,
         is_judged=np.ones(count, np.bool_) if is_judged is None else np.asarray(is_judged, np.bool_),
         duration_s=float(times[-1] - times[0]) if count else 0.0,
-        altitude_m=None if altitude_m is None else np.asarray(altitude_m, np.float64),
+        altitude_m=np.broadcast_to(np.asarray(altitude_m, np.float64), count),
         resets_s=np.array(resets_s),
     )
 
@@ -115,8 +115,7 @@ def crash(name: str, random: np.random.Generator, *, seconds: float = 60.0) -> F
 
 def write_csv(path: Path, log: FlightLog, head: str = "time_s,tilt_deg,acceleration_g,altitude_m") -> Path:
     """Write a flight as a table of comma-separated values."""
-    height = np.zeros(len(log.time_s)) if log.altitude_m is None else log.altitude_m
-    table = np.stack([log.time_s, log.tilt_deg, log.specific_force_g, height], axis=1)
+    table = np.stack([log.time_s, log.tilt_deg, log.specific_force_g, np.nan_to_num(log.altitude_m)], axis=1)
     np.savetxt(path, table, fmt="%.3f", delimiter=",", header=head, comments="")
     return path
 

@@ -9,7 +9,6 @@ from hypothesis import strategies as st
 
 from app.captures.explain import Asked, meaning, sentence
 from app.captures.traffic import (
-    MAX_ENTRY_BYTES,
     MAX_FAULTS,
     CaptureEntry,
     Explained,
@@ -41,7 +40,7 @@ def read(lines: Iterable[str]) -> tuple[list[Explained], TextReader]:
 
 @given(
     st.lists(
-        st.tuples(st.integers(0, 10**7), st.sampled_from(Way), st.binary(min_size=1, max_size=MAX_ENTRY_BYTES)),
+        st.tuples(st.integers(0, 10**7), st.sampled_from(Way), st.binary(min_size=1, max_size=4096)),
         min_size=1,
         max_size=20,
     )

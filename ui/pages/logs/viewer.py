@@ -88,7 +88,7 @@ def _of_flight(log: FlightLog, limits: TriggerLimits) -> Opened:
         tilt_lane(series(log.tilt_deg), (chosen.fires, None), (chosen.rearms, None), gap_s=MAX_GAP_S),
         acceleration_lane(series(log.specific_force_g), (chosen.falls, None), gap_s=MAX_GAP_S),
     ]
-    if log.altitude_m is not None and np.isfinite(log.altitude_m).any():
+    if np.isfinite(log.altitude_m).any():
         low, high = float(np.nanmin(log.altitude_m)), float(np.nanmax(log.altitude_m))
         room = max(0.5, (high - low) * 0.1)
         scales = (Scale(low - room, high + room, 0.0),)
