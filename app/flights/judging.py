@@ -9,7 +9,6 @@ before the impact that must. Flights of one side alone propose nothing.
 import math
 import sys
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 from enum import Enum
 from functools import reduce
 from operator import or_
@@ -66,41 +65,52 @@ class FlightOutcome(NamedTuple):
     is_before_impact: bool
 
 
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class FlightSummary:
-    """One flight; times are those of its `FlightLog`, which is read again to show it.
+    """One flight; times are those of its `FlightLog`, which is read again to show it. Of ten minutes it takes 10 ms.
 
     Methods raise LookupError for a free-fall acceleration above 1.5 g.
     """
 
-    # Path of the file as given.
-    name: str
-    duration_s: float
-    not_judged_s: float
-    # As measured, of the judged rows; NaN without any.
-    tilt_max_deg: float
-    # The log holds an acceleration while it is judged.
-    has_acceleration: bool
-    problems: tuple[UserMessage, ...]
-    # First firing of the attitude trigger, by threshold in whole degrees, and the tilt then: shape (181,).
-    attitude_s: Floats
-    attitude_deg: Floats
-    # First firing of the free-fall trigger, by threshold in tenths of g and time in hundredths of a second, and the
-    # tilt then, NaN where it is unknown: (16, 256).
-    freefall_s: Floats
-    freefall_deg: Floats
-    # Longest fall from first to last report, by threshold in tenths of g; -1 where there is none: (16,).
-    longest_falls_s: Floats
-    # The longest fall that a pause may hide, with the falls around it: (16,).
-    hidden_falls_s: Floats
-    # Why too little of it is known for a no; None: enough. What is missing is never taken for a calm flight.
-    why_not: UserMessage | None
-    why_no_attitude: UserMessage | None
-    why_no_acceleration: UserMessage | None
-    # Estimated loss of control; None: not lost, or unknown.
-    loss_s: float | None
-    # None: unknown.
-    impact_s: float | None
+    def __init__(self, log: FlightLog) -> None:
+        self.name, self.duration_s, self.not_judged_s = log.name, log.duration_s, log.not_judged_s
+        self.problems = log.problems
+        # Estimated loss of control and impact; None: there was none, or unknown.
+        self.loss_s, self.impact_s = loss_of_control(log)
+        judged_deg = log.tilt_deg[log.is_judged & np.isfinite(log.tilt_deg)]
+        # As measured, of the judged rows; NaN without any.
+        self.tilt_max_deg = float(judged_deg.max()) if len(judged_deg) else math.nan
+        # The attitude trigger fires at once, with the first tilt that reaches its threshold: when it fires first, by
+        # threshold in whole degrees, shape (181,).
+        tilts = samples_of(log, log.tilt_deg, DEGREE.per_unit)
+        highest_deg = np.maximum.accumulate(tilts.steps[tilts.is_active])
+        rows = np.searchsorted(highest_deg, np.arange(MAX_TILT_STEPS + 1), "left")
+        self.attitude_s: Floats = np.append(tilts.time_s[tilts.is_active], NEVER)[rows]
+        # The same of the free-fall trigger, by threshold in tenths of g and time in hundredths of a second, (16, 256);
+        # and the longest fall from first to last report by threshold, -1 where there is none, (16,).
+        forces = samples_of(log, log.specific_force_g, TENTH_G.per_unit)
+        self.freefall_s, self.longest_falls_s = _falls(log, forces)
+        # The log holds an acceleration while it is judged.
+        self.has_acceleration = bool(forces.is_active.any())
+        # The tilt when they fire; NaN where it is unknown.
+        measured_deg = np.append(_to_steps(log.tilt_deg, DEGREE.per_unit), np.nan)
+        self.attitude_deg: Floats = measured_deg[np.searchsorted(log.time_s, self.attitude_s)]
+        self.freefall_deg: Floats = measured_deg[np.searchsorted(log.time_s, self.freefall_s)]
+        # Why too little of it is known for a no; None: enough. What is missing is never taken for a calm flight; time
+        # on the ground is not missing.
+        self.why_not: UserMessage | None = None
+        self.why_no_attitude: UserMessage | None = None
+        self.why_no_acceleration: UserMessage | None = None
+        tilt_gaps, force_gaps = log.gaps
+        if not log.has_plausible_length:
+            self.why_not = message(marked("No flight has the length of this log."))
+        elif log.left_out_share > 0.1:
+            self.why_not = message(marked("More than a tenth of the samples was left out."))
+        if len(tilt_gaps):
+            self.why_no_attitude = message(marked("A pause of the attitude of more than 0.2 s may hide a tilt."))
+        if total_s(force_gaps) > 0.1 * total_s(log.flights):
+            self.why_no_acceleration = message(marked("More than a tenth of the acceleration is missing."))
+        # The longest fall that a pause may hide, with the falls around it, by threshold, (16,).
+        self.hidden_falls_s = _hidden_falls(log, forces, force_gaps)
 
     @property
     def end_s(self) -> float:
@@ -171,51 +181,6 @@ def samples_of(log: FlightLog, values: Floats, per_unit: int) -> Samples:
 
 def _to_steps(values: Floats, per_unit: int) -> Floats:
     return np.clip(np.rint(values * per_unit), 0, 255)
-
-
-def summarise(log: FlightLog) -> FlightSummary:
-    """Takes about 10 ms for a flight of ten minutes."""
-    # The attitude trigger fires at once, with the first tilt that reaches its threshold.
-    tilts = samples_of(log, log.tilt_deg, DEGREE.per_unit)
-    highest_deg = np.maximum.accumulate(tilts.steps[tilts.is_active])
-    rows = np.searchsorted(highest_deg, np.arange(MAX_TILT_STEPS + 1), "left")
-    attitude_s = np.append(tilts.time_s[tilts.is_active], NEVER)[rows]
-    forces = samples_of(log, log.specific_force_g, TENTH_G.per_unit)
-    tilt_gaps, force_gaps = log.gaps
-    freefall_s, longest_falls_s = _falls(log, forces)
-    measured_deg = np.append(_to_steps(log.tilt_deg, DEGREE.per_unit), np.nan)
-    attitude_deg, freefall_deg = (measured_deg[np.searchsorted(log.time_s, at_s)] for at_s in (attitude_s, freefall_s))
-    # What is missing. Time on the ground is not.
-    why_not = why_no_attitude = why_no_acceleration = None
-    if not log.has_plausible_length:
-        why_not = message(marked("No flight has the length of this log."))
-    elif log.left_out_share > 0.1:
-        why_not = message(marked("More than a tenth of the samples was left out."))
-    if len(tilt_gaps):
-        why_no_attitude = message(marked("A pause of the attitude of more than 0.2 s may hide a tilt."))
-    if total_s(force_gaps) > 0.1 * total_s(log.flights):
-        why_no_acceleration = message(marked("More than a tenth of the acceleration is missing."))
-    judged_deg = log.tilt_deg[log.is_judged & np.isfinite(log.tilt_deg)]
-    loss_s, impact_s = loss_of_control(log)
-    return FlightSummary(
-        name=log.name,
-        duration_s=log.duration_s,
-        not_judged_s=log.not_judged_s,
-        tilt_max_deg=float(judged_deg.max()) if len(judged_deg) else math.nan,
-        has_acceleration=bool(forces.is_active.any()),
-        problems=log.problems,
-        attitude_s=attitude_s,
-        attitude_deg=attitude_deg,
-        freefall_s=freefall_s,
-        freefall_deg=freefall_deg,
-        longest_falls_s=longest_falls_s,
-        hidden_falls_s=_hidden_falls(log, forces, force_gaps),
-        why_not=why_not,
-        why_no_attitude=why_no_attitude,
-        why_no_acceleration=why_no_acceleration,
-        loss_s=loss_s,
-        impact_s=impact_s,
-    )
 
 
 def _falls(log: FlightLog, forces: Samples) -> tuple[Floats, Floats]:

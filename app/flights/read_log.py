@@ -17,7 +17,7 @@ import numpy as np
 
 from app.flights.autopilots import MAGIC, TEXT_FORMAT, is_telemetry, read_dataflash, read_telemetry, read_ulog
 from app.flights.flight_log import Channel, FlightLog, RawLog, assembled, unreadable
-from app.flights.judging import FlightSummary, summarise
+from app.flights.judging import FlightSummary
 from app.flights.table import CsvColumns, UnreadTable, encoding_of, read_table
 from app.text.messages import UserError, UserMessage, error_text, joined, message
 from protocol.translatable import marked
@@ -246,7 +246,7 @@ class SummarisedLog(NamedTuple):
 def summarise_log(path: Path, columns: CsvColumns | None = None) -> SummarisedLog:
     """Reads and summarises one log. `columns`: of a table, None recognises them by name."""
     try:
-        return SummarisedLog(path, summarise(read_flight_log(path, columns)))
+        return SummarisedLog(path, FlightSummary(read_flight_log(path, columns)))
     except UserError as error:
         head = error.head if isinstance(error, UnreadTable) else ()
         return SummarisedLog(path, None, error.message, head)

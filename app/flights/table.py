@@ -13,7 +13,7 @@ import math
 import re
 import shlex
 from array import array
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from datetime import UTC, datetime
 from io import BytesIO, TextIOWrapper
 from itertools import chain, islice
@@ -25,9 +25,12 @@ from app.flights.flight_log import (
     LONGEST_LOG_S,
     SHORTEST_LOG_S,
     STANDARD_GRAVITY_M_S2,
+    TIME,
     Channel,
+    ChannelSource,
     Floats,
     RawLog,
+    channels_of,
     force_of_axes,
     tilt_of_quaternion,
     tilt_of_roll_and_pitch,
@@ -48,24 +51,20 @@ QUANTITIES: Final[Mapping[str, Mapping[str, float]]] = {
     "altitude": {"m": 1.0},
     "armed": {"": 1.0},
 }  # fmt: skip
-# From which quantities the tilt in degrees and the force in g can be computed, and how.
-_TILTS: Final[Mapping[tuple[str, ...], Callable[..., Floats]]] = {
-    ("tilt",): np.abs,
-    ("qw", "qx", "qy", "qz"): tilt_of_quaternion,
-    ("roll", "pitch"): tilt_of_roll_and_pitch,
-}
-_LENGTHS: Final[Mapping[tuple[str, ...], Callable[..., Floats]]] = {
-    ("acceleration",): lambda length_m_s2: np.abs(length_m_s2) / STANDARD_GRAVITY_M_S2,
-    ("x", "y", "z"): force_of_axes,
-}
-# Of each line the first choice whose columns are all there is used.
-_CHOICES: Final[tuple[Iterable[tuple[str, ...]], ...]] = (
-    (("time",),),
-    _TILTS,
-    _LENGTHS,
-    (("altitude",),),
-    (("armed",),),
+# From which quantities the tilt in degrees and the force in g can be computed, and how. Of each line the first whose
+# columns are all there is used.
+_TABLE: Final = "rows"
+_TILTS: Final = (
+    ChannelSource(_TABLE, ("tilt",), np.abs),
+    ChannelSource(_TABLE, ("qw", "qx", "qy", "qz"), tilt_of_quaternion),
+    ChannelSource(_TABLE, ("roll", "pitch"), tilt_of_roll_and_pitch),
 )
+_FORCES_G: Final = (
+    ChannelSource(_TABLE, ("acceleration",), lambda length_m_s2: np.abs(length_m_s2) / STANDARD_GRAVITY_M_S2),
+    ChannelSource(_TABLE, ("x", "y", "z"), force_of_axes),
+)
+_ALTITUDES: Final = (ChannelSource(_TABLE, ("altitude",)),)
+_ARMING: Final = (ChannelSource(_TABLE, ("armed",)),)
 # The word of a role on the command line, such as "time_ms".
 _ROLES: Final = {
     f"{quantity}_{unit}".rstrip("_"): (quantity, unit) for quantity, units in QUANTITIES.items() for unit in units
@@ -175,15 +174,13 @@ def read_table(data: bytes, name: str, chosen: CsvColumns | None = None) -> RawL
     if len(known_s):
         raw.span_s = float(known_s.min()), float(known_s.max())
 
-    def channels(choices: Mapping[tuple[str, ...], Callable[..., Floats]]) -> Iterator[Channel]:
-        for quantities, value_of in choices.items():
-            if scaled.keys() >= set(quantities):
-                values = value_of(*(scaled[quantity] for quantity in quantities))
-                is_there = ~np.isnan(values)  # a row may be without a cell of this column
-                yield Channel(time_s[is_there], values[is_there])
+    def channels(sources: Iterable[ChannelSource]) -> list[Channel]:
+        found = channels_of({_TABLE: [scaled]}, sources)
+        # A row may be without a cell of a column.
+        return [Channel(time_s[~np.isnan(values)], values[~np.isnan(values)]) for _, values in found]
 
-    raw.tilts_deg, raw.forces_g = list(channels(_TILTS)), list(channels(_LENGTHS))
-    raw.altitudes_m, raw.armed = (list(channels({(one,): np.positive})) for one in ("altitude", "armed"))
+    raw.tilts_deg, raw.forces_g = channels(_TILTS), channels(_FORCES_G)
+    raw.altitudes_m, raw.armed = channels(_ALTITUDES), channels(_ARMING)
     return raw
 
 
@@ -285,9 +282,9 @@ def _recognised(head: Head, by_person: CsvColumns) -> CsvColumns:
     # Where a quantity has several columns, the first one with a unit counts.
     for quantity, column in sorted(map(_meaning, head.names, head.units), key=lambda one: one[1].unit is None):
         known.setdefault(quantity, column)
-    used: dict[str, CsvColumn] = {}
-    for choices in _CHOICES:
-        whole = [choice for choice in choices if known.keys() >= set(choice)]
+    used = {TIME: known[TIME]} if TIME in known else {}
+    for sources in (_TILTS, _FORCES_G, _ALTITUDES, _ARMING):
+        whole = [source.columns for source in sources if known.keys() >= set(source.columns)]
         # First what a person chose, then what has its units.
         whole.sort(key=lambda choice: any(known[quantity].unit is None for quantity in choice))
         whole.sort(key=by_person.keys().isdisjoint)
@@ -303,10 +300,10 @@ def _recognised(head: Head, by_person: CsvColumns) -> CsvColumns:
         said = head.units[head.names.index(name)]
         if unit and said and said != unit:
             raise UserError(marked("“{name}” is in {unit}."), name=shown, unit=said)
-    if "time" not in used:
+    if TIME not in used:
         why = message(marked("No column is known to hold the time."))
         raise _refusal(head, why, {"time": head.names[0]})
-    if not any(choice[0] in used for choice in (*_TILTS, *_LENGTHS)):
+    if not any(source.columns[0] in used for source in (*_TILTS, *_FORCES_G)):
         why = message(marked("No column is known to hold attitude or acceleration."))
         # Another column in its place would be judged, and fire never: a person has to say which it is.
         raise _refusal(head, why, {"tilt": "COLUMN"})

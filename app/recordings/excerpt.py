@@ -124,16 +124,13 @@ def csv_parts(excerpt: Excerpt, *, wall_offset_s: float) -> Iterator[bytes]:
     """
     yield f"{HEAD}\r\n".encode()
     # Of each row its time and the further cells but charging.
-    others: list[tuple[float, tuple[str, ...]]] = []
+    others = [(at, ("", "", "", "", f"{volts:.2f}", "", "")) for at, volts in zip(*excerpt.cell, strict=True)]
+    others += [(at, ("", "", "", "", "", f"{volts:.1f}", "")) for at, volts in zip(*excerpt.light, strict=True)]
     for marker in excerpt.markers:
         # "connected: /dev/ttyUSB0"; in English, as in all files.
         simulated = " (simulated)" if is_simulated(marker.text) else ""
         event = f"{marker.kind.value}: {marker.text}{simulated}" if marker.text else marker.kind.value
         others.append((marker.time_s, ("", "", "", "", "", "", event)))
-    for at, volts in zip(*(column.tolist() for column in excerpt.cell), strict=True):
-        others.append((at, ("", "", "", "", f"{volts:.2f}", "", "")))
-    for at, volts in zip(*(column.tolist() for column in excerpt.light), strict=True):
-        others.append((at, ("", "", "", "", "", f"{volts:.1f}", "")))
     others.sort()
     first_s = min([*excerpt.tilt.time_s[:1].tolist(), *(at for at, _ in others[:1])], default=excerpt.start_s)
     charging = Readable(*excerpt.charging)

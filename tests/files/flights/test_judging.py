@@ -14,12 +14,12 @@ from app.flights.judging import (
     TIMES_S,
     Answer,
     FlightGroup,
+    FlightSummary,
     ThresholdProposal,
     defaults_result,
     fire_map,
     loss_of_control,
     propose,
-    summarise,
 )
 from protocol.messages import Source
 from tests.support.flights.made_flights import made_flight, plainly_judged, random_flight
@@ -78,7 +78,7 @@ def test_a_summary_agrees_with_the_judge() -> None:
     fired = 0
     for _ in range(100):
         log = random_flight(random)
-        flight = summarise(log)
+        flight = FlightSummary(log)
         for _ in range(5):
             limits = TriggerLimits(
                 attitude_threshold_deg=int(random.integers(0, 200)),
@@ -105,9 +105,9 @@ def crash(lies_deg: float = 88.0) -> FlightLog:
 
 def test_the_map_counts_the_outcome_of_each_flight() -> None:
     random = np.random.default_rng(5)
-    must_not, must = ([summarise(random_flight(random)) for _ in range(7)] for _ in range(2))
-    must[0] = summarise(crash(120.0))
-    must.append(summarise(crash()))
+    must_not, must = ([FlightSummary(random_flight(random)) for _ in range(7)] for _ in range(2))
+    must[0] = FlightSummary(crash(120.0))
+    must.append(FlightSummary(crash()))
     for limits in (
         TriggerLimits(),
         TriggerLimits(freefall_acceleration_g=0.3, attitude_is_enabled=False),
@@ -185,7 +185,7 @@ ORDINARY, LOST = flown("calm", Event(5, 1.0, 0.5)), flown("crash", Event(88, 1.0
 
 
 def proposed(must_not: list[FlightLog], must: list[FlightLog]) -> ThresholdProposal:
-    return propose(list(map(summarise, must_not)), list(map(summarise, must)))
+    return propose(list(map(FlightSummary, must_not)), list(map(FlightSummary, must)))
 
 
 def is_right(limits: TriggerLimits, must_not: list[FlightLog], must: list[FlightLog]) -> bool:
@@ -244,7 +244,7 @@ def test_a_crash_that_fires_only_after_the_impact_or_never_has_no_proposal(lies_
     log = flown("crash", Event(5, 1.0, 0.5), hits_the_ground=lies_on_its_side)
     if lies_on_its_side:
         log.tilt_deg[-30:] = 95.0
-    assert (summarise(log).impact_s is not None) is lies_on_its_side
+    assert (FlightSummary(log).impact_s is not None) is lies_on_its_side
     proposal = proposed([ORDINARY], [log])
     assert proposal.limits is None
     assert proposal.conflicts[FlightGroup.MUST] == ["crash"]
@@ -255,7 +255,7 @@ def test_flights_of_one_side_propose_nothing_and_tell_what_the_defaults_do_in_th
     """A crash among the flights that must not fire once led to a proposal of 89°."""
     tilt_only = made_flight(ORDINARY.tilt_deg, np.full(len(ORDINARY.time_s), np.nan), name="tilt only")
     assert proposed([ORDINARY, LOST, tilt_only], []).limits is None
-    must_not = [summarise(log) for log in (ORDINARY, LOST, tilt_only)]
+    must_not = [FlightSummary(log) for log in (ORDINARY, LOST, tilt_only)]
     assert defaults_result(must_not, FlightGroup.MUST_NOT) == (["crash"], ["tilt only"])
     assert proposed([], [ORDINARY, LOST]).limits is None
     assert defaults_result(must_not[:2], FlightGroup.MUST) == (["calm"], [])

@@ -10,7 +10,7 @@ import pytest
 from app.engine.conversation import StatusSample
 from app.flights.flight_log import Channel, FlightLog, RawLog, assembled, tilt_of_quaternion
 from app.flights.judge import TriggerLimits
-from app.flights.judging import Answer, summarise
+from app.flights.judging import Answer, FlightSummary
 from app.flights.read_log import find_logs, read_flight_log
 from app.recordings.library import entry_of
 from app.recordings.recording import export
@@ -178,7 +178,7 @@ def first_fire(log: FlightLog) -> float | None:
 
 def is_enough_of(log: FlightLog, limits: TriggerLimits | None = None) -> bool:
     """Whether it may be said of this log that nothing fires."""
-    return summarise(log).outcome(limits or TriggerLimits()).answer is not Answer.NOT_JUDGED
+    return FlightSummary(log).outcome(limits or TriggerLimits()).answer is not Answer.NOT_JUDGED
 
 
 @pytest.mark.promise("g")
@@ -240,7 +240,7 @@ def test_a_tilt_between_two_rows_is_not_missed() -> None:
     times = np.arange(0, 60, 0.004)
     log = log_of(tilt=Channel(times, np.where((times > 30.001) & (times < 30.015), 85.0, 5.0)))
     assert fires(log) == [(30.02, Source.ATTITUDE)]
-    assert summarise(log).tilt_max_deg == 85.0
+    assert FlightSummary(log).tilt_max_deg == 85.0
 
 
 def test_values_that_are_not_numbers_are_left_out() -> None:

@@ -16,7 +16,7 @@ from hypothesis import strategies as st
 
 from app.flights.flight_log import FlightLog
 from app.flights.judge import TriggerLimits
-from app.flights.judging import Answer, FlightSummary, summarise
+from app.flights.judging import Answer, FlightSummary
 from app.flights.read_log import distinct_names, find_logs, read_flight_log, summarise_log
 from app.text.messages import UserError
 from tests.support.flights import log_bytes as made
@@ -57,7 +57,7 @@ def read(path: Path, data: bytes) -> FlightLog:
 
 
 def answer(log: FlightLog) -> Answer:
-    return summarise(log).outcome(TriggerLimits()).answer
+    return FlightSummary(log).outcome(TriggerLimits()).answer
 
 
 def packed(members: dict[str, bytes]) -> bytes:

@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 from app.flights.judge import TriggerLimits
-from app.flights.judging import Answer, summarise
+from app.flights.judging import Answer, FlightSummary
 from app.flights.read_log import read_flight_log
 from app.flights.table import parse_choice, parse_line
 from app.text.messages import UserError
@@ -25,7 +25,7 @@ TILT: Rows = [(at_s, 61.5 if at_s >= 3 else tilt, force) for at_s, tilt, force i
 
 def answer(path: Path, *columns: str) -> Answer:
     log = read_flight_log(path, parse_choice(columns) if columns else None)
-    return summarise(log).outcome(TriggerLimits()).answer
+    return FlightSummary(log).outcome(TriggerLimits()).answer
 
 
 def refusal(path: Path) -> str:
@@ -119,7 +119,7 @@ def test_a_unit_that_is_not_certain_is_asked_for_and_the_cure_works_when_typed(t
     assert "The unit of “roll” is not certain." in why
     cure = why.partition("in which unit: ")[2].partition(" (columns:")[0]
     log = read_flight_log(path, parse_line(cure))
-    assert summarise(log).outcome(TriggerLimits()).answer is Answer.FIRES
+    assert FlightSummary(log).outcome(TriggerLimits()).answer is Answer.FIRES
 
 
 @pytest.mark.parametrize("head", ["a:roll:C,a:pitch:C,load", "tilt of body,load,roll", "a,g,h"])

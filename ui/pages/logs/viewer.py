@@ -12,7 +12,7 @@ from PySide6.QtWidgets import QFrame, QLineEdit, QPushButton, QWidget
 
 from app.flights.flight_log import FlightLog, Floats
 from app.flights.judge import MAX_GAP_S, TriggerLimits
-from app.flights.judging import FlightGroup, FlightSummary, summarise
+from app.flights.judging import FlightGroup, FlightSummary
 from app.flights.read_log import flight_of_recording, read_flight_log
 from app.flights.table import CsvColumns, parse_line, role_words
 from app.limits.limits import LimitsInUse
@@ -73,7 +73,7 @@ def read(path: Path, columns: CsvColumns | None, limits: TriggerLimits, in_use: 
     opened = Opened(lanes, Span(recording.start_s, recording.end_s), recording.wall_offset_s, marks, details, None, 0.0)
     with suppress(UserError):
         log = flight_of_recording(recording)
-        return opened._replace(flight=summarise(log), start_s=log.start_s)
+        return opened._replace(flight=FlightSummary(log), start_s=log.start_s)
     return opened
 
 
@@ -93,7 +93,7 @@ def _of_flight(log: FlightLog, limits: TriggerLimits) -> Opened:
         room = max(0.5, (high - low) * 0.1)
         scales = (Scale(low - room, high + room, 0.0),)
         lanes.append(Lane(marked("Altitude"), "m", series(log.altitude_m), scales, weight=1.2, gap_s=1.0))
-    return Opened(tuple(lanes), Span(0.0, max(log.duration_s, last_s)), _MIDNIGHT_S, [], [], summarise(log), 0.0)
+    return Opened(tuple(lanes), Span(0.0, max(log.duration_s, last_s)), _MIDNIGHT_S, [], [], FlightSummary(log), 0.0)
 
 
 def _chosen(limits: TriggerLimits, start_s: float) -> LimitSteps:

@@ -15,7 +15,7 @@ from pytestqt.qtbot import QtBot
 
 from app.flights.flight_log import FlightLog
 from app.flights.judge import TriggerLimits
-from app.flights.judging import FlightGroup, summarise
+from app.flights.judging import FlightGroup, FlightSummary
 from app.flights.read_log import SummarisedLog
 from app.recordings.library import RecordingEntry, RecordingLibrary
 from tests.files.recordings.test_damage import chunks_in
@@ -51,7 +51,7 @@ class Desk(Rig):
 
     def add(self, *logs: FlightLog, group: FlightGroup = MUST_NOT) -> None:
         """Adds flights as if they had been read."""
-        self.page.work.logs |= {log.name: LogFile(log.name, flight=summarise(log)) for log in logs}
+        self.page.work.logs |= {log.name: LogFile(log.name, flight=FlightSummary(log)) for log in logs}
         self.page.work.move([one.name for one in logs], group)
         self.wait_read()
 
@@ -182,7 +182,7 @@ def test_cancel_is_immediate_and_late_results_change_nothing(
             has_begun.set()
             assert may_end.wait(30)
             has_ended.set()
-        return SummarisedLog(path, summarise(tilted(str(path), 20)))
+        return SummarisedLog(path, FlightSummary(tilted(str(path), 20)))
 
     monkeypatch.setattr(work_module, "summarise_log", slowly)
     desk.page.open_files(paths)
