@@ -19,7 +19,6 @@ from protocol.catalogue import Command
 from protocol.events import Event, Received, Rejected, Sent
 from protocol.messages import Direction, Frame, Noise, decode_request
 from protocol.stream import Piece, StreamParser
-from protocol.translatable import marked
 
 # After such a silence a frame has ended.
 QUIET_S: Final = 0.25
@@ -127,11 +126,7 @@ _PAIRS = re.compile(r"(?:[0-9a-fA-F]{2})+")
 
 
 class NotHex(ValueError):
-    """Text that is not a pair of hex digits; `word` is its beginning."""
-
-    def __init__(self, word: str) -> None:
-        super().__init__(f"{word!r} is not a pair of hex digits")
-        self.word = word[:24]
+    """A word that is no pairs of hex digits; as text its beginning."""
 
 
 def hex_bytes(text: str) -> bytes:
@@ -140,7 +135,7 @@ def hex_bytes(text: str) -> bytes:
     try:
         return bytes.fromhex(" ".join(words))
     except ValueError:
-        raise NotHex(next(word for word in words if not _PAIRS.fullmatch(word))) from None
+        raise NotHex(next(word[:24] for word in words if not _PAIRS.fullmatch(word))) from None
 
 
 class TextReader:
@@ -148,8 +143,8 @@ class TextReader:
 
     def __init__(self, asked: Command | None = None) -> None:
         """`asked`: as of `Explainer`."""
-        # Lines with times that were skipped, by number from 1, and why (marked): the first `MAX_FAULTS`.
-        self.faults: list[tuple[int, str]] = []
+        # Of lines that were skipped in a text with times, the numbers from 1: the first `MAX_FAULTS`.
+        self.faults: list[int] = []
         self._explainer = Explainer(asked)
         self._is_timed: bool | None = None
         self._number = 0
@@ -165,13 +160,12 @@ class TextReader:
             self._is_timed = found is not None
         if not self._is_timed:
             return self._explainer.feed_untimed(hex_bytes(plain))
-        raw, fault = b"", marked("no time, direction and bytes")
         if found is not None:
             with suppress(NotHex):
-                raw, fault = hex_bytes(found[3]), ""
-        if fault and len(self.faults) < MAX_FAULTS:
-            self.faults.append((self._number, fault))
-        return self._explainer.feed(CaptureEntry(float(found[1]), Way(found[2]), raw)) if found and raw else []
+                return self._explainer.feed(CaptureEntry(float(found[1]), Way(found[2]), hex_bytes(found[3])))
+        if len(self.faults) < MAX_FAULTS:
+            self.faults.append(self._number)
+        return []
 
     def end(self) -> list[Explained]:
         return self._explainer.end()

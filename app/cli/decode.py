@@ -102,13 +102,13 @@ def run(args: argparse.Namespace) -> int:
             reader = TextReader(asked)
             is_whole = _print_rows(map(reader.feed, lines), reader, is_json=args.json)
     except NotHex as error:
-        raise console.Refused(tr("{word}: neither hex nor a file", word=error.word)) from error
+        raise console.Refused(tr("{word}: neither hex nor a file", word=error)) from error
     except UnicodeDecodeError as error:
         raise console.unreadable(words[0], UserError(marked("unknown kind of file"))) from error
     except (OSError, UserError) as error:
         raise console.unreadable(words[0], error) from error
-    for number, fault in reader.faults:
-        console.notify(tr("Line {number} is left out: {why}.", number=number, why=tr(fault)))
+    for number in reader.faults:
+        console.notify(tr("Line {number} is left out: no time, direction and bytes.", number=number))
     return console.SUCCESS if is_whole and not reader.faults else console.PARTIAL
 
 

@@ -1276,8 +1276,8 @@
         <translation>第 {line} 行有 {cells} 个单元格，表头有 {names} 个：数字中可能含有逗号。</translation>
     </message>
     <message>
-        <source>Line {number} is left out: {why}.</source>
-        <translation>第 {number} 行已略过：{why}。</translation>
+        <source>Line {number} is left out: no time, direction and bytes.</source>
+        <translation>第 {number} 行已略过：没有时间、方向和字节。</translation>
     </message>
     <message>
         <source>Link</source>
@@ -3760,10 +3760,6 @@
     <message>
         <source>no status reports</source>
         <translation>没有状态上报</translation>
-    </message>
-    <message>
-        <source>no time, direction and bytes</source>
-        <translation>没有时间、方向和字节</translation>
     </message>
     <message>
         <source>no trigger</source>
