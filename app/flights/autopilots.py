@@ -232,13 +232,14 @@ _DF_ALTITUDES: Final = tuple(
     ChannelSource(table, (column,))
     for table, column in (("POS", "RelHomeAlt"), ("POS", "Alt"), ("CTUN", "Alt"), ("BARO", "Alt"))
 )
-_DF_ARMING: Final = (ChannelSource("ARM", ("ArmState",)),)
-_EVENTS: Final = (ChannelSource("EV", ("Id",)),)
-_DF_SOURCES: Final = (*_DF_TILTS, *_DF_FORCES, *_DF_ALTITUDES, *_DF_ARMING, *_EVENTS)
+# Of events number 10 and 11 tell.
+_DF_ARMING: Final = (
+    ChannelSource("ARM", ("ArmState",)),
+    ChannelSource("EV", ("Id",), lambda event: np.select([event == 10, event == 11], [1.0, 0.0], np.nan)),
+)
+_DF_SOURCES: Final = (*_DF_TILTS, *_DF_FORCES, *_DF_ALTITUDES, *_DF_ARMING)
 _DF_TABLES: Final = frozenset(one.table for one in _DF_SOURCES)
 _DF_COLUMNS: Final = frozenset((_CLOCK_US, _SENSOR, *chain.from_iterable(one.columns for one in _DF_SOURCES)))
-# Numbers of events.
-_EV_ARMED, _EV_DISARMED = 10, 11
 
 
 def read_dataflash(data: bytes, name: str) -> RawLog:
@@ -247,14 +248,12 @@ def read_dataflash(data: bytes, name: str) -> RawLog:
     raw = RawLog(name=name, tilts_deg=channels_of(file.tables, _DF_TILTS))
     raw.forces_g = channels_of(file.tables, _DF_FORCES)[:_MAX_SENSORS]
     raw.altitudes_m = channels_of(file.tables, _DF_ALTITUDES)
-    changes = channels_of(file.tables, _DF_ARMING)
-    for events in channels_of(file.tables, _EVENTS):
-        rows = (events.values == _EV_ARMED) | (events.values == _EV_DISARMED)
-        if rows.any():
-            changes.append(Channel(events.time_s[rows], events.values[rows] == _EV_ARMED))
-    for time_s, values in changes:
-        # Each sample is a change: before the first one the flag had the opposite value.
-        raw.armed.append(Channel(np.append(-np.inf, time_s), np.append(float(values[0] == 0), values)))
+    for time_s, values in channels_of(file.tables, _DF_ARMING):
+        rows = np.flatnonzero(np.isfinite(values))
+        if len(rows):
+            # Each sample is a change: before the first one the flag had the opposite value.
+            before = float(values[rows[0]] == 0)
+            raw.armed.append(Channel(np.append(-np.inf, time_s[rows]), np.append(before, values[rows])))
     raw.note_damage(file.skipped_bytes, file.read_until, len(data))
     return raw
 

@@ -217,5 +217,7 @@ class Recorder:
 
     def _close(self) -> None:
         if self._writer is not None:
-            self._writer.finish(self._clock())
+            self._writer.flush(self._clock(), is_last=True)
+            self._writer.sync()
+            self._writer.close()
             self._writer = None

@@ -270,12 +270,6 @@ class SessionWriter:
         """Waits until the data is safe from a power failure."""
         os.fsync(self._file.fileno())
 
-    def finish(self, now_s: float) -> None:
-        """Closes it properly."""
-        self.flush(now_s, is_last=True)
-        self.sync()
-        self.close()
-
     def close(self) -> None:
         """Never raises. Idempotent."""
         with suppress(OSError):  # what did not fit is lost
