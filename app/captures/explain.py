@@ -4,8 +4,8 @@ Ambiguous meanings are shown as such: 01 from 21 or 22 is "received" or a value,
 16 or 17, so both are named (E4).
 """
 
-from enum import Enum
 from functools import lru_cache
+from typing import Literal
 
 from app.engine.conversation import reason_message
 from app.settings.values import value_text
@@ -47,14 +47,8 @@ _ACTS: dict[tuple[str, int], str] = {
 }
 
 
-class _Said(Enum):
-    """What a six-byte reply says."""
-
-    VALUE = "value"
-    OPEN = "received, or a value"  # which, `asked` does not tell (E2)
-    RECEIVED = "received"
-    ACCEPTED = "accepted"
-    REFUSED = "refused"
+# What a six-byte reply says; "open": that it was received, or a value, as `asked` does not tell (E2).
+_Said = Literal["value", "open", "received", "accepted", "refused"]
 
 
 def meaning(frame: Frame, asked: Asked = None) -> dict[str, JsonValue]:
@@ -79,12 +73,12 @@ def meaning(frame: Frame, asked: Asked = None) -> dict[str, JsonValue]:
     key = command.reply_key
     named = {"command": command.name}
     match said:
-        case _Said.RECEIVED:
+        case "received":
             return named | {"acknowledged": True}
-        case _Said.OPEN if key is not None:
+        case "open" if key is not None:
             # A baud rate cannot be queried, so its reply is always an acknowledgement.
             return named | ({key: None} if command.can_be_asked else {"acknowledged": True})
-        case _Said.REFUSED:
+        case "refused":
             named["acknowledged"] = False
             if command.acknowledged_by_one:
                 return named  # "anything else: failed", so it need not carry the present value
@@ -126,15 +120,15 @@ def sentence(piece: Frame | Noise, asked: Asked = None) -> str:
     said, command, *others = _said_by(answer, asked)
     title = _inside(command.title)
     match said:
-        case _Said.OPEN:
+        case "open":
             return labelled(tr("reply"), f"{title} ?")
-        case _Said.RECEIVED:
+        case "received":
             return labelled(tr("acknowledged"), title)
-        case _Said.ACCEPTED:
+        case "accepted":
             return labelled(tr("acknowledged"), _value_text(command, command.reply, answer.raw))
-        case _Said.REFUSED:
+        case "refused":
             return labelled(tr("not acknowledged"), f"{title} ({answer.raw:02X})")
-        case _Said.VALUE:
+        case "value":
             values = (_value_text(one, one.reply, answer.raw) for one in (command, *others))
             return labelled(tr("reply"), " / ".join(values))
 
@@ -188,17 +182,17 @@ def _said_by(message: Reading | Acknowledgement, asked: Asked) -> tuple[_Said, C
     if isinstance(message, Reading):
         command = message.command
         if (asked.command if isinstance(asked, Request) else asked) is command:
-            return _Said.VALUE, command
+            return "value", command
         if command.acknowledged_by_one and message.raw == _EITHER_OR:
-            return _Said.OPEN, command
+            return "open", command
         under_its_code = (other for other in COMMANDS if command.code in other.extra_reply_codes)
-        return _Said.VALUE, command, *(other for other in under_its_code if other.reply == command.reply)
+        return "value", command, *(other for other in under_its_code if other.reply == command.reply)
     command = message.request.command
     is_either = message.raw == _EITHER_OR and command.acknowledged_by_one
     # Of a command alone the value that was sent is unknown.
     if is_either and (isinstance(asked, Command) or message.raw != message.request.data):
-        return _Said.RECEIVED, command
-    return _Said.ACCEPTED if message.is_accepted else _Said.REFUSED, command
+        return "received", command
+    return "accepted" if message.is_accepted else "refused", command
 
 
 def _inside(title: str) -> str:

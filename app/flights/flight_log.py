@@ -285,11 +285,6 @@ def assembled(raw: RawLog) -> FlightLog:
     )
     if not (log.is_judged & (np.isfinite(tilt_deg) | np.isfinite(force_g))).any():
         raise UserError(joined(raw.problems, " "))
-    steps_s = np.diff(time_s)
-    pauses_s = steps_s[steps_s > MAX_GAP_S + GAP_TOLERANCE_S]
-    if len(pauses_s):
-        text = marked("Pauses: {count}, {total:.1f} s in all, at most {longest:.1f} s.")
-        raw.note(text, count=len(pauses_s), total=float(pauses_s.sum()), longest=float(pauses_s.max()))
     if not log.is_judged.all():
         raw.note(marked("Not judged: {total:.1f} s on the ground."), total=log.duration_s - total_s(log.flights))
     if not log.has_plausible_length:

@@ -197,7 +197,7 @@ def encoding_of(start: bytes) -> str:
 
 
 def _lines_of(data: bytes) -> Iterator[str]:
-    """Yields each line with its end, which a line that was cut off has not. Raises `UserError`.
+    """Yields each line. Raises `UserError`.
 
     All of a large file at once would hold the interpreter, and with it the thread of the port, until the conversation
     with the module is over.
@@ -407,7 +407,8 @@ def _read_rows(lines: Iterable[str], head: Head, columns: CsvColumns, raw: RawLo
     needed = max(places.values()) + 1
     values = {quantity: array("d") for quantity in columns}
     count = bad_count = 0
-    reader = csv.reader(_whole(lines, head, raw), delimiter=head.parter, skipinitialspace=True)
+    without_remarks = ("" if line.startswith("#") else line for line in lines)
+    reader = csv.reader(without_remarks, delimiter=head.parter, skipinitialspace=True)
     rows = ((head.first_row + reader.line_num, row) for row in reader if row)
     try:
         first = list(islice(rows, _FIRST_ROWS))
@@ -440,16 +441,6 @@ def _read_rows(lines: Iterable[str], head: Head, columns: CsvColumns, raw: RawLo
         if bad_count > _MAX_BAD_SHARE * count:
             raise UserError(raw.problems[-1])
     return {quantity: np.array(column) for quantity, column in values.items()}
-
-
-def _whole(lines: Iterable[str], head: Head, raw: RawLog) -> Iterator[str]:
-    """The lines without their ends; an empty one for a remark."""
-    for line in lines:
-        is_cut_off = not line.endswith("\n") and len(_cells(line, head.parter)) < len(head.names)
-        if not is_cut_off:
-            yield "" if line.startswith("#") else line.removesuffix("\n")
-        elif line.strip():
-            raw.note(marked("cut off"))
 
 
 def _value(quantity: str, cell: str, *, is_decimal: bool) -> float | None:

@@ -1960,10 +1960,6 @@
         <translation>暂停显示；记录继续</translation>
     </message>
     <message>
-        <source>Pauses: {count}, {total:.1f} s in all, at most {longest:.1f} s.</source>
-        <translation>中断：{count} 次，共 {total:.1f} s，最长 {longest:.1f} s。</translation>
-    </message>
-    <message>
         <source>Plots</source>
         <translation>曲线</translation>
     </message>

@@ -37,26 +37,26 @@ class Recording(Measured):
         self.opening = opening = file.opening
         self.wall_offset_s = opening.wall_offset_ns / NANOSECONDS
         # A day has millions of reports.
-        times_ns, tilt, acceleration, flags = array("q"), array("f"), array("f"), array("f")
+        times_s, tilt, acceleration, flags = array("d"), array("f"), array("f"), array("f")
         events: list[tuple[float, RecordedEvent]] = []
         report_of = msgspec.json.Decoder(RecordedReport).decode
         event_of = msgspec.json.Decoder(RecordedEvent).decode
         for topic, log_ns, data in file.messages():
+            at_s = opening.clock_s(log_ns)
             with suppress(ValueError, RecursionError):  # of another program
                 if topic == STATUS:
                     report = report_of(data)
-                    times_ns.append(log_ns)
+                    times_s.append(at_s)
                     tilt.append(report.tilt_deg)
                     acceleration.append(report.acceleration_g)
                     flags.append(report.active * ACTIVE | report.triggered * TRIGGERED)
                 elif topic == EVENTS:
-                    events.append((opening.clock_s(log_ns), event_of(data)))
+                    events.append((at_s, event_of(data)))
         # Readers rely on ascending times.
         events.sort(key=itemgetter(0))
-        times_s = (np.frombuffer(times_ns, np.int64) - opening.wall_offset_ns) / NANOSECONDS
-        times_s = np.maximum.accumulate(times_s)
+        ascending_s = np.maximum.accumulate(np.frombuffer(times_s))
         self.tilt, self.acceleration, self.flags = (
-            Readable(times_s, np.frombuffer(values, np.float32)) for values in (tilt, acceleration, flags)
+            Readable(ascending_s, np.frombuffer(values, np.float32)) for values in (tilt, acceleration, flags)
         )
 
         def polled(key: str) -> Readable:

@@ -52,7 +52,6 @@ FULL_CHUNK_BYTES: Final = 1 << 22
 MAX_CHUNK_BYTES: Final = 1 << 26
 # Of a file: eight hours at full line rate. Nothing is read beyond.
 MAX_UNPACKED_BYTES: Final = 1 << 32
-MAX_NS: Final = (1 << 63) - 1
 _YEARS: Final = range(1970, 2201)
 # What the libraries raise for damaged bytes.
 _DAMAGES: Final = (McapError, zstandard.ZstdError, struct.error, ValueError, OverflowError, MemoryError)
@@ -321,8 +320,6 @@ class SessionFile:
                         if isinstance(part, Channel):
                             topics[part.id] = part.topic
                         elif isinstance(part, Message):
-                            if part.log_time > MAX_NS:
-                                raise ValueError("a time that no clock shows")
                             topic = topics.get(part.channel_id, "")
                             self.last_ns = max(self.last_ns, part.log_time)
                             reports += topic == STATUS
