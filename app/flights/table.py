@@ -197,7 +197,7 @@ def encoding_of(start: bytes) -> str:
 
 
 def _lines_of(data: bytes) -> Iterator[str]:
-    """Yields each line. Raises `UserError`.
+    """Yields each line with its end, which a line that was cut off has not. Raises `UserError`.
 
     All of a large file at once would hold the interpreter, and with it the thread of the port, until the conversation
     with the module is over.
@@ -407,8 +407,7 @@ def _read_rows(lines: Iterable[str], head: Head, columns: CsvColumns, raw: RawLo
     needed = max(places.values()) + 1
     values = {quantity: array("d") for quantity in columns}
     count = bad_count = 0
-    without_remarks = ("" if line.startswith("#") else line for line in lines)
-    reader = csv.reader(without_remarks, delimiter=head.parter, skipinitialspace=True)
+    reader = csv.reader(_whole(lines, head, raw), delimiter=head.parter, skipinitialspace=True)
     rows = ((head.first_row + reader.line_num, row) for row in reader if row)
     try:
         first = list(islice(rows, _FIRST_ROWS))
@@ -441,6 +440,15 @@ def _read_rows(lines: Iterable[str], head: Head, columns: CsvColumns, raw: RawLo
         if bad_count > _MAX_BAD_SHARE * count:
             raise UserError(raw.problems[-1])
     return {quantity: np.array(column) for quantity, column in values.items()}
+
+
+def _whole(lines: Iterable[str], head: Head, raw: RawLog) -> Iterator[str]:
+    """The lines, empty where they are remarks; not the last one where it was cut off, perhaps within a number."""
+    for line in lines:
+        if line.endswith("\n") or len(_cells(line, head.parter)) >= len(head.names):
+            yield "" if line.startswith("#") else line
+        elif line.strip():
+            raw.note(marked("cut off"))
 
 
 def _value(quantity: str, cell: str, *, is_decimal: bool) -> float | None:
