@@ -423,52 +423,42 @@ def is_telemetry(start: bytes) -> bool:
     return start[_STAMP_BYTES : _STAMP_BYTES + 1] in (b"\xfd", b"\xfe") and _STAMPS_US[0] <= stamp_us <= _STAMPS_US[1]
 
 
-class _Message(NamedTuple):
-    """Where a message ends, its vehicle and number, the time of its arrival and the numbers in it."""
-
-    end: int
-    source: tuple[int, int]
-    values: tuple[float, ...]
-
-
-def _message_at(data: bytes, begin: int) -> _Message | None:
-    """The autopilot's message whose stamp begins here; None where there is none that is asked for, or a damaged one."""
-    head_at = begin + _STAMP_BYTES
-    if not is_telemetry(data[begin : head_at + 1]):
-        return None
-    head = data[head_at : head_at + _TLOG_HEAD_BYTES[data[head_at]]]
-    if len(head) < _TLOG_HEAD_BYTES[head[0]]:
-        return None
-    payload_at = head_at + len(head)
-    payload_end = payload_at + head[1]
-    vehicle, component, number = head[3:6]
-    if head[0] == _MAVLINK_2:
-        vehicle, component, number = head[5], head[6], int.from_bytes(head[7:10], "little")
-    kind = _TLOG_KINDS.get(number)
-    if kind is None or component != _AUTOPILOT:
-        return None
-    # MAVLink's checksum is the one of the standard library, which is fast, with the bits of all bytes reversed.
-    checked = data[head_at + 1 : payload_end] + bytes((kind.checksum_end,))
-    reversed_bits = crc_hqx(checked.translate(_REVERSED), 0xFFFF)
-    if data[payload_end : payload_end + 2] != bytes((_REVERSED[reversed_bits >> 8], _REVERSED[reversed_bits & 0xFF])):
-        return None
-    # MAVLink 2 leaves out zeros at the end of a payload.
-    payload = data[payload_at:payload_end].ljust(kind.payload.size, b"\0")
-    stamp_us = int.from_bytes(data[begin:head_at], "big")
-    values = (stamp_us * 1e-6, *kind.payload.unpack_from(payload))
-    return _Message(payload_end + _CHECKSUM_BYTES, (vehicle, number), values)
+def _messages(data: bytes) -> Iterator[tuple[int, tuple[int, int], tuple[float, ...]]]:
+    """Yields of each message that is asked for where it ends; its vehicle and number; when it arrived, and the numbers
+    in it."""
+    end = 0
+    for first in _FIRST_BYTE.finditer(data, _STAMP_BYTES):
+        head_at = first.start()
+        begin = head_at - _STAMP_BYTES
+        head = data[head_at : head_at + _TLOG_HEAD_BYTES[data[head_at]]]
+        if begin < end or not is_telemetry(data[begin : head_at + 1]) or len(head) < _TLOG_HEAD_BYTES[head[0]]:
+            continue
+        payload_at = head_at + len(head)
+        payload_end = payload_at + head[1]
+        vehicle, component, number = head[3:6]
+        if head[0] == _MAVLINK_2:
+            vehicle, component, number = head[5], head[6], int.from_bytes(head[7:10], "little")
+        kind = _TLOG_KINDS.get(number)
+        if kind is None or component != _AUTOPILOT:
+            continue
+        # MAVLink's checksum is the one of the standard library, which is fast, with the bits of all bytes reversed.
+        checked = data[head_at + 1 : payload_end] + bytes((kind.checksum_end,))
+        bits = crc_hqx(checked.translate(_REVERSED), 0xFFFF)
+        if data[payload_end : payload_end + 2] == bytes((_REVERSED[bits >> 8], _REVERSED[bits & 0xFF])):
+            end = payload_end + _CHECKSUM_BYTES
+            # MAVLink 2 leaves out zeros at the end of a payload.
+            payload = data[payload_at:payload_end].ljust(kind.payload.size, b"\0")
+            stamp_us = int.from_bytes(data[begin:head_at], "big")
+            yield end, (vehicle, number), (stamp_us * 1e-6, *kind.payload.unpack_from(payload))
 
 
 def read_telemetry(data: bytes, name: str) -> RawLog:
     """Read the one vehicle with an attitude. Raises `UserError` where there are more."""
     found: dict[tuple[int, int], list[tuple[float, ...]]] = {}
     read_until = 0
-    for first in _FIRST_BYTE.finditer(data, _STAMP_BYTES):
-        begin = first.start() - _STAMP_BYTES
-        one = _message_at(data, begin) if begin >= read_until else None
-        if one is not None:
-            read_until = one.end
-            found.setdefault(one.source, []).append(one.values)
+    for end, source, values in _messages(data):
+        read_until = end
+        found.setdefault(source, []).append(values)
     vehicles = {vehicle for vehicle, number in found if number == _ATTITUDE}
     if len(vehicles) > 1:
         raise unreadable(marked("more than one vehicle in one file"))

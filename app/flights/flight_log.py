@@ -132,26 +132,26 @@ class RawLog:
             self.lost_end_s = float(late_s - early_s) / 0.9 * (all_bytes - read_until) / read_until
 
 
+@np.errstate(all="ignore")
 def tilt_of_quaternion(w: Floats, x: Floats, y: Floats, z: Floats) -> Floats:
     """Degrees between the body's and the world's vertical; NaN where the quaternion is not normalised."""
-    with np.errstate(all="ignore"):
-        length = np.sqrt(w * w + x * x + y * y + z * z)
-        tilt = np.degrees(2 * np.arctan2(np.hypot(x, y), np.hypot(w, z)))
+    length = np.sqrt(w * w + x * x + y * y + z * z)
+    tilt = np.degrees(2 * np.arctan2(np.hypot(x, y), np.hypot(w, z)))
     return np.where(np.abs(length - 1) <= 0.1, tilt, np.nan)
 
 
+@np.errstate(all="ignore")
 def tilt_of_roll_and_pitch(roll_deg: Floats, pitch_deg: Floats) -> Floats:
     """Degrees between the body's and the world's vertical."""
-    with np.errstate(all="ignore"):
-        product = np.cos(np.radians(roll_deg)) * np.cos(np.radians(pitch_deg))
+    product = np.cos(np.radians(roll_deg)) * np.cos(np.radians(pitch_deg))
     tilt: Floats = np.degrees(np.arccos(np.clip(product, -1, 1)))
     return tilt
 
 
+@np.errstate(all="ignore")
 def force_of_axes(x_m_s2: Floats, y_m_s2: Floats, z_m_s2: Floats) -> Floats:
     """Length in g."""
-    with np.errstate(all="ignore"):
-        force: Floats = np.sqrt(x_m_s2 * x_m_s2 + y_m_s2 * y_m_s2 + z_m_s2 * z_m_s2) / STANDARD_GRAVITY_M_S2
+    force: Floats = np.sqrt(x_m_s2 * x_m_s2 + y_m_s2 * y_m_s2 + z_m_s2 * z_m_s2) / STANDARD_GRAVITY_M_S2
     return force
 
 

@@ -3,7 +3,6 @@
 import gzip
 import os
 import re
-import tempfile
 import zipfile
 import zlib
 from collections import Counter
@@ -31,8 +30,8 @@ _START_BYTES: Final = 1 << 16
 # What files begin with.
 _ULOG, _MCAP, _GZIP, _ZIP = b"ULog\x01\x12\x35", b"\x89MCAP0\r\n", b"\x1f\x8b", b"PK\x03\x04"
 _READ: Final = marked(
-    "Read are PX4 .ulg, ArduPilot .bin and .log, telemetry .tlog, tables .csv and .txt, recordings .mcap, and each of "
-    "them in .gz or .zip."
+    "Read are PX4 .ulg, ArduPilot .bin and .log, telemetry .tlog, tables .csv and .txt, each of them also in .gz or "
+    ".zip, and recordings .mcap."
 )
 _DJI: Final = marked("This is a DJI log: convert it to CSV, for example with DatCon.")
 _BLACKBOX: Final = marked(
@@ -48,6 +47,7 @@ _REFUSED: Final = {
     ),
     re.compile(rb"H Product:Blackbox", re.IGNORECASE): _BLACKBOX,
     re.compile(rb"LOGH|.{16}BUILD", re.DOTALL): _DJI,
+    re.compile(rb"\x89MCAP0"): marked("This is a packed recording: unpack it."),
     re.compile(rb"\Z"): marked("This file is empty."),
 }
 _REFUSED_ENDINGS: Final = {".bbl": _BLACKBOX, ".bfl": _BLACKBOX, ".dat": _DJI}
@@ -59,7 +59,12 @@ def read_flight_log(path: Path, columns: CsvColumns | None = None) -> FlightLog:
     `path` may go on into a zip archive, such as `logs.zip/7.ulg`. Slow for large files: not for the window's thread.
     Raises only `UserError`.
     """
+    from app.recordings.library import entry_of
+    from app.recordings.recording import open_recording
+
     try:
+        if path.is_file() and _begins(path, _MCAP):
+            return flight_of_recording(open_recording(entry_of(path)))
         return assembled(_read(path, columns))
     except OSError as error:
         raise unreadable(error_text(error)) from error
@@ -68,17 +73,10 @@ def read_flight_log(path: Path, columns: CsvColumns | None = None) -> FlightLog:
 
 
 def _read(path: Path, columns: CsvColumns | None) -> RawLog:
-    """Read a log of any kind. Raises `UserError`, OSError, MemoryError."""
+    """Read a log of any kind but a recording. Raises `UserError`, OSError, MemoryError."""
     name = str(path)
-    if path.is_file() and _begins(path, _MCAP):
-        return _read_recording(path, name)
     data = _content(path)
     start = data[:_START_BYTES]
-    if start.startswith(_MCAP):
-        with tempfile.TemporaryDirectory(prefix="dps-s-") as folder:
-            unpacked = Path(folder) / "recording.mcap"
-            unpacked.write_bytes(data)
-            return _read_recording(unpacked, name)
     if start.startswith(_ULOG):
         return read_ulog(data, name)
     if start.startswith(MAGIC):
@@ -99,20 +97,8 @@ def _read(path: Path, columns: CsvColumns | None) -> RawLog:
     return read_table(data, name, columns)
 
 
-def _read_recording(path: Path, name: str) -> RawLog:
-    """A flight that a module measured. Raises `UserError`."""
-    from app.recordings.library import entry_of
-    from app.recordings.recording import open_recording
-
-    return _recorded(open_recording(entry_of(path)), name)
-
-
 def flight_of_recording(recording: "Recording") -> FlightLog:
-    """The flight in an open recording. Raises `UserError` where that is nothing to judge."""
-    return assembled(_recorded(recording, str(recording.entry.path)))
-
-
-def _recorded(recording: "Recording", name: str) -> RawLog:
+    """The flight that a module measured. Raises `UserError` where that is nothing to judge."""
     from app.recordings.markers import STATE_LOST
 
     tilt, acceleration = (one.window(-inf, inf) for one in (recording.tilt, recording.acceleration))
@@ -120,7 +106,7 @@ def _recorded(recording: "Recording", name: str) -> RawLog:
         raise unreadable(marked("no status reports"))
     # Of several reports of one time each is a nanosecond later.
     time_s = tilt.time_s + (np.arange(len(tilt.time_s)) - np.searchsorted(tilt.time_s, tilt.time_s)) * 1e-9
-    raw = RawLog(name=name, is_of_module=True)
+    raw = RawLog(name=str(recording.entry.path), is_of_module=True)
     # Rounded, since a recording has 32-bit floats.
     raw.tilts_deg = [Channel(time_s, tilt.value.astype(np.float64).round(3))]
     raw.forces_g = [Channel(time_s, acceleration.value.astype(np.float64).round(3))]
@@ -133,7 +119,7 @@ def _recorded(recording: "Recording", name: str) -> RawLog:
         raw.note(marked("being recorded"))
     # What is damaged at the end was a part of it.
     raw.span_s = float(time_s[0]), recording.end_s if recording.is_damaged else float(time_s[-1])
-    return raw
+    return assembled(raw)
 
 
 # Files, archives and folders

@@ -2080,8 +2080,8 @@
         <translation>全部读取</translation>
     </message>
     <message>
-        <source>Read are PX4 .ulg, ArduPilot .bin and .log, telemetry .tlog, tables .csv and .txt, recordings .mcap, and each of them in .gz or .zip.</source>
-        <translation>可读取：PX4 .ulg，ArduPilot .bin 和 .log，遥测 .tlog，表格 .csv 和 .txt，数据记录 .mcap，以及装在 .gz 或 .zip 中的上述文件。</translation>
+        <source>Read are PX4 .ulg, ArduPilot .bin and .log, telemetry .tlog, tables .csv and .txt, each of them also in .gz or .zip, and recordings .mcap.</source>
+        <translation>可读取：PX4 .ulg，ArduPilot .bin 和 .log，遥测 .tlog，表格 .csv 和 .txt，以上文件也可以装在 .gz 或 .zip 中；以及数据记录 .mcap。</translation>
     </message>
     <message>
         <source>Read as soon as the module answers.</source>
@@ -2818,6 +2818,10 @@
     <message>
         <source>This is a Git LFS pointer, not the log: fetch the log with “git lfs pull”.</source>
         <translation>这是 Git LFS 指针，不是日志：请用“git lfs pull”取得日志。</translation>
+    </message>
+    <message>
+        <source>This is a packed recording: unpack it.</source>
+        <translation>这是压缩的数据记录：请先解压。</translation>
     </message>
     <message>
         <source>This is a spreadsheet: save it as CSV.</source>
