@@ -321,29 +321,26 @@ class DataflashFile:
 
     def _read_text(self, data: bytes) -> None:
         """A line that is no whole record is damage."""
-        names = {"FMT"}
-        # Of the tables that are asked for, by label; None for a column that is not.
-        tables: dict[str, dict[str, array[float] | None]] = {}
+        # The columns by label; None for one that is not asked for, and no columns for a table that is not.
+        tables: dict[str, dict[str, array[float] | None]] = {"FMT": {}}
         place = 0
         for line in BytesIO(data):
             place += len(line)
             name, _, rest = line.decode("latin-1").partition(",")
-            is_whole = name in names or len(names) == 1  # before the first format there is a heading
+            columns = tables.get(name)
+            is_whole = columns is not None or len(tables) == 1  # before the first format there is a heading
             if not line.endswith(b"\n"):  # cut off
                 is_whole = False
-            elif name in tables:
-                cells, columns = rest.split(","), tables[name].values()
+            elif columns:
+                cells = rest.split(",")
                 is_whole = len(cells) == len(columns)
-                for cell, column in zip(cells, columns, strict=False) if is_whole else ():
+                for cell, column in zip(cells, columns.values(), strict=False) if is_whole else ():
                     if column is not None:
                         column.append(_number(cell))
-            elif name == "FMT":
-                cells = [cell.strip() for cell in rest.split(",")]
-                if len(cells) >= 5:
-                    names.add(cells[2])
-                    if cells[2] in _DF_TABLES:
-                        wanted = {label: array("d") if label in _DF_COLUMNS else None for label in cells[4:]}
-                        tables.setdefault(cells[2], wanted)
+            elif name == "FMT" and rest.count(",") >= 4:
+                _, _, table, _, *labels = (cell.strip() for cell in rest.split(","))
+                wanted = {label: array("d") if label in _DF_COLUMNS else None for label in labels}
+                tables.setdefault(table, wanted if table in _DF_TABLES else {})
             if is_whole:
                 self.read_until = place
             else:

@@ -296,14 +296,10 @@ def assembled(raw: RawLog) -> FlightLog:
 def _usable(channels: Iterable[Channel], raw: RawLog, *, is_tilt: bool) -> Iterator[tuple[Channel, float]]:
     """Yields the channels with valid samples, and of these no others, in order of time; and which share of the samples
     was left out."""
-
-    def note_left_out(text: str, is_kept: Flags) -> None:
-        if not is_kept.all():
-            raw.note(text, count=f"{np.count_nonzero(~is_kept):,}")
-
     for time_s, values in channels:
         is_number = np.isfinite(time_s) & (np.abs(time_s) <= _LATEST_S) & np.isfinite(values)
-        note_left_out(marked("Invalid samples left out: {count}."), is_number)
+        if not is_number.all():
+            raw.note(marked("Invalid samples left out: {count}."), count=f"{(~is_number).sum():,}")
         # Of samples with equal times the last one is used, and of tilts the largest; the others are no loss.
         known_s, known = time_s[is_number], values[is_number]
         if not (np.diff(known_s) < -_LATE_S).any():
@@ -313,7 +309,8 @@ def _usable(channels: Iterable[Channel], raw: RawLog, *, is_tilt: bool) -> Itera
         known_s = known_s[places]
         known = np.maximum.reduceat(known, places) if is_tilt else known[np.append(places, len(known))[1:] - 1]
         is_kept = _ascending(known_s)
-        note_left_out(marked("The clock jumps back; samples left out: {count}."), is_kept)
+        if not is_kept.all():
+            raw.note(marked("The clock jumps back; samples left out: {count}."), count=f"{(~is_kept).sum():,}")
         if is_kept.any():
             with np.errstate(invalid="ignore"):
                 count = np.count_nonzero(np.diff(time_s, append=np.inf))

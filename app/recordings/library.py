@@ -1,6 +1,5 @@
 """Library of recordings: list, describe, delete, prune."""
 
-import errno
 import math
 import re
 from contextlib import suppress
@@ -137,9 +136,8 @@ def _is_held(path: Path) -> bool:
     with suppress(OSError), path.open("rb") as file:
         try:
             lock(file, is_shared=True)
-        except OSError as error:
-            # Other errors of a lock come from file systems without locks.
-            return error.errno in (errno.EAGAIN, errno.EWOULDBLOCK, errno.EACCES, errno.EDEADLK)
+        except (BlockingIOError, PermissionError):  # other errors of a lock come from file systems without locks
+            return True
     return False
 
 
