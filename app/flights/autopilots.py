@@ -264,7 +264,7 @@ class DataflashFile:
     def __init__(self, data: bytes) -> None:
         # By name, one for each sensor.
         self.tables: dict[str, list[Table]] = {}
-        # Bytes that are no records: damage.
+        # Bytes that are no records of a binary log: damage.
         self.skipped_bytes = 0
         # Where the last record ends.
         self.read_until = 0
@@ -320,31 +320,24 @@ class DataflashFile:
         return np.array(records, np.int64)
 
     def _read_text(self, data: bytes) -> None:
-        """A line that is no whole record is damage."""
-        # The columns by label; None for one that is not asked for, and no columns for a table that is not.
-        tables: dict[str, dict[str, array[float] | None]] = {"FMT": {}}
+        """A line that is no whole row of a table is not used."""
+        # Of the tables that are asked for, by label; None for a column that is not.
+        tables: dict[str, dict[str, array[float] | None]] = {}
         place = 0
         for line in BytesIO(data):
             place += len(line)
             name, _, rest = line.decode("latin-1").partition(",")
             columns = tables.get(name)
-            is_whole = columns is not None or len(tables) == 1  # before the first format there is a heading
-            if not line.endswith(b"\n"):  # cut off
-                is_whole = False
-            elif columns:
-                cells = rest.split(",")
-                is_whole = len(cells) == len(columns)
-                for cell, column in zip(cells, columns.values(), strict=False) if is_whole else ():
+            if columns and line.endswith(b"\n") and rest.count(",") == len(columns) - 1:
+                self.read_until = place
+                for cell, column in zip(rest.split(","), columns.values(), strict=True):
                     if column is not None:
                         column.append(_number(cell))
             elif name == "FMT" and rest.count(",") >= 4:
                 _, _, table, _, *labels = (cell.strip() for cell in rest.split(","))
-                wanted = {label: array("d") if label in _DF_COLUMNS else None for label in labels}
-                tables.setdefault(table, wanted if table in _DF_TABLES else {})
-            if is_whole:
-                self.read_until = place
-            else:
-                self.skipped_bytes += len(line)
+                if table in _DF_TABLES:
+                    wanted = {label: array("d") if label in _DF_COLUMNS else None for label in labels}
+                    tables.setdefault(table, wanted)
         for name, labelled in tables.items():
             self.tables[name] = _by_sensor({label: np.array(column) for label, column in labelled.items() if column})
 

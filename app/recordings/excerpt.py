@@ -4,7 +4,7 @@ Times are seconds of the program's clock.
 """
 
 import csv
-from collections.abc import Collection, Iterator
+from collections.abc import Iterator, Sequence
 from heapq import merge
 from io import StringIO
 from itertools import islice
@@ -30,7 +30,6 @@ _FLAGS: Final = ("false", "true")
 
 
 class Excerpt(NamedTuple):
-    start_s: float
     tilt: Window
     # Its times, and those of `flags`, are those of `tilt`.
     acceleration: Window
@@ -79,7 +78,7 @@ class Measured(LimitSteps):
     charging: Readable
     # A value for each sample of tilt.
     flags: Readable
-    markers: Collection[Marker]
+    markers: Sequence[Marker]
 
     def charging_at(self, time_s: float) -> bool | None:
         """Whether there was external power; None: unknown."""
@@ -106,7 +105,7 @@ class Measured(LimitSteps):
         )
         charging = self.charging.window(start_s - CHARGING_HOLDS_S, end_s)
         markers = (*held.values(), *within)
-        return Excerpt(start_s, tilt, acceleration, flags.value.astype(np.uint8), cell, light, charging, markers)
+        return Excerpt(tilt, acceleration, flags.value.astype(np.uint8), cell, light, charging, markers)
 
 
 # The CSV table
@@ -132,7 +131,7 @@ def csv_parts(excerpt: Excerpt, *, wall_offset_s: float) -> Iterator[bytes]:
         event = f"{marker.kind.value}: {marker.text}{simulated}" if marker.text else marker.kind.value
         others.append((marker.time_s, ("", "", "", "", "", "", event)))
     others.sort()
-    first_s = min([*excerpt.tilt.time_s[:1].tolist(), *(at for at, _ in others[:1])], default=excerpt.start_s)
+    first_s = min([*excerpt.tilt.time_s[:1].tolist(), *(at for at, _ in others[:1])], default=0.0)
     charging = Readable(*excerpt.charging)
 
     def reports() -> Iterator[tuple[float, tuple[str, ...]]]:

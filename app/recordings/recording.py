@@ -27,8 +27,6 @@ class Recording(Measured):
     Times are seconds of the recording computer's clock; add `wall_offset_s` for seconds since 1970.
     """
 
-    markers: tuple[Marker, ...]
-
     def __init__(self, entry: RecordingEntry) -> None:
         """Raises OSError, `UserError`."""
         super().__init__()
@@ -78,8 +76,8 @@ class Recording(Measured):
         self.is_damaged = file.is_damaged
         if file.is_damaged:
             marks.append(Marker(last_s, MarkerKind.DAMAGED))
-        self.markers = tuple(marks)
-        self.start_s = min((opening.start_s, *(marker.time_s for marker in self.markers[:1])))
+        self.markers = marks
+        self.start_s = min((opening.start_s, *(marker.time_s for marker in marks[:1])))
 
 
 def open_recording(entry: RecordingEntry) -> Recording:
