@@ -425,12 +425,8 @@ def _checked(time_s: Floats, force_g: Floats, number: int, raw: RawLog) -> Float
         start_s, end_s = float(times_s[first]), float(times_s[last])
         if end_s - start_s > _MAX_FALL_S:
             is_bad = (time_s >= start_s - _AVERAGED_S) & (time_s <= end_s)
-            text = marked(
-                "Acceleration sensor {number} stuck at {median:.2f} g for {seconds:.0f} s from {start:.1f} s; "
-                "not judged."
-            )
-            median = float(np.nanmedian(force_g[is_bad]))
-            raw.note(text, number=number, median=median, seconds=end_s - start_s, start=start_s)
+            text = marked("Acceleration sensor {number} stuck for {seconds:.0f} s from {start:.1f} s; not judged.")
+            raw.note(text, number=number, seconds=end_s - start_s, start=start_s)
             believed[is_bad] = np.nan
     return believed
 

@@ -25,7 +25,6 @@ from protocol.catalogue import CENTISECOND, DEGREE, TENTH_G
 from protocol.messages import Source
 from protocol.translatable import marked
 
-Steps = NDArray[np.int64]
 # Whole degrees, tenths of g and hundredths of a second: the largest tilt, what would make everything a fall, a byte.
 MAX_TILT_STEPS: Final = 180
 MAX_ACCELERATION_STEPS: Final = 15
@@ -406,7 +405,7 @@ class _Reached:
         last_s = flight.end_s if group is FlightGroup.MUST else EVER
         self.tilt = int((flight.attitude_s <= last_s).sum()) - 1
         # The largest free-fall time, by acceleration threshold.
-        self.fall: Steps = (flight.freefall_s <= last_s).sum(axis=1) - 1
+        self.fall: NDArray[np.int64] = (flight.freefall_s <= last_s).sum(axis=1) - 1
         tilts, times = (_TILTS - self.tilt) / _FULL_TILT, (_TIMES - self.fall[_ACCELERATIONS]) / _FULL_TIME
         # For all thresholds: 1 for a full margin, 0 and less where it is wrong.
         self.margins: Floats = np.minimum(tilts, times)

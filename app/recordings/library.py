@@ -1,7 +1,6 @@
 """Library of recordings: list, describe, delete, prune."""
 
 import math
-import re
 from contextlib import suppress
 from datetime import UTC, datetime
 from pathlib import Path
@@ -15,7 +14,6 @@ from app.text.messages import UserError, UserMessage, error_text, join_names, me
 from protocol.translatable import marked
 
 MAX_BYTES: Final = 5 * 1024**3 // 2
-_NUMBER: Final = re.compile(r"-(\d{1,9})$")
 
 
 def recordings_folder() -> Path:
@@ -104,8 +102,8 @@ class RecordingLibrary:
 
 def _number_of(path: Path) -> int:
     """0 for a file that was named by somebody else."""
-    found = _NUMBER.search(path.stem)
-    return 0 if found is None else int(found[1])
+    number = path.stem.rpartition("-")[2]
+    return int(number) if number.isdecimal() else 0
 
 
 def entry_of(path: Path) -> RecordingEntry:

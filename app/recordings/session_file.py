@@ -170,8 +170,6 @@ def read_head(path: Path) -> tuple[Opening, State]:
     """Read where and when it was recorded, and how far. Raises OSError, `UserError`."""
     with path.open("rb", buffering=0) as file:
         head = file.read(HEAD_BYTES)
-    if not head.startswith(MCAP0_MAGIC):
-        raise UserError(marked("unknown kind of file"))
     found: dict[str, Metadata] = {}
     with suppress(*_DAMAGES):
         for record in StreamReader(BytesIO(head), emit_chunks=True, record_size_limit=HEAD_BYTES).records:
