@@ -94,20 +94,11 @@ class FlightSummary:
         measured_deg = np.append(_to_steps(log.tilt_deg, DEGREE.per_unit), np.nan)
         self.attitude_deg: Floats = measured_deg[np.searchsorted(log.time_s, self.attitude_s)]
         self.freefall_deg: Floats = measured_deg[np.searchsorted(log.time_s, self.freefall_s)]
-        # Why too little of it is known for a no; None: enough. What is missing is never taken for a calm flight; time
-        # on the ground is not missing.
-        self.why_not: UserMessage | None = None
-        self.why_no_attitude: UserMessage | None = None
-        self.why_no_acceleration: UserMessage | None = None
+        # What is missing is never taken for a calm flight; time on the ground is not missing.
         tilt_gaps, force_gaps = log.gaps
-        if not log.has_plausible_length:
-            self.why_not = message(marked("No flight has the length of this log."))
-        elif log.left_out_share > 0.1:
-            self.why_not = message(marked("More than a tenth of the samples was left out."))
-        if len(tilt_gaps):
-            self.why_no_attitude = message(marked("A pause of the attitude of more than 0.2 s may hide a tilt."))
-        if total_s(force_gaps) > 0.1 * total_s(log.flights):
-            self.why_no_acceleration = message(marked("More than a tenth of the acceleration is missing."))
+        self.has_plausible_length, self.left_out_share = log.has_plausible_length, log.left_out_share
+        self.has_tilt_gap = len(tilt_gaps) > 0
+        self.lacks_acceleration = total_s(force_gaps) > 0.1 * total_s(log.flights)
         # The longest fall that a pause may hide, with the falls around it, by threshold, (16,).
         self.hidden_falls_s = _hidden_falls(log, forces, force_gaps)
 
@@ -139,17 +130,20 @@ class FlightSummary:
         return FlightOutcome(answer, why_not, NEVER, Source(0), is_before_impact=False)
 
     def _why_not_judged(self, limits: TriggerLimits) -> UserMessage | None:
-        if self.why_not is not None:
-            return self.why_not
-        if limits.attitude_is_enabled and self.why_no_attitude is not None:
-            return self.why_no_attitude
-        if not limits.freefall_is_enabled:
-            return None
+        """Why too little of it is known for a no; None: enough."""
+        if not self.has_plausible_length:
+            return message(marked("No flight has the length of this log."))
+        if self.left_out_share > 0.1:
+            return message(marked("More than a tenth of the samples was left out."))
+        if limits.attitude_is_enabled and self.has_tilt_gap:
+            return message(marked("A pause of the attitude of more than 0.2 s may hide a tilt."))
         # A pause hides one that fires also where the fall in it is a little shorter.
-        longest_s = limits.freefall_time_s - 0.1 + GAP_TOLERANCE_S
-        if float(self.hidden_falls_s[steps_of(limits)[1]]) > longest_s:
+        hidden_s, longest_s = self.hidden_falls_s[steps_of(limits)[1]], limits.freefall_time_s - 0.1 + GAP_TOLERANCE_S
+        if limits.freefall_is_enabled and hidden_s > longest_s:
             return message(marked("A pause of the acceleration may hide a fall."))
-        return self.why_no_acceleration
+        if limits.freefall_is_enabled and self.lacks_acceleration:
+            return message(marked("More than a tenth of the acceleration is missing."))
+        return None
 
     def longest_fall_s(self, limits: TriggerLimits) -> float:
         """From first to last report below their acceleration; -1 without any."""
