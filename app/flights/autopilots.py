@@ -404,7 +404,6 @@ _TLOG_TILTS: Final = (ChannelSource("ATTITUDE", ("roll", "pitch"), tilt_of_roll_
 _TLOG_FORCES: Final = (ChannelSource("IMU", ("x", "y", "z"), force_of_axes),)
 _TLOG_ALTITUDES: Final = (ChannelSource("GLOBAL_POSITION_INT", ("altitude",)),)
 _TLOG_ARMING: Final = (ChannelSource("HEARTBEAT", ("mode",), lambda mode: mode.astype(np.int64) & _TLOG_ARMED),)
-_CLOCK: Final = (ChannelSource("ATTITUDE", ("stamp",)),)
 
 
 def is_telemetry(start: bytes) -> bool:
@@ -460,13 +459,12 @@ def read_telemetry(data: bytes, name: str) -> RawLog:
         if vehicle in vehicles or not vehicles:
             # Arming has no time of the vehicle.
             tables.setdefault(kind.table, []).append({TIME: stamp_s, "stamp": stamp_s, **scaled})
-    raw = RawLog(name=name, tilts_deg=channels_of(tables, _TLOG_TILTS), forces_g=channels_of(tables, _TLOG_FORCES))
-    raw.altitudes_m = channels_of(tables, _TLOG_ALTITUDES)
     # It gets that of the attitude that arrived with it.
-    for clock in channels_of(tables, _CLOCK):
-        order = np.argsort(clock.values, kind="stable")
-        for armed in channels_of(tables, _TLOG_ARMING):
-            time_s = np.interp(armed.time_s, clock.values[order], clock.time_s[order])
-            raw.armed.append(Channel(time_s, armed.values))
+    for clock in tables.get("ATTITUDE", ()):
+        order = np.argsort(clock["stamp"], kind="stable")
+        for beats in tables.get("HEARTBEAT", ()):
+            beats[TIME] = np.interp(beats["stamp"], clock["stamp"][order], clock[TIME][order])
+    raw = RawLog(name=name, tilts_deg=channels_of(tables, _TLOG_TILTS), forces_g=channels_of(tables, _TLOG_FORCES))
+    raw.altitudes_m, raw.armed = channels_of(tables, _TLOG_ALTITUDES), channels_of(tables, _TLOG_ARMING)
     raw.note_damage(0, read_until, len(data))
     return raw

@@ -256,7 +256,7 @@ class SessionWriter:
 
     def _write_chunk(self) -> None:
         if self._times_ns:
-            records = self._chunk.end()
+            records: bytes = self._chunk.end()  # type: ignore[no-untyped-call]
             self._unpacked_bytes += len(records)
             packed = zstandard.compress(records)
             first_ns, last_ns = min(self._times_ns), max(self._times_ns)
