@@ -8,7 +8,6 @@ remarks.
 import re
 from collections.abc import Iterable, Iterator
 from contextlib import suppress
-from enum import Enum
 from functools import partial
 from itertools import groupby
 from operator import itemgetter
@@ -24,42 +23,40 @@ from protocol.stream import Piece, StreamParser
 QUIET_S: Final = 0.25
 
 
-class Way(Enum):
-    """Direction of bytes on the line. The value is the character in text."""
-
-    OUT = ">"
-    IN = "<"
+# As text has them.
+_SIGNS: Final = {">": Direction.HOST_TO_MODULE, "<": Direction.MODULE_TO_HOST}
 
 
 class CaptureEntry(NamedTuple):
     """Bytes that were sent or received together. `at_s`: seconds since the capture began."""
 
     at_s: float
-    way: Way
+    direction: Direction
     raw: bytes
 
     @property
     def line(self) -> str:
         """As `app.captures.traffic` reads it."""
-        return f"{self.at_s:.6f} {self.way.value} {self.raw.hex(' ').upper()}"
+        sign = ">" if self.direction is Direction.HOST_TO_MODULE else "<"
+        return f"{self.at_s:.6f} {sign} {self.raw.hex(' ').upper()}"
 
 
 def entries_of(events: Iterable[Event], started_at: float) -> Iterator[CaptureEntry]:
     """The bytes of these events; those of one moment and direction are one entry. `started_at`: monotonic time that
     becomes 0, also for earlier events."""
     pieces = filter(None, map(_piece_of, events))
-    for (at, way), together in groupby(pieces, key=itemgetter(0, 1)):
-        yield CaptureEntry(max(0.0, at - started_at), way, b"".join(raw for _, _, raw in together))
+    for (at, direction), together in groupby(pieces, key=itemgetter(0, 1)):
+        yield CaptureEntry(max(0.0, at - started_at), direction, b"".join(raw for _, _, raw in together))
 
 
-def _piece_of(event: Event) -> tuple[float, Way, bytes] | None:
+def _piece_of(event: Event) -> tuple[float, Direction, bytes] | None:
     match event:
         case Received():
-            return event.at, Way.IN, event.frame.raw
+            return event.at, Direction.MODULE_TO_HOST, event.frame.raw
         case Rejected():
-            return event.at, Way.IN, event.noise.raw
+            return event.at, Direction.MODULE_TO_HOST, event.noise.raw
         case Sent():
-            return event.at, Way.OUT, event.raw
+            return event.at, Direction.HOST_TO_MODULE, event.raw
         case _:
             return None
 
@@ -69,7 +66,7 @@ class Explained(NamedTuple):
     times, where only the header of a frame tells its direction."""
 
     at_s: float | None
-    way: Way
+    direction: Direction
     piece: Frame | Noise
     asked: Asked
 
@@ -82,20 +79,20 @@ class Explainer:
         self._asked: Asked = asked
         query = asked.query() if asked is not None and asked.can_be_asked else None
         # Each direction has its own parser, so frames that crossed on the wire stay whole.
-        self._parsers = {Way.OUT: StreamParser(), Way.IN: StreamParser(asked=query)}
-        self._last_s = dict.fromkeys(Way, 0.0)
+        self._parsers = {Direction.HOST_TO_MODULE: StreamParser(), Direction.MODULE_TO_HOST: StreamParser(asked=query)}
+        self._last_s = dict.fromkeys(Direction, 0.0)
         # Of bytes without direction, whose frames tell it by their headers.
         self._mixed = StreamParser(asked=query, follows_host=True)
 
     def feed(self, entry: CaptureEntry) -> list[Explained]:
         """The pieces that the entry completes, or the silence before it ended."""
-        at_s, way, raw = entry
+        at_s, direction, raw = entry
         rows: list[Explained] = []
         for side, parser in self._parsers.items():
             if at_s - self._last_s[side] >= QUIET_S and parser.pending:
                 rows += self._rows(parser.flush(), self._last_s[side], side)
-        self._last_s[way] = at_s
-        return rows + self._rows(self._parsers[way].feed(raw), at_s, way)
+        self._last_s[direction] = at_s
+        return rows + self._rows(self._parsers[direction].feed(raw), at_s, direction)
 
     def feed_untimed(self, raw: bytes) -> list[Explained]:
         # The pieces in bytes of both directions without times; noise counts as the module's.
@@ -103,19 +100,18 @@ class Explainer:
 
     def end(self) -> list[Explained]:
         rows = []
-        for way, parser in self._parsers.items():
-            rows += self._rows(parser.flush(), self._last_s[way], way)
+        for direction, parser in self._parsers.items():
+            rows += self._rows(parser.flush(), self._last_s[direction], direction)
         return rows + self._rows(self._mixed.flush(), None)
 
-    def _rows(self, pieces: list[Piece], at_s: float | None, way: Way | None = None) -> list[Explained]:
+    def _rows(self, pieces: list[Piece], at_s: float | None, direction: Direction | None = None) -> list[Explained]:
         rows = []
         for piece in pieces:
-            asked = self._asked if isinstance(piece, Frame) else None
-            is_request = isinstance(piece, Frame) and piece.direction is Direction.HOST_TO_MODULE
-            came = way or (Way.OUT if is_request else Way.IN)
-            rows.append(Explained(at_s, came, piece, asked))
-            if is_request and came is Way.OUT:
-                self._asked = self._parsers[Way.IN].asked = decode_request(piece.raw)
+            own = piece.direction if isinstance(piece, Frame) else Direction.MODULE_TO_HOST
+            rows.append(Explained(at_s, direction or own, piece, self._asked if isinstance(piece, Frame) else None))
+            # No echo of a request changes what was asked.
+            if own is Direction.HOST_TO_MODULE and direction is not Direction.MODULE_TO_HOST:
+                self._asked = self._parsers[Direction.MODULE_TO_HOST].asked = decode_request(piece.raw)
         return rows
 
 
@@ -162,7 +158,7 @@ class TextReader:
             return self._explainer.feed_untimed(hex_bytes(plain))
         if found is not None:
             with suppress(NotHex):
-                return self._explainer.feed(CaptureEntry(float(found[1]), Way(found[2]), hex_bytes(found[3])))
+                return self._explainer.feed(CaptureEntry(float(found[1]), _SIGNS[found[2]], hex_bytes(found[3])))
         if len(self.faults) < MAX_FAULTS:
             self.faults.append(self._number)
         return []

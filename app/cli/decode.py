@@ -21,7 +21,7 @@ import msgspec
 from msgspec import UNSET, Struct, UnsetType
 
 from app.captures.explain import meaning, sentence
-from app.captures.traffic import Explained, Explainer, NotHex, TextReader, Way, hex_bytes, lines_in
+from app.captures.traffic import Explained, Explainer, NotHex, TextReader, hex_bytes, lines_in
 from app.terminal import console
 from app.terminal.results import CommandName, Count, Hex, Result, Value
 from app.text.i18n import tr
@@ -29,8 +29,6 @@ from app.text.messages import UserError
 from protocol.catalogue import BY_NAME, COMMANDS, RECORD_PART, STATUS_PARTS
 from protocol.messages import Direction, Frame, Noise
 from protocol.translatable import marked
-
-_DIRECTIONS = {Way.OUT: Direction.HOST_TO_MODULE, Way.IN: Direction.MODULE_TO_HOST}
 
 
 class RejectedJson(Result, kw_only=True, tag_field="kind", tag="rejected"):
@@ -139,14 +137,14 @@ def _as_json(row: Explained) -> Struct:
         "hex": piece.raw.hex(" ").upper(),
     }
     if isinstance(piece, Noise):
-        direction = UNSET if row.at_s is None else _DIRECTIONS[row.way]
+        direction = UNSET if row.at_s is None else row.direction
         return RejectedJson(**usual, valid=False, direction=direction, reason=piece.reason.value)
     return DecodedFrameJson(**usual, valid=True, direction=piece.direction, **meaning(piece, row.asked))
 
 
 def _line(row: Explained) -> str:
     piece = row.piece
-    direction = piece.direction if isinstance(piece, Frame) else None if row.at_s is None else _DIRECTIONS[row.way]
+    direction = piece.direction if isinstance(piece, Frame) else None if row.at_s is None else row.direction
     sender = "-" if direction is None else "host" if direction is Direction.HOST_TO_MODULE else "module"
     place = f"{piece.offset:6}" if row.at_s is None else f"{row.at_s:11.6f}"
     return f"{place}  {sender:6}  {piece.raw.hex(' ').upper():47}  {sentence(piece, row.asked)}"

@@ -20,7 +20,7 @@ from pathlib import Path
 import msgspec
 
 from app import version
-from app.captures.traffic import Way, entries_of
+from app.captures.traffic import entries_of
 from app.engine.conversation import ConversationView
 from app.engine.worker import Batch
 from app.recordings.library import RecordingLibrary
@@ -28,6 +28,7 @@ from app.recordings.markers import Marker, MarkerKind, MarkerTracker, ModuleLimi
 from app.recordings.session_file import POLLED, RX, STATUS, TX, Opening, RecordedReport, SessionWriter
 from app.system.clock import Clock, steady_time
 from app.text.messages import UserMessage, error_text, message
+from protocol.messages import Direction
 from protocol.translatable import marked
 
 _log = logging.getLogger(__name__)
@@ -148,7 +149,7 @@ class Recorder:
         for entry in entries_of(batch.events, 0.0):
             # Strictly ascending times tell the order of both directions.
             self._line_ns = max(self._line_ns + 1, writer.wall_ns(entry.at_s))
-            writer.add(RX if entry.way is Way.IN else TX, self._line_ns, entry.raw)
+            writer.add(RX if entry.direction is Direction.MODULE_TO_HOST else TX, self._line_ns, entry.raw)
         for sample in batch.samples:
             report = RecordedReport(sample.tilt_deg, sample.acceleration_g, sample.triggered, sample.active)
             writer.add(STATUS, writer.wall_ns(sample.at), msgspec.json.encode(report))

@@ -31,9 +31,10 @@ from mcap.well_known import MessageEncoding, SchemaEncoding
 from mcap.writer import MCAP0_MAGIC
 from msgspec import Meta
 
-from app.captures.traffic import CaptureEntry, Way
+from app.captures.traffic import CaptureEntry
 from app.system.files import lock, private_opener
 from app.text.messages import UserError, UserMessage, message
+from protocol.messages import Direction
 from protocol.translatable import marked
 
 SUFFIX: Final = ".mcap"
@@ -333,4 +334,5 @@ class SessionFile:
         for topic, log_ns, data in self.messages():
             if topic in (RX, TX):
                 at_s = (log_ns - self.opening.start_ns) / NANOSECONDS
-                yield CaptureEntry(at_s, Way.IN if topic == RX else Way.OUT, data)
+                direction = Direction.MODULE_TO_HOST if topic == RX else Direction.HOST_TO_MODULE
+                yield CaptureEntry(at_s, direction, data)

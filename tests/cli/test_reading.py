@@ -10,11 +10,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from app.captures.traffic import Way
 from app.port_urls.protocol_sim import open_bench
 from app.recordings.library import RecordingLibrary
 from app.recordings.session_file import SessionFile, SessionWriter
 from protocol.catalogue import SERIAL_OUTPUT
+from protocol.messages import Direction
 from tests.support.cli_line import Program
 from tests.support.flights import log_bytes as made
 from tests.support.line.frames import at_frame
@@ -87,8 +87,8 @@ def test_where_the_line_goes_dead_what_came_is_kept(port: str, tmp_path: Path, d
     path, bench = tmp_path / "a.mcap", open_bench(port)
     at_frame(bench, 20, bench.unplug, is_lost=True)
     assert "unplugged" in dps_s(["record", "--port", port, str(path)], 3).err
-    ways = [entry.way for entry in SessionFile(path).traffic()]
-    assert ways.count(Way.OUT) >= 19 <= ways.count(Way.IN)
+    ways = [entry.direction for entry in SessionFile(path).traffic()]
+    assert ways.count(Direction.HOST_TO_MODULE) >= 19 <= ways.count(Direction.MODULE_TO_HOST)
 
 
 def test_where_the_file_cannot_be_written_the_recording_is_kept(
@@ -137,7 +137,7 @@ def test_a_session_is_decoded_from_its_file(port: str, wire: list[bytes], tmp_pa
     entries = list(SessionFile(path).traffic())
     for direction, way in (("host_to_module", ">"), ("module_to_host", "<")):
         raw = b"".join(bytes.fromhex(line["hex"]) for line in lines if line["direction"] == direction)
-        assert raw == b"".join(entry.raw for entry in entries if entry.way.value == way)
+        assert raw == b"".join(entry.raw for entry in entries if entry.direction.value == way)
     host = [line["hex"] for line in lines if line["direction"] == "host_to_module"]
     assert host == [frame.hex(" ").upper() for frame in wire[-len(host) :]]
     assert [line["t_s"] for line in lines] == sorted(line["t_s"] for line in lines)

@@ -15,7 +15,6 @@ from mcap.data_stream import RecordBuilder
 from mcap.records import Metadata
 from mcap.writer import MCAP0_MAGIC
 
-from app.captures.traffic import Way
 from app.engine.conversation import ConversationView, StatusSample
 from app.recordings import session_file
 from app.recordings.excerpt import ACTIVE, TRIGGERED
@@ -34,7 +33,7 @@ from app.recordings.session_file import (
 )
 from app.text.messages import UserError
 from protocol.events import Began, Ended, EndReason, Rejected
-from protocol.messages import Noise, Reason
+from protocol.messages import Direction, Noise, Reason
 from tests.support.records.recordings_made import (
     LOST,
     NOON,
@@ -67,10 +66,10 @@ def test_every_sample_and_every_byte_comes_back(tmp_path: Path) -> None:
     assert excerpt.cell.value.tolist() == pytest.approx([3.0, 3.01, 3.02])
     assert excerpt.light.value.tolist() == pytest.approx([1.0, 1.1, 1.2])
     traffic = list(SessionFile(recording.entry.path).traffic())
-    bytes_of = directions([(one.way, one.raw) for one in traffic])
-    assert bytes_of[Way.OUT] == asked(1000.0).raw
+    bytes_of = directions([(one.direction, one.raw) for one in traffic])
+    assert bytes_of[Direction.HOST_TO_MODULE] == asked(1000.0).raw
     frames = [event.frame.raw for each in batches[1:] for event in each.events]  # type: ignore[union-attr]
-    assert bytes_of[Way.IN] == b"".join(frames)
+    assert bytes_of[Direction.MODULE_TO_HOST] == b"".join(frames)
     assert [recording.opening.start_s + one.at_s for one in traffic] == pytest.approx(
         [1000.0, *(sample.at for sample in samples)], abs=1e-6
     )
@@ -294,7 +293,7 @@ def test_the_example_for_other_programs_works(tmp_path: Path) -> None:
     traffic = list(SessionFile(recording.entry.path).traffic())
     assert found["received"] == [
         (pytest.approx(recording.opening.started_at.timestamp() + one.at_s, abs=1e-6), one.raw)
-        for one in traffic if one.way is Way.IN
+        for one in traffic if one.direction is Direction.MODULE_TO_HOST
     ]  # fmt: skip
     for topic in (RX, TX, EVENTS, STATUS):
         assert f"`{topic}`" in text

@@ -12,7 +12,7 @@ from typing import Any, NamedTuple
 import msgspec
 import numpy as np
 
-from app.captures.traffic import CaptureEntry, Explained, Explainer, Way
+from app.captures.traffic import CaptureEntry, Explained, Explainer
 from app.engine.conversation import ConversationView, How, Known, StatusSample
 from app.engine.transport import PortError, PortErrorKind
 from app.engine.worker import Batch, Connection, PortState
@@ -200,9 +200,9 @@ def opened(path: Path) -> Recording:
     return open_recording(entry_of(path))
 
 
-def directions(raw: list[tuple[Way, bytes]]) -> dict[Way, bytes]:
+def directions(raw: list[tuple[Direction, bytes]]) -> dict[Direction, bytes]:
     """Join the bytes of each direction."""
-    return {way: b"".join(data for one, data in raw if one is way) for way in Way}
+    return {direction: b"".join(data for one, data in raw if one is direction) for direction in Direction}
 
 
 class Whole(NamedTuple):
@@ -217,8 +217,8 @@ class Whole(NamedTuple):
 def whole_of(path: Path) -> Whole:
     recording = opened(path)
     window = recording.tilt.window(0.0, 1e9)
-    raw = directions([(one.way, one.raw) for one in SessionFile(recording.entry.path).traffic()])[Way.IN]
-    return Whole(path, window.time_s.tolist(), window.value.tolist(), raw)
+    raw = directions([(one.direction, one.raw) for one in SessionFile(recording.entry.path).traffic()])
+    return Whole(path, window.time_s.tolist(), window.value.tolist(), raw[Direction.MODULE_TO_HOST])
 
 
 def explained(entries: Iterable[CaptureEntry]) -> Iterator[Explained]:

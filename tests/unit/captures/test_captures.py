@@ -15,7 +15,6 @@ from app.captures.traffic import (
     Explainer,
     NotHex,
     TextReader,
-    Way,
     entries_of,
     hex_bytes,
 )
@@ -40,16 +39,16 @@ def read(lines: Iterable[str]) -> tuple[list[Explained], TextReader]:
 
 @given(
     st.lists(
-        st.tuples(st.integers(0, 10**7), st.sampled_from(Way), st.binary(min_size=1, max_size=4096)),
+        st.tuples(st.integers(0, 10**7), st.sampled_from(Direction), st.binary(min_size=1, max_size=4096)),
         min_size=1,
         max_size=20,
     )
 )
-def test_any_entries_survive(drawn: list[tuple[int, Way, bytes]]) -> None:
+def test_any_entries_survive(drawn: list[tuple[int, Direction, bytes]]) -> None:
     entries = [CaptureEntry(at / 1000, way, raw) for at, way, raw in sorted(drawn, key=lambda one: one[0])]
     rows, reader = read(entry.line for entry in entries)
     assert rows == list(explained(entries))
-    assert directions([(row.way, row.piece.raw) for row in rows]) == directions([entry[1:] for entry in entries])
+    assert directions([(row.direction, row.piece.raw) for row in rows]) == directions([entry[1:] for entry in entries])
     assert reader.faults == []
 
 
@@ -73,10 +72,10 @@ def test_lines_that_cannot_be_read_are_left_out_and_named() -> None:
 def test_hex_text_is_read_without_times() -> None:
     query, reply = STATUS.query().encode(), bytes.fromhex("41 75 35 01 BE F4")
     rows, _ = read(["# from a logic analyser\n", f"{query.hex()}\n", f"{STATUS_FRAME.hex(' ')}, 0xFF\n"])
-    assert [(row.at_s, row.way, row.piece.raw, row.asked) for row in rows] == [
-        (None, Way.OUT, query, None),
-        (None, Way.IN, STATUS_FRAME, STATUS.query()),
-        (None, Way.IN, b"\xff", None),
+    assert [(row.at_s, row.direction, row.piece.raw, row.asked) for row in rows] == [
+        (None, Direction.HOST_TO_MODULE, query, None),
+        (None, Direction.MODULE_TO_HOST, STATUS_FRAME, STATUS.query()),
+        (None, Direction.MODULE_TO_HOST, b"\xff", None),
     ]
     (only,), _ = read([reply[:3].hex(), reply[3:].hex()])
     assert only.piece.raw == reply, "a frame may go on in the next line"
@@ -104,30 +103,32 @@ def test_events_become_what_went_over_the_wire() -> None:
         Received(frame, None, Role.STREAMED, 10.02),
     ]
     entries = list(entries_of(events, started_at=10.0))
-    assert [(round(entry.at_s, 3), entry.way, entry.raw) for entry in entries] == [
-        (0.0, Way.OUT, query.encode()),
-        (0.01, Way.IN, STATUS_FRAME + b"\x00\xff"),
-        (0.02, Way.IN, STATUS_FRAME),
+    assert [(round(entry.at_s, 3), entry.direction, entry.raw) for entry in entries] == [
+        (0.0, Direction.HOST_TO_MODULE, query.encode()),
+        (0.01, Direction.MODULE_TO_HOST, STATUS_FRAME + b"\x00\xff"),
+        (0.02, Direction.MODULE_TO_HOST, STATUS_FRAME),
     ]
 
 
 @pytest.mark.parametrize(("pause_s", "is_frame"), [(0.2, True), (0.3, False)])
-@pytest.mark.parametrize("way", Way)
-def test_a_frame_in_pieces_is_one_unless_its_line_was_quiet_meanwhile(way: Way, pause_s: float, is_frame: bool) -> None:
-    raw = STATUS_FRAME if way is Way.IN else STATUS.query().encode()
-    rows = list(explained([CaptureEntry(10.0, way, raw[:3]), CaptureEntry(10.0 + pause_s, way, raw[3:])]))
+@pytest.mark.parametrize("side", Direction)
+def test_a_frame_in_pieces_is_one_unless_its_line_was_quiet_meanwhile(
+    side: Direction, pause_s: float, is_frame: bool
+) -> None:
+    raw = STATUS_FRAME if side is Direction.MODULE_TO_HOST else STATUS.query().encode()
+    rows = list(explained([CaptureEntry(10.0, side, raw[:3]), CaptureEntry(10.0 + pause_s, side, raw[3:])]))
     assert any(isinstance(row.piece, Frame) for row in rows) is is_frame
 
 
 def test_what_was_asked_is_known_of_each_answer_and_no_echo_changes_it() -> None:
     asked, other = BY_NAME["cell_voltage"].query(), BY_NAME["trigger_records"].query()
     explainer = Explainer()
-    explainer.feed(CaptureEntry(0.0, Way.OUT, asked.encode()))
-    explainer.feed(CaptureEntry(0.1, Way.IN, other.encode()))
-    (row,) = explainer.feed(CaptureEntry(0.2, Way.IN, bytes.fromhex("41 75 35 01 BE F4")))
+    explainer.feed(CaptureEntry(0.0, Direction.HOST_TO_MODULE, asked.encode()))
+    explainer.feed(CaptureEntry(0.1, Direction.MODULE_TO_HOST, other.encode()))
+    (row,) = explainer.feed(CaptureEntry(0.2, Direction.MODULE_TO_HOST, bytes.fromhex("41 75 35 01 BE F4")))
     assert row.asked == asked, "six bytes are enough where a voltage was asked for"
-    explainer.feed(CaptureEntry(1.0, Way.OUT, other.encode()))
-    assert explainer.feed(CaptureEntry(1.1, Way.IN, bytes.fromhex("41 75 35 01 BE F4"))) == []
+    explainer.feed(CaptureEntry(1.0, Direction.HOST_TO_MODULE, other.encode()))
+    assert explainer.feed(CaptureEntry(1.1, Direction.MODULE_TO_HOST, bytes.fromhex("41 75 35 01 BE F4"))) == []
 
 
 # Frames in words and values

@@ -8,7 +8,7 @@ from PySide6.QtCore import Qt
 from PySide6.QtWidgets import QApplication
 from pytestqt.qtbot import QtBot
 
-from app.captures.traffic import Way, entries_of
+from app.captures.traffic import entries_of
 from app.diagnosis.causes import NextStep
 from app.diagnosis.link_state import Phase, link_state
 from app.diagnosis.silence import Silence
@@ -21,6 +21,7 @@ from app.engine.worker import Batch, Connection, PortState
 from app.procedures.read import READABLE
 from app.text.messages import UserError
 from protocol.events import Received, Sent
+from protocol.messages import Direction
 from tests.module.module import Module
 from tests.support.window.desk import desk
 from tests.support.window.fakes_ui import (
@@ -250,8 +251,8 @@ def test_no_page_misses_data_of_a_port_that_is_chosen_early(qtbot: QtBot, qapp: 
         received = [event.frame.raw for event in events if isinstance(event, Received)]
         model = pages["diagnosis"].traffic.model
         kept = list(entries_of([*model.rows, *model.new], 0.0))
-        assert b"".join(one.raw for one in kept if one.way is Way.OUT) == b"".join(sent)
-        assert b"".join(one.raw for one in kept if one.way is Way.IN) == b"".join(received)
+        assert b"".join(one.raw for one in kept if one.direction is Direction.HOST_TO_MODULE) == b"".join(sent)
+        assert b"".join(one.raw for one in kept if one.direction is Direction.MODULE_TO_HOST) == b"".join(received)
         assert len(sent) > 5 < len(received)
         assert pages["live"].data.has_samples
         assert connector.module.is_going
