@@ -191,10 +191,10 @@ def _layout_of(fields: str) -> Layout | None:
         return None
 
 
-def read_ulog(data: bytes, name: str) -> RawLog:
+def read_ulog(data: bytes) -> RawLog:
     """Read a ULog file (PX4). Raises `UserError`."""
     file = UlogFile(data)
-    raw = RawLog(name=name, tilts_deg=channels_of(file.topics, _ULOG_TILTS))
+    raw = RawLog(tilts_deg=channels_of(file.topics, _ULOG_TILTS))
     estimator = [source for source in _ESTIMATOR_FORCES if source.table in file.topics]
     raw.forces_g = channels_of(file.topics, (*estimator[:1], *_SENSOR_FORCES))[:_MAX_SENSORS]
     raw.altitudes_m = channels_of(file.topics, _ULOG_ALTITUDES)
@@ -242,10 +242,10 @@ _DF_TABLES: Final = frozenset(one.table for one in _DF_SOURCES)
 _DF_COLUMNS: Final = frozenset((_CLOCK_US, _SENSOR, *chain.from_iterable(one.columns for one in _DF_SOURCES)))
 
 
-def read_dataflash(data: bytes, name: str) -> RawLog:
+def read_dataflash(data: bytes) -> RawLog:
     """Reads a binary or a text log."""
     file = DataflashFile(data)
-    raw = RawLog(name=name, tilts_deg=channels_of(file.tables, _DF_TILTS))
+    raw = RawLog(tilts_deg=channels_of(file.tables, _DF_TILTS))
     raw.forces_g = channels_of(file.tables, _DF_FORCES)[:_MAX_SENSORS]
     raw.altitudes_m = channels_of(file.tables, _DF_ALTITUDES)
     for time_s, values in channels_of(file.tables, _DF_ARMING):
@@ -441,7 +441,7 @@ def _messages(data: bytes) -> Iterator[tuple[int, tuple[int, int], tuple[float, 
             yield end, (vehicle, number), (stamp_us * 1e-6, *kind.payload.unpack_from(payload))
 
 
-def read_telemetry(data: bytes, name: str) -> RawLog:
+def read_telemetry(data: bytes) -> RawLog:
     """Read the one vehicle with an attitude. Raises `UserError` where there are more."""
     found: dict[tuple[int, int], list[tuple[float, ...]]] = {}
     read_until = 0
@@ -464,7 +464,7 @@ def read_telemetry(data: bytes, name: str) -> RawLog:
         order = np.argsort(clock["stamp"], kind="stable")
         for beats in tables.get("HEARTBEAT", ()):
             beats[TIME] = np.interp(beats["stamp"], clock["stamp"][order], clock[TIME][order])
-    raw = RawLog(name=name, tilts_deg=channels_of(tables, _TLOG_TILTS), forces_g=channels_of(tables, _TLOG_FORCES))
+    raw = RawLog(tilts_deg=channels_of(tables, _TLOG_TILTS), forces_g=channels_of(tables, _TLOG_FORCES))
     raw.altitudes_m, raw.armed = channels_of(tables, _TLOG_ALTITUDES), channels_of(tables, _TLOG_ARMING)
     raw.note_damage(0, read_until, len(data))
     return raw

@@ -96,7 +96,6 @@ def columns_of(data: bytes, layout: Layout, places: Places, wanted: Mapping[str,
 class RawLog:
     """Channels of one quantity are in order of preference."""
 
-    name: str
     tilts_deg: list[Channel] = field(default_factory=list)
     # The length of the specific force, one channel for each sensor.
     forces_g: list[Channel] = field(default_factory=list)
@@ -249,7 +248,7 @@ _LATE_S: Final = 1.0
 _TICK: Final = 1e-6
 
 
-def assembled(raw: RawLog) -> FlightLog:
+def assembled(raw: RawLog, name: str) -> FlightLog:
     """Makes the flight of a raw log. Raises `UserError` where neither attitude nor acceleration can be judged."""
     # Of the attitudes the first that is usable, and of all sensors what can be believed.
     tilts = list(islice(_usable(raw.tilts_deg, raw, is_tilt=True), 1))
@@ -272,7 +271,7 @@ def assembled(raw: RawLog) -> FlightLog:
     tilt_deg = columns.pop(0) if tilts else unknown
     force_g = _believed_force(time_s, columns, raw) if forces else unknown
     log = FlightLog(
-        name=raw.name,
+        name=name,
         start_s=start_s,
         time_s=time_s,
         tilt_deg=tilt_deg,
@@ -396,9 +395,7 @@ def _believed_force(time_s: Floats, sensors: list[Floats], raw: RawLog) -> Float
     checked = [_checked(time_s, force_g, number, raw) for number, force_g in enumerate(sensors, 1)]
     chosen = max(checked, key=lambda force_g: np.count_nonzero(np.isfinite(force_g)))  # the first of equals
     believed = chosen.copy()
-    for other in checked:
-        if other is chosen:
-            continue
+    for other in (one for one in checked if one is not chosen):
         rows = np.flatnonzero(np.isfinite(believed) & np.isfinite(other))
         mean_g, other_mean_g = (_averaged(time_s[rows], force_g[rows]) for force_g in (believed, other))
         # Only where one of them falls: sensors may clip an impact at different values.

@@ -65,7 +65,7 @@ def read_flight_log(path: Path, columns: CsvColumns | None = None) -> FlightLog:
     try:
         if path.is_file() and _begins(path, _MCAP):
             return flight_of_recording(open_recording(entry_of(path)))
-        return assembled(_read(path, columns))
+        return assembled(_read(path, columns), str(path))
     except OSError as error:
         raise unreadable(error_text(error)) from error
     except MemoryError as error:
@@ -74,15 +74,14 @@ def read_flight_log(path: Path, columns: CsvColumns | None = None) -> FlightLog:
 
 def _read(path: Path, columns: CsvColumns | None) -> RawLog:
     """Read a log of any kind but a recording. Raises `UserError`, OSError, MemoryError."""
-    name = str(path)
     data = _content(path)
     start = data[:_START_BYTES]
     if start.startswith(_ULOG):
-        return read_ulog(data, name)
+        return read_ulog(data)
     if start.startswith(MAGIC):
-        return read_dataflash(data, name)
+        return read_dataflash(data)
     if is_telemetry(start):
-        return read_telemetry(data, name)
+        return read_telemetry(data)
     why = next((text for begin, text in _REFUSED.items() if begin.match(start)), None)
     if why is None:
         # Of a text in any encoding that is read.
@@ -93,8 +92,8 @@ def _read(path: Path, columns: CsvColumns | None) -> RawLog:
     if why is not None:
         raise UserError(joined((message(why), message(_READ)), " "))
     if TEXT_FORMAT.search(start):
-        return read_dataflash(data, name)
-    return read_table(data, name, columns)
+        return read_dataflash(data)
+    return read_table(data, columns)
 
 
 def flight_of_recording(recording: "Recording") -> FlightLog:
@@ -106,7 +105,7 @@ def flight_of_recording(recording: "Recording") -> FlightLog:
         raise unreadable(marked("no status reports"))
     # Of several reports of one time each is a nanosecond later.
     time_s = tilt.time_s + (np.arange(len(tilt.time_s)) - np.searchsorted(tilt.time_s, tilt.time_s)) * 1e-9
-    raw = RawLog(name=str(recording.entry.path), is_of_module=True)
+    raw = RawLog(is_of_module=True)
     # Rounded, since a recording has 32-bit floats.
     raw.tilts_deg = [Channel(time_s, tilt.value.astype(np.float64).round(3))]
     raw.forces_g = [Channel(time_s, acceleration.value.astype(np.float64).round(3))]
@@ -119,7 +118,7 @@ def flight_of_recording(recording: "Recording") -> FlightLog:
         raw.note(marked("being recorded"))
     # What is damaged at the end was a part of it.
     raw.span_s = float(time_s[0]), recording.end_s if recording.is_damaged else float(time_s[-1])
-    return assembled(raw)
+    return assembled(raw, str(recording.entry.path))
 
 
 # Files, archives and folders

@@ -151,12 +151,12 @@ class Head(NamedTuple):
     first_row: int
 
 
-def read_table(data: bytes, name: str, chosen: CsvColumns | None = None) -> RawLog:
+def read_table(data: bytes, chosen: CsvColumns | None) -> RawLog:
     """`chosen`: columns by quantity, instead of those that are recognised. Raises `UserError`."""
     if len(data) > _MAX_BYTES:
         raise unreadable(marked("too large"))
     head = _head_of(_lines_of(data))
-    raw = RawLog(name=name)
+    raw = RawLog()
     try:
         columns = _recognised(head, chosen or {})
         lines = islice(_lines_of(data), head.first_row, None)

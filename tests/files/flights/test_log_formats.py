@@ -165,11 +165,11 @@ def where(is_logged: np.ndarray, channel: Channel = WHOLE) -> Channel:
 
 
 def raw_log(*forces: Channel, tilt: Channel = EVEN) -> RawLog:
-    return RawLog(name="x", tilts_deg=[tilt], forces_g=list(forces) or [WHOLE])
+    return RawLog(tilts_deg=[tilt], forces_g=list(forces) or [WHOLE])
 
 
 def log_of(*forces: Channel, tilt: Channel = EVEN) -> FlightLog:
-    return assembled(raw_log(*forces, tilt=tilt))
+    return assembled(raw_log(*forces, tilt=tilt), "x")
 
 
 def first_fire(log: FlightLog) -> float | None:
@@ -263,9 +263,9 @@ def test_quaternions_of_no_length_are_no_attitude() -> None:
 
 def test_a_log_without_attitude_and_acceleration_cannot_be_judged() -> None:
     with pytest.raises(UserError, match="no attitude and no acceleration"):
-        assembled(RawLog(name="x"))
+        assembled(RawLog(), "x")
     with pytest.raises(UserError, match=r"No attitude: .* never rests at 1 g \(median 9.81 g\); not judged\.$"):
-        assembled(RawLog(name="x", forces_g=[Channel(TIMES, REST * 9.81)]))  # else it counts as one that does not fire
+        assembled(RawLog(forces_g=[Channel(TIMES, REST * 9.81)]), "x")  # else it counts as one that does not fire
 
 
 # What is on the ground, and what is missing
@@ -275,7 +275,7 @@ def test_only_the_time_from_arming_to_landing_is_judged() -> None:
     raw = raw_log(tilt=Channel(TIMES, np.where((TIMES < 20) | (TIMES > 180), 90.0, 5.0)))
     for first_s in (-np.inf, 1.0):
         raw.armed, raw.problems = [Channel(np.array([first_s, 25.0, 170.0]), np.array([0.0, 1.0, 0.0]))], []
-        log = assembled(raw)
+        log = assembled(raw, "x")
         assert fires(log) == []
         assert log.not_judged_s == pytest.approx(50.0, abs=0.1)
         assert problems(log) == ["Not judged: 50.0 s on the ground."]
@@ -284,7 +284,7 @@ def test_only_the_time_from_arming_to_landing_is_judged() -> None:
 def test_an_aircraft_that_was_disarmed_in_the_air_still_falls() -> None:
     raw = raw_log(falls(100.5, 104))
     raw.armed = [Channel(np.array([-np.inf, 10.0, 100.0]), np.array([0.0, 1.0, 0.0]))]
-    assert first_fire(assembled(raw)) == pytest.approx(102.1)
+    assert first_fire(assembled(raw, "x")) == pytest.approx(102.1)
 
 
 def test_two_sensors_and_arming_of_a_dataflash_log_and_of_a_ulog(tmp_path: Path) -> None:
@@ -304,13 +304,13 @@ def test_two_sensors_and_arming_of_a_dataflash_log_and_of_a_ulog(tmp_path: Path)
 def test_a_log_that_pauses_while_it_is_disarmed_is_judged_for_its_flights() -> None:
     is_logged = (TIMES < 60) | (TIMES >= 120)
     raw = raw_log(where(is_logged), tilt=where(is_logged, EVEN))
-    assert not is_enough_of(assembled(raw))
+    assert not is_enough_of(assembled(raw, "x"))
     raw.armed = [Channel(np.array([0.0, 59.9, 120.0]), np.array([1.0, 0.0, 1.0]))]
-    log = assembled(raw)
+    log = assembled(raw, "x")
     assert is_enough_of(log)
     assert log.not_judged_s == pytest.approx(60.0, abs=0.1)
     raw.armed = [Channel(np.array([0.0, 150.0]), np.array([1.0, 0.0]))]
-    assert not is_enough_of(assembled(raw))
+    assert not is_enough_of(assembled(raw, "x"))
 
 
 def paused(channel: Channel, for_s: float) -> Channel:

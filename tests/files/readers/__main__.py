@@ -96,7 +96,7 @@ def compare_telemetry(random: np.random.Generator, folder: Path) -> None:
     version = int(random.integers(1, 3))
     path = folder / "log.tlog"
     path.write_bytes(made.telemetry_bytes(times, tilt, force, version=version))
-    raw = read_telemetry(path.read_bytes(), path.name)
+    raw = read_telemetry(path.read_bytes())
     link = mavutil.mavlink_connection(str(path))
     attitudes, forces = [], []
     while (found := link.recv_match(type=["ATTITUDE", "RAW_IMU"])) is not None:
