@@ -51,9 +51,9 @@ QUANTITIES: Final[Mapping[str, Mapping[str, float]]] = {
     "altitude": {"m": 1.0},
     "armed": {"": 1.0},
 }  # fmt: skip
-# From which quantities the tilt in degrees and the force in g can be computed, and how. Of each line the first whose
-# columns are all there is used.
 _TABLE: Final = "rows"
+# From which quantities the tilt in degrees and the force in g can be computed, and how. Of each the first is used whose
+# columns are all there, before others what a person chose, and what has its units.
 _TILTS: Final = (
     ChannelSource(_TABLE, ("tilt",), np.abs),
     ChannelSource(_TABLE, ("qw", "qx", "qy", "qz"), tilt_of_quaternion),
@@ -284,7 +284,6 @@ def _recognised(head: Head, by_person: CsvColumns) -> CsvColumns:
     used = {TIME: known[TIME]} if TIME in known else {}
     for sources in (_TILTS, _FORCES_G, _ALTITUDES, _ARMING):
         whole = [source.columns for source in sources if known.keys() >= set(source.columns)]
-        # First what a person chose, then what has its units.
         whole.sort(key=lambda choice: any(known[quantity].unit is None for quantity in choice))
         whole.sort(key=by_person.keys().isdisjoint)
         # What is not needed must not make the table unreadable, such as a second attitude with bad cells.
