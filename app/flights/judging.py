@@ -247,14 +247,12 @@ def loss_of_control(log: FlightLog) -> tuple[float | None, float | None]:
     peaks_s = time_s[force_g[is_known] >= _IMPACT_G]
     firsts = np.flatnonzero(np.diff(peaks_s, prepend=-np.inf) > _BOUNCE_S)
     impact_s = float(peaks_s[firsts[-1]]) if len(firsts) else rest_s
-    if impact_s is not None and loss_s is not None and loss_s > impact_s and end_s - loss_s >= _MIN_LOSS_S:
+    if impact_s is not None and impact_s < loss_s <= end_s - _MIN_LOSS_S:
         impact_s = None  # it flew on after that peak
     if impact_s is not None:
         is_before = time_s <= impact_s
         loss_s, end_s = _last_calm_end(time_s[is_before], is_calm[is_before]), impact_s
-    if loss_s is not None and end_s - loss_s < _MIN_LOSS_S:
-        loss_s = None
-    return loss_s, impact_s
+    return loss_s if -math.inf < loss_s <= end_s - _MIN_LOSS_S else None, impact_s
 
 
 def _fell_to_rest(log: FlightLog, is_known: Flags, is_calm: Flags) -> float | None:
@@ -268,11 +266,11 @@ def _fell_to_rest(log: FlightLog, is_known: Flags, is_calm: Flags) -> float | No
     return rest_s if before.any() and not is_calm[before].any() else None
 
 
-def _last_calm_end(time_s: Floats, is_calm: Flags) -> float | None:
-    """End of the last run of calm rows of at least `_CALM_S`."""
+def _last_calm_end(time_s: Floats, is_calm: Flags) -> float:
+    """End of the last run of calm rows of at least `_CALM_S`; minus infinity without any."""
     firsts, lasts = runs(is_calm)
-    is_long = time_s[lasts] - time_s[firsts] >= _CALM_S
-    return float(time_s[lasts[is_long][-1]]) if is_long.any() else None
+    ends_s = time_s[lasts]
+    return float(ends_s[ends_s - time_s[firsts] >= _CALM_S].max(initial=-np.inf))
 
 
 # Which thresholds?
