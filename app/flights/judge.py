@@ -55,7 +55,6 @@ class SampleVerdict(NamedTuple):
     standing: Source
 
 
-# To be compared by `is`, for each sample: to ask whether a flag is true takes longer than the rest.
 NOTHING = Source(0)
 
 
@@ -77,15 +76,14 @@ class Judge:
             self.reset()
             return SampleVerdict(NOTHING, NOTHING)
         before = self._standing
-        if before is not NOTHING and Source.ATTITUDE in before:
+        if Source.ATTITUDE in before:
             if sample.tilt_deg <= limits.reset_angle_deg or not limits.attitude_is_enabled:
                 self._standing &= ~Source.ATTITUDE
         elif limits.attitude_is_enabled and sample.tilt_deg >= limits.attitude_threshold_deg:
             self._standing |= Source.ATTITUDE
         if not limits.freefall_is_enabled or sample.acceleration_g >= limits.freefall_acceleration_g:
             self._falls_since_s = None
-            if self._standing is not NOTHING:
-                self._standing &= ~Source.FREEFALL
+            self._standing &= ~Source.FREEFALL
         else:
             has_gap = self._last_s is not None and sample.at_s - self._last_s > MAX_GAP_S
             if self._falls_since_s is None or has_gap:
@@ -93,5 +91,4 @@ class Judge:
             if sample.at_s - self._falls_since_s >= limits.freefall_time_s - ROUNDING_S:
                 self._standing |= Source.FREEFALL
         self._last_s = sample.at_s
-        fired = self._standing & ~before if self._standing is not NOTHING else NOTHING
-        return SampleVerdict(fired, self._standing)
+        return SampleVerdict(self._standing & ~before, self._standing)
