@@ -385,8 +385,8 @@ def propose(must_not: Sequence[FlightSummary], must: Sequence[FlightSummary]) ->
             None if math.isnan(one.flight.tilt_max_deg) else sign * (tilt - one.tilt),
             fall_s if one.flight.has_acceleration else None,
         )
-    values = (step / per_unit for step, per_unit in zip((tilt, acceleration, time), _PER_UNIT, strict=True))
-    return ThresholdProposal(TriggerLimits(*values), nearest, {})
+    limits = TriggerLimits(tilt / DEGREE.per_unit, acceleration / TENTH_G.per_unit, time / CENTISECOND.per_unit)
+    return ThresholdProposal(limits, nearest, {})
 
 
 class _Reached:

@@ -117,13 +117,13 @@ def test_where_nothing_can_be_recorded_it_ends_at_once(
 def test_a_recording_whose_end_is_not_on_the_disk_is_not_called_complete(
     port: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, dps_s: Program
 ) -> None:
-    goes_on, finish = threading.Event(), SessionWriter.finish
+    goes_on, close = threading.Event(), SessionWriter.close
 
-    def hang(writer: SessionWriter, now_s: float) -> None:
+    def hang(writer: SessionWriter) -> None:
         goes_on.wait(PATIENCE_S)
-        finish(writer, now_s)
+        close(writer)
 
-    monkeypatch.setattr(SessionWriter, "finish", hang)
+    monkeypatch.setattr(SessionWriter, "close", hang)
     monkeypatch.setattr("app.cli.record.SETTLE_LIMIT_S", 0.1)
     said = record(dps_s, port, tmp_path / "a.csv", code=4)
     goes_on.set()
@@ -135,9 +135,9 @@ def test_a_session_is_decoded_from_its_file(port: str, wire: list[bytes], tmp_pa
     record(dps_s, port, path)
     lines = [json.loads(line) for line in dps_s(["decode", str(path), "--json"]).out.splitlines()]
     entries = list(SessionFile(path).traffic())
-    for direction, way in (("host_to_module", ">"), ("module_to_host", "<")):
-        raw = b"".join(bytes.fromhex(line["hex"]) for line in lines if line["direction"] == direction)
-        assert raw == b"".join(entry.raw for entry in entries if entry.direction.value == way)
+    for direction in Direction:
+        raw = b"".join(bytes.fromhex(line["hex"]) for line in lines if line["direction"] == direction.value)
+        assert raw == b"".join(entry.raw for entry in entries if entry.direction is direction)
     host = [line["hex"] for line in lines if line["direction"] == "host_to_module"]
     assert host == [frame.hex(" ").upper() for frame in wire[-len(host) :]]
     assert [line["t_s"] for line in lines] == sorted(line["t_s"] for line in lines)

@@ -175,7 +175,6 @@ def test_cells_that_are_no_numbers_are_counted_or_the_table_is_refused(tmp_path:
         (("0", "1,5", "1,250.5"), "no numbers"),
         (("0", "1,250.5", "1"), "no numbers"),
         (("0", "5 rad", "1"), "the first in line 2: “5 rad”"),
-        (("0", "1_0", "1"), "no numbers"),
         (("0", "1", "1", "5"), "Line 2 has 4 cells, the head 3"),
     ],
 )
