@@ -321,25 +321,27 @@ class DataflashFile:
 
     def _read_text(self, data: bytes) -> None:
         """A line that is no whole row of a table is not used."""
-        # Of the tables that are asked for, by label; None for a column that is not.
-        tables: dict[str, dict[str, array[float] | None]] = {}
+        # Of the tables that are asked for: the number of cells, the places of the columns by label, and their numbers.
+        tables: dict[str, tuple[int, dict[str, int], array[float]]] = {}
         place = 0
         for line in BytesIO(data):
             place += len(line)
             name, _, rest = line.decode("latin-1").partition(",")
-            columns = tables.get(name)
-            if columns and line.endswith(b"\n") and rest.count(",") == len(columns) - 1:
-                self.read_until = place
-                for cell, column in zip(rest.split(","), columns.values(), strict=True):
-                    if column is not None:
-                        column.append(_number(cell))
+            if name in tables and line.endswith(b"\n"):
+                width, places, numbers = tables[name]
+                cells = rest.split(",")
+                if len(cells) == width:
+                    numbers.extend([_number(cells[number]) for number in places.values()])
+                    self.read_until = place
             elif name == "FMT" and rest.count(",") >= 4:
                 _, _, table, _, *labels = (cell.strip() for cell in rest.split(","))
                 if table in _DF_TABLES:
-                    wanted = {label: array("d") if label in _DF_COLUMNS else None for label in labels}
-                    tables.setdefault(table, wanted)
-        for name, labelled in tables.items():
-            self.tables[name] = _by_sensor({label: np.array(column) for label, column in labelled.items() if column})
+                    wanted = {label: number for number, label in enumerate(labels) if label in _DF_COLUMNS}
+                    tables.setdefault(table, (len(labels), wanted, array("d")))
+        for name, (_, places, numbers) in tables.items():
+            if numbers:
+                columns = np.array(numbers).reshape(-1, len(places)).T
+                self.tables[name] = _by_sensor(dict(zip(places, columns, strict=True)))
 
 
 def _number(cell: str) -> float:

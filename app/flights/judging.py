@@ -189,8 +189,10 @@ def _falls(log: FlightLog, forces: Samples) -> tuple[Floats, Floats]:
     times_s = np.arange(MAX_TIME_STEPS + 1) / CENTISECOND.per_unit - ROUNDING_S
     for step in range(1, MAX_ACCELERATION_STEPS + 1):
         firsts, lasts = runs(steps < step, restarts)
+        if not len(firsts):
+            continue
         lasted_s = time_s[lasts] - time_s[firsts]
-        longest_falls_s[step] = lasted_s.max(initial=-1.0)
+        longest_falls_s[step] = lasted_s.max()
         # For each free-fall time the first fall that lasts so long, and the first row at which it has done so.
         fall = np.searchsorted(np.maximum.accumulate(lasted_s), times_s, "left")
         is_there = fall < len(firsts)
@@ -203,13 +205,13 @@ def _hidden_falls(log: FlightLog, forces: Samples, gaps: Spans) -> Floats:
     """Each pause may be a fall, which began with the rows below the threshold before it and ends with those behind."""
     hidden_s = np.zeros(MAX_ACCELERATION_STEPS + 1)
     begins_s, ends_s = gaps.T
-    for step in range(MAX_ACCELERATION_STEPS + 1):
+    for step in range(MAX_ACCELERATION_STEPS + 1) if len(gaps) else ():
         # No fall goes on over a row that has weight, or over the ground.
         has_weight = (forces.steps >= step) & forces.is_active
         bounds_s = np.sort(np.concatenate((forces.time_s[has_weight], log.flights.ravel())))
         before = np.searchsorted(bounds_s, begins_s, "right") - 1
         behind = np.searchsorted(bounds_s, ends_s, "left")
-        hidden_s[step] = (bounds_s[behind] - bounds_s[before]).max(initial=0.0)
+        hidden_s[step] = (bounds_s[behind] - bounds_s[before]).max()
     return hidden_s
 
 
@@ -247,12 +249,12 @@ def loss_of_control(log: FlightLog) -> tuple[float | None, float | None]:
     peaks_s = time_s[force_g[is_known] >= _IMPACT_G]
     firsts = np.flatnonzero(np.diff(peaks_s, prepend=-np.inf) > _BOUNCE_S)
     impact_s = float(peaks_s[firsts[-1]]) if len(firsts) else rest_s
-    if impact_s is not None and impact_s < loss_s <= end_s - _MIN_LOSS_S:
+    if impact_s is not None and loss_s > impact_s and end_s - loss_s >= _MIN_LOSS_S:
         impact_s = None  # it flew on after that peak
     if impact_s is not None:
         is_before = time_s <= impact_s
         loss_s, end_s = _last_calm_end(time_s[is_before], is_calm[is_before]), impact_s
-    return loss_s if -math.inf < loss_s <= end_s - _MIN_LOSS_S else None, impact_s
+    return loss_s if math.inf > end_s - loss_s >= _MIN_LOSS_S else None, impact_s
 
 
 def _fell_to_rest(log: FlightLog, is_known: Flags, is_calm: Flags) -> float | None:

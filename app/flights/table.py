@@ -391,8 +391,6 @@ def _possible_units(quantity: str, columns: Sequence[Floats]) -> list[str]:
 # Of them the first tell whether commas are decimal ones.
 _FIRST_ROWS: Final = 5000
 _MAX_BAD_SHARE: Final = 0.01
-# Swapped, so that a point among numbers with decimal commas makes a cell no number.
-_DECIMAL: Final = str.maketrans(",.", ".,")
 _WITH_COMMA: Final = re.compile(r"[+-]?\d*,\d+(?:[eE][+-]?\d+)?")
 # Thousands, or three decimals.
 _EITHER_COMMA: Final = re.compile(r"[+-]?[1-9]\d{0,2},\d{3}")
@@ -401,43 +399,49 @@ _EITHER_COMMA: Final = re.compile(r"[+-]?[1-9]\d{0,2},\d{3}")
 def _read_rows(lines: Iterable[str], head: Head, columns: CsvColumns, raw: RawLog) -> dict[str, Floats]:
     """The columns that are used, by quantity. `lines`: those behind the head. Raises `UserError`."""
     width = len(head.names)
-    places = {quantity: head.names.index(name) for quantity, (name, _) in columns.items()}
-    needed = max(places.values()) + 1
-    values = {quantity: array("d") for quantity in columns}
-    count = bad_count = 0
+    places = [head.names.index(name) for name, _ in columns.values()]
+    missing = [""] * (max(places) + 1)
+    # Row by row.
+    numbers = array("d")
+    bad_count, first_bad = 0, (0, "")
     reader = csv.reader(_whole(lines, head, raw), delimiter=head.parter, skipinitialspace=True)
     rows = ((head.first_row + reader.line_num, row) for row in reader if row)
     try:
         first = list(islice(rows, _FIRST_ROWS))
-        is_decimal = _are_decimal(row[place] for _, row in first for place in places.values() if place < len(row))
+        is_decimal = _are_decimal(row[place] for _, row in first for place in places if place < len(row))
         for line, row in chain(first, rows):
             if len(row) > width and any(map(str.strip, row[width:])):
                 text = marked(
                     "Line {line} has {cells} cells, the head {names}: perhaps there are commas in its numbers."
                 )
                 raise UserError(text, line=line, cells=len(row), names=width)
-            bad = [""] if len(row) < needed else []
-            row.extend([""] * (needed - len(row)))
-            for quantity, place in places.items():
-                value = _value(quantity, row[place], is_decimal=is_decimal)
-                if value is None:
-                    bad.append(row[place])
-                values[quantity].append(math.nan if value is None else value)
+            bad = missing[len(row) :][:1]
+            row.extend(missing[len(row) :])
+            cells = [row[place] for place in places]
+            # A point among numbers with decimal commas makes a cell no number.
+            plain = [cell.replace(".", "?").replace(",", ".") for cell in cells] if is_decimal else cells
+            try:
+                values = list(map(float, plain))
+            except ValueError:
+                found = list(map(_value, columns, plain, cells))
+                bad += [cell for cell, value in zip(cells, found, strict=True) if value is None]
+                values = [math.nan if value is None else value for value in found]
+            numbers.extend(values)
             if bad and not bad_count:
                 first_bad = line, bad[0]
             bad_count += len(bad)
-            count += 1
     except csv.Error as error:
         raise unreadable(marked("unknown kind of file")) from error
-    if not count:
+    table = np.array(numbers).reshape(-1, len(places))
+    if not len(table):
         raise unreadable(marked("no rows"))
     if bad_count:
         line, cell = first_bad
         text = marked("Cells that are no numbers: {count}, the first in line {line}: “{cell}”.")
         raw.note(text, count=bad_count, line=line, cell=clean(cell, longest=40))
-        if bad_count > _MAX_BAD_SHARE * count:
+        if bad_count > _MAX_BAD_SHARE * len(table):
             raise UserError(raw.problems[-1])
-    return {quantity: np.array(column) for quantity, column in values.items()}
+    return dict(zip(columns, table.T, strict=True))
 
 
 def _whole(lines: Iterable[str], head: Head, raw: RawLog) -> Iterator[str]:
@@ -449,10 +453,10 @@ def _whole(lines: Iterable[str], head: Head, raw: RawLog) -> Iterator[str]:
             raw.note(marked("cut off"))
 
 
-def _value(quantity: str, cell: str, *, is_decimal: bool) -> float | None:
-    """NaN for an empty cell; None for one that is no number."""
+def _value(quantity: str, plain: str, cell: str) -> float | None:
+    """NaN for an empty cell; None for one that is no number. `plain`: the cell as Python writes numbers."""
     try:
-        return float(cell.translate(_DECIMAL) if is_decimal else cell)
+        return float(plain)
     except ValueError:
         word = cell.strip().lower()
     if quantity == "armed" and word in _FLAGS:

@@ -105,7 +105,7 @@
     </message>
     <message>
         <source>Acceleration sensor {number} stuck for {seconds:.0f} s from {start:.1f} s; not judged.</source>
-        <translation>加速度传感器 {number} 从 {start:.1f} s 起数值卡住，持续 {seconds:.0f} s，不判断。</translation>
+        <translation>加速度传感器 {number} 从 {start:.1f} s 起数值不变，持续 {seconds:.0f} s，不判断。</translation>
     </message>
     <message>
         <source>Acceleration sensors differ by over {limit:.1f} g for {seconds:.2f} s; not judged.</source>
