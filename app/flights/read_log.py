@@ -39,16 +39,12 @@ _BLACKBOX: Final = marked(
 )
 # By what files begin with; by the ending of the name, where nobody knows the bytes.
 _REFUSED: Final = {
-    re.compile(rb"(\xef\xbb\xbf)?\s*(<!doctype html|<html)", re.IGNORECASE): marked(
-        "This is a web page, not a log: download the file itself."
-    ),
-    re.compile(rb"version https://git-lfs"): marked(
-        "This is a Git LFS pointer, not the log: fetch the log with “git lfs pull”."
-    ),
-    re.compile(rb"H Product:Blackbox", re.IGNORECASE): _BLACKBOX,
-    re.compile(rb"LOGH|.{16}BUILD", re.DOTALL): _DJI,
-    re.compile(rb"\x89MCAP0"): marked("This is a packed recording: unpack it."),
-    re.compile(rb"\Z"): marked("This file is empty."),
+    rb"(?i)\s*(<!doctype html|<html)": marked("This is a web page, not a log: download the file itself."),
+    b"version https://git-lfs": marked("This is a Git LFS pointer, not the log: fetch the log with “git lfs pull”."),
+    b"(?i)H Product:Blackbox": _BLACKBOX,
+    b"(?s)LOGH|.{16}BUILD": _DJI,
+    rb"\x89MCAP0": marked("This is a packed recording: unpack it."),
+    rb"\Z": marked("This file is empty."),
 }
 _REFUSED_ENDINGS: Final = {".bbl": _BLACKBOX, ".bfl": _BLACKBOX, ".dat": _DJI}
 
@@ -82,7 +78,7 @@ def _read(path: Path, columns: CsvColumns | None) -> RawLog:
         return read_dataflash(data)
     if is_telemetry(start):
         return read_telemetry(data)
-    why = next((text for begin, text in _REFUSED.items() if begin.match(start)), None)
+    why = next((text for begin, text in _REFUSED.items() if re.match(begin, start)), None)
     if why is None:
         # Of a text in any encoding that is read.
         text = start.decode(encoding_of(start), "replace")[:4096]

@@ -135,9 +135,7 @@ def parse_line(line: str) -> CsvColumns:
 _MAX_BYTES: Final = 1 << 28
 _MAX_LINE_LENGTH: Final = 1 << 18
 _PARTERS: Final = "\t;,"
-_FLAGS: Final = dict.fromkeys(("true", "yes", "on", "armed"), 1.0) | dict.fromkeys(
-    ("false", "no", "off", "disarmed"), 0.0
-)
+_FLAGS: Final = {"true": 1.0, "yes": 1.0, "on": 1.0, "armed": 1.0, "false": 0.0, "no": 0.0, "off": 0.0, "disarmed": 0.0}
 # Signs of units in Windows' western encoding.
 _SIGNS: Final = frozenset(b"\xb0\xb2\xb3\xb5\xa0")
 
@@ -398,6 +396,7 @@ _EITHER_COMMA: Final = re.compile(r"[+-]?[1-9]\d{0,2},\d{3}")
 
 def _read_rows(lines: Iterable[str], head: Head, columns: CsvColumns, raw: RawLog) -> dict[str, Floats]:
     """The columns that are used, by quantity. `lines`: those behind the head. Raises `UserError`."""
+    too_wide = marked("Line {line} has {cells} cells, the head {names}: perhaps there are commas in its numbers.")
     width = len(head.names)
     places = [head.names.index(name) for name, _ in columns.values()]
     missing = [""] * (max(places) + 1)
@@ -411,10 +410,7 @@ def _read_rows(lines: Iterable[str], head: Head, columns: CsvColumns, raw: RawLo
         is_decimal = _are_decimal(row[place] for _, row in first for place in places if place < len(row))
         for line, row in chain(first, rows):
             if len(row) > width and any(map(str.strip, row[width:])):
-                text = marked(
-                    "Line {line} has {cells} cells, the head {names}: perhaps there are commas in its numbers."
-                )
-                raise UserError(text, line=line, cells=len(row), names=width)
+                raise UserError(too_wide, line=line, cells=len(row), names=width)
             bad = missing[len(row) :][:1]
             row.extend(missing[len(row) :])
             cells = [row[place] for place in places]
