@@ -106,14 +106,15 @@ def flight_of_recording(recording: "Recording") -> FlightLog:
     raw.tilts_deg = [Channel(time_s, tilt.value.astype(np.float64).round(3))]
     raw.forces_g = [Channel(time_s, acceleration.value.astype(np.float64).round(3))]
     raw.resets_s = np.array([marker.time_s for marker in recording.markers if marker.kind in STATE_LOST])
+    end_s = float(time_s[-1])
     if recording.damage is not None:
         raw.problems.append(recording.damage)
+        end_s = recording.end_s  # what is damaged at the end was a part of it
     if recording.entry.was_cut_off:
         raw.note(marked("cut off"))
     if recording.entry.is_running:
         raw.note(marked("being recorded"))
-    # What is damaged at the end was a part of it.
-    raw.span_s = float(time_s[0]), recording.end_s if recording.is_damaged else float(time_s[-1])
+    raw.span_s = float(time_s[0]), end_s
     return assembled(raw, str(recording.entry.path))
 
 

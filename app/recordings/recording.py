@@ -64,16 +64,15 @@ class Recording(Measured):
             return Readable(times, values.astype(np.float32))
 
         self.cell, self.light, self.charging = map(polled, POLLED)
+        marks: list[Marker] = []
         for at_s, event in events:
             if event.event == "limits":
                 self.put(at_s, ModuleLimits(*(getattr(event, name) for name in ModuleLimits._fields)))
-        marked = ((at_s, _MARKS.get(event.event), event.module or event.port) for at_s, event in events)
-        marks = [Marker(at_s, kind, text) for at_s, kind, text in marked if kind is not None]
+            elif event.event in _MARKS:
+                marks.append(Marker(at_s, _MARKS[event.event], event.module or event.port))
         self.damage = file.damage
         last_s = opening.clock_s(file.last_ns)
         self.end_s = max(last_s, file.state.end_s)
-        # Data is missing up to the end, as far as that is known.
-        self.is_damaged = file.is_damaged
         if file.is_damaged:
             marks.append(Marker(last_s, MarkerKind.DAMAGED))
         self.markers = marks
