@@ -7,7 +7,7 @@ import zipfile
 import zlib
 from collections import Counter
 from collections.abc import Iterable, Iterator, Sequence
-from contextlib import ExitStack
+from contextlib import ExitStack, suppress
 from math import inf
 from pathlib import Path
 from typing import IO, TYPE_CHECKING, Final, NamedTuple
@@ -198,11 +198,9 @@ def find_logs(paths: Iterable[Path]) -> Iterator[Path]:
 
 def _with_members(path: Path) -> list[Path]:
     """The files in a zip archive, as paths below it; the path of any other file, and of what cannot be opened."""
-    try:
+    with suppress(OSError, UserError, *_DAMAGED):  # is said when it is read
         if path.is_file() and _begins(path, _ZIP):
             return [path / name for name in _members(path)] or [path]
-    except (OSError, UserError, *_DAMAGED):  # is said when it is read
-        pass
     return [path]
 
 

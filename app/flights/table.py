@@ -379,8 +379,8 @@ def _possible_units(quantity: str, columns: Sequence[Floats]) -> list[str]:
         if is_possible:
             possible.append(unit)
     if quantity == "time" and len(possible) > 1:
-        scales = QUANTITIES[quantity]
-        return [unit for unit in possible if np.ptp(columns[0][known]) * scales[unit] <= _USUAL_LENGTH_S]
+        length = np.ptp(columns[0][known])
+        return [unit for unit in possible if length * QUANTITIES[quantity][unit] <= _USUAL_LENGTH_S]
     return possible
 
 

@@ -1,10 +1,8 @@
-"""Cells of CSV files that are safe in spreadsheets; JSON objects out of files that anybody may have written."""
+"""Cells of CSV files that are safe in spreadsheets."""
 
 import csv
 import io
-import json
 from collections.abc import Iterable, Sequence
-from typing import Any
 
 BYTE_ORDER_MARK = b"\xef\xbb\xbf"  # tells spreadsheets that the file is UTF-8
 # What begins a formula, also in full width.
@@ -29,12 +27,3 @@ def cell(value: object) -> str:
     if isinstance(value, bool):
         return "true" if value else "false"
     return "" if value is None else str(value)
-
-
-def object_in(text: Any) -> dict[str, Any]:
-    """The JSON object in a text or in bytes, empty if there is none."""
-    try:
-        value = json.loads(text)
-    except (ValueError, TypeError, RecursionError):
-        return {}
-    return value if isinstance(value, dict) else {}
