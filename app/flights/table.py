@@ -399,7 +399,7 @@ def _read_rows(lines: Iterable[str], head: Head, columns: CsvColumns, raw: RawLo
     too_wide = marked("Line {line} has {cells} cells, the head {names}: perhaps there are commas in its numbers.")
     width = len(head.names)
     places = [head.names.index(name) for name, _ in columns.values()]
-    missing = [""] * (max(places) + 1)
+    needed = max(places) + 1
     # Row by row.
     numbers = array("d")
     bad_count, first_bad = 0, (0, "")
@@ -411,8 +411,8 @@ def _read_rows(lines: Iterable[str], head: Head, columns: CsvColumns, raw: RawLo
         for line, row in chain(first, rows):
             if len(row) > width and any(map(str.strip, row[width:])):
                 raise UserError(too_wide, line=line, cells=len(row), names=width)
-            bad = missing[len(row) :][:1]
-            row.extend(missing[len(row) :])
+            bad = [""] if len(row) < needed else []
+            row.extend([""] * (needed - len(row)))
             cells = [row[place] for place in places]
             # A point among numbers with decimal commas makes a cell no number.
             plain = [cell.replace(".", "?").replace(",", ".") for cell in cells] if is_decimal else cells
