@@ -186,7 +186,7 @@ def _is_on_linux(seen: PortEvidence, kind: PortErrorKind) -> bool:
     return seen.platform.startswith("linux") and seen.has(kind)
 
 
-_OF_A_NETWORK = PortErrorKind.MISSING, PortErrorKind.UNUSABLE, PortErrorKind.LOST, PortErrorKind.STUCK
+_OF_A_NETWORK = PortErrorKind.MISSING, PortErrorKind.UNUSABLE, PortErrorKind.LOST
 CAUSES: tuple[tuple[Callable[[PortEvidence], bool], Diagnosis], ...] = (
     # The port cannot be opened
     (lambda seen: _is_on_linux(seen, PortErrorKind.BUSY), Diagnosis(
@@ -208,7 +208,7 @@ CAUSES: tuple[tuple[Callable[[PortEvidence], bool], Diagnosis], ...] = (
         "missing", marked("There is no port {port}."),
         marked("Plug the adapter in. On Linux brltty may take it: remove that. If no port comes, install its driver."),
         terminal_command="dps-s ports", step=NextStep.CHOOSE_PORT)),
-    (lambda seen: seen.has(PortErrorKind.LOST, PortErrorKind.STUCK), Diagnosis(
+    (lambda seen: seen.has(PortErrorKind.LOST), Diagnosis(
         "unplugged", marked("{port} was unplugged, or its driver failed."),
         marked("Unplug the adapter and plug it in again."))),
     (lambda seen: seen.has(PortErrorKind.UNUSABLE, PortErrorKind.UNSUPPORTED), Diagnosis(

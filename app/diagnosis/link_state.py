@@ -9,8 +9,9 @@ from app.diagnosis.causes import NextStep, PortEvidence, explain
 from app.diagnosis.silence import Silence
 from app.engine.conversation import ConversationView, reason_message
 from app.engine.procedure import SHARED, TOO_SLOW
-from app.engine.reconnect import LOSSES, Absence
+from app.engine.reconnect import Absence
 from app.engine.target import is_shared
+from app.engine.transport import PortErrorKind
 from app.engine.worker import Batch, Connection, PortState
 from app.safety.last_known import keep_away
 from app.text.i18n import tr
@@ -89,7 +90,7 @@ def link_state(
         return state(Phase.OPENING, tr("Opening…"))
     if connection.state is PortState.CLOSED and trouble is not None:
         why = explain(trouble)
-        word = tr("Port lost") if trouble.kind in LOSSES else tr("Not connected")
+        word = tr("Port lost") if trouble.kind is PortErrorKind.LOST else tr("Not connected")
         return state(Phase.FAILED, word, why.what, why.next_step, NextStep.CONNECT_AGAIN)
     if connection.state is PortState.CLOSED:
         return state(Phase.CLOSED, tr("Not connected"), "", tr("Choose a port."), NextStep.CHOOSE_PORT)

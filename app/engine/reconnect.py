@@ -23,8 +23,6 @@ from protocol.translatable import marked
 
 # Listing them takes about 10 ms on Linux.
 LIST_EVERY_S = 0.5
-# Troubles of a port that was open.
-LOSSES = frozenset({PortErrorKind.LOST, PortErrorKind.STUCK})
 
 
 class Absence(Enum):
@@ -35,7 +33,7 @@ class Absence(Enum):
 
 
 class Reconnection:
-    """See the module's docstring. For one thread."""
+    """For one thread."""
 
     def __init__(self) -> None:
         # Where the user wants to be connected.
@@ -61,8 +59,7 @@ class Reconnection:
     def is_waiting(self) -> bool:
         """Whether the lost port is opened again by itself."""
         has_identity = self.target is not None and bool(self.target.identity)
-        can_be_told = self._lasts or (has_identity and not self._has_twin)
-        return self.is_lost and can_be_told
+        return self.is_lost and (self._lasts or (has_identity and not self._has_twin))
 
     @property
     def absence(self) -> Absence | None:
@@ -77,7 +74,6 @@ class Reconnection:
         return self.target is not None and "://" not in self.target.device
 
     def feed(self, connection: Connection, now: float) -> None:
-        """Take in the state of the connection; the same state again changes nothing."""
         if self.target is None:
             return
         if connection.state is PortState.OPEN:
@@ -86,7 +82,7 @@ class Reconnection:
         elif connection.state is PortState.CLOSED:
             self._is_to_identify = False
             trouble = connection.trouble
-            if not self.is_lost and trouble is not None and trouble.kind in LOSSES:
+            if not self.is_lost and trouble is not None and trouble.kind is PortErrorKind.LOST:
                 self.is_lost = True
                 self._next_at = now
 

@@ -40,15 +40,14 @@ SCHEMES = frozenset(("socket", "rfc2217", "loop", "sim", "shared"))
 
 
 class PortErrorKind(Enum):
-    """The reason why a port cannot be opened or used."""
+    """Why a port cannot be opened or used."""
 
     MISSING = "missing"  # no such port: unplugged, or another name
     BUSY = "busy"  # another program has it open
     NOT_ALLOWED = "not allowed"  # this user may not open it
     UNUSABLE = "unusable"  # not a port, or the driver refuses the settings
     UNSUPPORTED = "unsupported"  # a kind of address that this program does not open
-    LOST = "lost"  # it was open and disappeared
-    STUCK = "stuck"  # it accepts no bytes
+    LOST = "lost"  # it was open and disappeared, or takes no bytes
 
 
 class PortError(Exception):
@@ -88,17 +87,13 @@ def refuse_unsupported(port: str) -> None:
 
 def _trouble_at_opening(error: Exception) -> PortErrorKind:
     number = getattr(error, "errno", None)
-    text = str(error)
-    if number in (errno.ENOENT, errno.ENXIO, errno.ENODEV) or "FileNotFoundError" in text or "No such" in text:
+    # pyserial has no number on Windows, where `PermissionError` is that of a port that is open elsewhere.
+    if number in (errno.ENOENT, errno.ENXIO, errno.ENODEV) or "FileNotFoundError" in str(error):
         return PortErrorKind.MISSING
-    if number in (errno.EBUSY, errno.EAGAIN) or "exclusively lock" in text:
+    if number in (errno.EBUSY, errno.EAGAIN) or "PermissionError" in str(error):
         return PortErrorKind.BUSY
-    if sys.platform == "win32" and "PermissionError" in text:
-        return PortErrorKind.BUSY  # Windows' error for a port that is open elsewhere
     if number in (errno.EACCES, errno.EPERM):
         return PortErrorKind.NOT_ALLOWED
-    if "ConnectionRefused" in text or number == errno.ECONNREFUSED or "Connection refused" in text:
-        return PortErrorKind.MISSING
     return PortErrorKind.UNUSABLE
 
 
@@ -119,12 +114,9 @@ class SerialLine:
         return int(self._serial.baudrate)
 
     def read(self, longest_s: float, gather_s: float) -> bytes:
-        """Return the bytes that arrive within `longest_s`, b"" if none do. A socket, and any port on Windows, is
-        waited for as long as `READ_SLICE_S` only.
-
-        `gather_s` is how long to wait after the first byte, so that a stream causes a hundred wake-ups a second and not
-        a thousand. `interrupt` ends the wait. Raises `PortError` LOST.
-        """
+        """Return the bytes that arrive within `longest_s` (of a socket, and on Windows, `READ_SLICE_S` at most).
+        `gather_s`: how long to wait after the first byte, so that a stream causes a hundred wake-ups a second and not a
+        thousand. `interrupt` ends the wait. Raises `PortError` LOST."""
         try:
             if self._interrupts is not None:
                 return self._read_in_time(longest_s, gather_s, self._interrupts)
@@ -169,7 +161,7 @@ class SerialLine:
         return data or bytes(self._serial.read(1))
 
     def write(self, data: bytes) -> None:
-        """Hand all of `data` to the driver; raises `PortError` LOST, or STUCK after 0.3 s."""
+        """Hand all of `data` to the driver; raises `PortError` LOST, also where it takes nothing for 0.3 s."""
         try:
             if self._interrupts is None and (sys.platform == "win32" or not is_socket(self.port)):
                 self._serial.write(data)
@@ -182,10 +174,8 @@ class SerialLine:
                     raise serial.SerialTimeoutException("Write timeout")
                 with suppress(BlockingIOError):
                     data = data[os.write(port, data) :]
-        except serial.SerialTimeoutException as error:
-            self._is_stuck = True
-            raise PortError(PortErrorKind.STUCK, self.port, str(error)) from error
         except _DRIVER_ERRORS as error:
+            self._is_stuck = isinstance(error, serial.SerialTimeoutException)
             raise PortError(PortErrorKind.LOST, self.port, str(error)) from error
 
     def use_rate(self, baud_rate: int) -> None:
@@ -211,7 +201,7 @@ class SerialLine:
         self._serial.reset_input_buffer()
 
     def interrupt(self) -> None:
-        """End a waiting read with b"", or else the next one. From any thread."""
+        """End a waiting read, or else the next one. From any thread."""
         with self._closing:  # after closing the pipe's number may be another file's
             if not self._is_closed:
                 with suppress(*_DRIVER_ERRORS):  # a socket cannot be interrupted
@@ -233,12 +223,8 @@ def is_pseudo_terminal(port: str) -> bool:
 
 
 def open_line(port: str, baud_rate: int) -> SerialLine:
-    """Open a device name, a pseudo-terminal or a URL (`socket://`, `shared://`, `rfc2217://`, `sim://`), 8N1. Raises
-    `PortError`.
-
-    Requests exclusive use, leaves DTR and RTS low (some adapters connect them to a reset), and discards what was
-    received before.
-    """
+    """Open a device name, a pseudo-terminal or a URL of `SCHEMES` for this program only, 8N1, with DTR and RTS low, as
+    some adapters connect them to a reset; and discard what was received before. Raises `PortError`."""
     refuse_unsupported(port)
     if "app.port_urls" not in serial.protocol_handler_packages:
         serial.protocol_handler_packages.append("app.port_urls")

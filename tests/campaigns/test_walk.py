@@ -64,6 +64,6 @@ def test_on_a_line_that_is_dead_for_half_a_second_it_ends() -> None:
 
 
 def test_a_port_that_is_lost_ends_everything_and_says_how() -> None:
-    run = Run(Plan("read", "a write that blocks", 3))
+    run = Run(Plan("read", "port lost", 3))
     assert run.go().findings == []
     assert run.job.has_ended

@@ -352,7 +352,6 @@ EXCHANGES: Final[Mapping[str, Happening]] = {
 }
 FAULTS: Final[Mapping[str, Happening]] = {
     "port lost": Happening(lambda run: run.fail(PortErrorKind.LOST)),
-    "a write that blocks": Happening(lambda run: run.fail(PortErrorKind.STUCK)),
     "cancelled": Happening(lambda run: run.job.cancel()),
     "module silent": _silent(1000.0, must_end=True),
     "module silent for 0.3 s": _silent(0.3),

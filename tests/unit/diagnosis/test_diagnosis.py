@@ -84,7 +84,6 @@ TABLE: tuple[tuple[str, PortEvidence, str], ...] = (
     ("the other end closes", PortEvidence(port=ADDRESS, trouble=PortError(PortErrorKind.LOST, ADDRESS, "")),
      "unreachable"),
     ("unplugged", trouble(PortErrorKind.LOST), "unplugged"),
-    ("stuck", trouble(PortErrorKind.STUCK), "unplugged"),
     ("no serial port", trouble(PortErrorKind.UNUSABLE), "unusable"),
     ("heartbeats of MAVLink, after passthrough ended", opened(
         was_online=True, bytes_received=40, noise=2 * MAVLINK, counters=rejected(40)

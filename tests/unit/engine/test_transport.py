@@ -43,9 +43,8 @@ class FakeSerial:
     [
         (OSError(errno.ENOENT, ""), PortErrorKind.MISSING),
         (serial.SerialException("FileNotFoundError(2)"), PortErrorKind.MISSING),
-        (serial.SerialException("[Errno 111] Connection refused"), PortErrorKind.MISSING),
         (OSError(errno.EBUSY, ""), PortErrorKind.BUSY),
-        (serial.SerialException("Could not exclusively lock port"), PortErrorKind.BUSY),
+        (serial.SerialException(errno.EAGAIN, "Could not exclusively lock port"), PortErrorKind.BUSY),
         (serial.SerialException(errno.EACCES, "could not open port"), PortErrorKind.NOT_ALLOWED),
         (ValueError("Not a valid baudrate"), PortErrorKind.UNUSABLE),
     ],
