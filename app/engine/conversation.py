@@ -8,6 +8,7 @@ a conversation that is over.
 from collections import deque
 from collections.abc import Mapping
 from enum import Enum
+from math import inf
 from types import MappingProxyType
 from typing import NamedTuple
 
@@ -27,7 +28,7 @@ FRESH_FOR_S: Mapping[str, float] = MappingProxyType(
 )
 # How long a streamed status is current, and proves that the serial output is on: the slowest streams send one a second.
 STREAM_PROVES_S = 1.5
-STREAM_WINDOW_S = 3.0  # in which the rate of the stream is measured
+STREAM_GAP_S = 3.0  # a report that comes this long before the next one is no part of a stream
 REPORTS_FOR_S = 2.5  # how long reports are kept, by which it is judged whether the module moves
 # The value that an act changes, by its command.
 _CHANGED_BY_ACTS = {ACTIVATION: "active", BY_NAME["deploy"]: "triggered", BY_NAME["zero_sensor"]: "tilt_deg"}
@@ -48,21 +49,14 @@ def reason_message(reason: EndReason, contradiction: Contradiction | None = None
         return message(reason.value)
     command = contradiction.before.command
     reply = command.reply
-    texts = [reply.text(one.raw) if isinstance(reply, Quantity) else str(one.value) for one in contradiction]
-    return message(
-        marked("{setting}: {before}, then {after}. Two modules on this line?"),
-        setting=message(command.title),
-        before=texts[0],
-        after=texts[1],
-    )
+    before, after = (reply.text(one.raw) if isinstance(reply, Quantity) else str(one.value) for one in contradiction)
+    text = marked("{setting}: {before}, then {after}. Two modules on this line?")
+    return message(text, setting=message(command.title), before=before, after=after)
 
 
 class Interrupted(UserError):
-    """The conversation ended while a procedure ran: what it knows is of a module that may be gone.
-
-    `is_unsent`: the request that the procedure waited for was not sent yet. Else a set or an act may have been carried
-    out.
-    """
+    """The conversation ended while a procedure ran: what it knows is of a module that may be gone. `is_unsent`: the
+    request that it waited for was not sent yet; else a set or an act may have been carried out."""
 
     code = ErrorCode.INTERRUPTED
 
@@ -105,7 +99,6 @@ class ConversationView(NamedTuple):
     ended: Ended | None = None
     values: Mapping[str, Known] = MappingProxyType({})
     is_streaming: bool = False  # status reports came unasked, the last one within 1.5 s
-    stream_hz: float = 0.0
     reports: tuple[StatusSample, ...] = ()  # of the last 2.5 s, oldest first
     lag_s: float | None = None  # how long answers take; None until one is measured
     is_shared: bool = False  # the port takes nothing but questions and LOCK
@@ -116,7 +109,7 @@ class ConversationView(NamedTuple):
 
     @property
     def is_slow(self) -> bool:
-        """Whether the line delays what it carries, so that only questions and LOCK are sent."""
+        """Only questions and LOCK are sent."""
         return self.lag_s is not None and self.lag_s > SLOW_S
 
     @property
@@ -166,8 +159,8 @@ class Conversation:
             # A module that answers at this rate proves it.
             "baud_rate": Known(baud_rate, How.READ, began_at),
         }
-        # When streamed reports came, in the last seconds.
-        self._streamed_at: deque[float] = deque(maxlen=8192)
+        # When the last streamed report came, and whether it was no single one, which may be a late answer.
+        self._streamed_at, self._is_stream = -inf, False
         self._samples: list[StatusSample] = []
         # Those of the last seconds; up to 1,440 a second may come.
         self._reports: deque[StatusSample] = deque(maxlen=8192)
@@ -199,25 +192,21 @@ class Conversation:
             # E4: a copy of the other one's acknowledgement may have been taken for it.
             for command in TRIGGER_FLAGS:
                 values.pop(command.key, None)
-        came_at = self._streamed_at
-        while came_at and now - came_at[0] > STREAM_WINDOW_S:
-            came_at.popleft()
-        span_s = came_at[-1] - came_at[0] if came_at else 0.0
         while self._reports and now - self._reports[0].at > REPORTS_FOR_S:
             self._reports.popleft()
         return self._begun._replace(
             ended=self.ended,
             values=MappingProxyType(values),
-            is_streaming=self.ended is None and len(came_at) > 1 and now - came_at[-1] < STREAM_PROVES_S,
-            stream_hz=(len(came_at) - 1) / span_s if span_s > 0 else 0.0,
+            is_streaming=self.ended is None and self._is_stream and now - self._streamed_at < STREAM_PROVES_S,
             reports=tuple(self._reports),
             lag_s=lag_s,
         )
 
     def _on_status(self, sample: StatusSample, *, is_streamed: bool) -> None:
         if is_streamed:
-            self._streamed_at.append(sample.at)
-            if len(self._streamed_at) > 1:  # a single one may be a late answer
+            self._is_stream = sample.at - self._streamed_at <= STREAM_GAP_S
+            self._streamed_at = sample.at
+            if self._is_stream:
                 self._values[SERIAL_OUTPUT.key] = Known(True, How.STREAMED, sample.at)
         for key in STATUS_KEYS:
             self._values[key] = Known(getattr(sample, key), How.STREAMED if is_streamed else How.READ, sample.at)
@@ -238,7 +227,7 @@ class Conversation:
             return
         self._values[key] = Known(field.decode(request.data), How.ACKNOWLEDGED, at)
         if request == SERIAL_OUTPUT.set(False):
-            self._streamed_at.clear()
+            self._streamed_at, self._is_stream = -inf, False
 
     def _forget_changed(self, request: Request) -> None:
         # What a set or an act may have changed is unknown until it is read.

@@ -22,18 +22,17 @@ afterwards; and one of the port, not of a conversation: LOCK, and whatever searc
 import logging
 import threading
 from collections.abc import Callable, Generator
+from concurrent.futures import Future
 from math import inf
-from typing import TYPE_CHECKING, Any, Generic, NamedTuple, TypeVar
+from typing import Any, Generic, NamedTuple, TypeVar
 
 from app.engine.conversation import ConversationView, Interrupted, StatusSample
 from protocol.catalogue import STATUS, Command, Request
 from protocol.events import Answered, EndReason, Reply
+from protocol.fields import Value
 from protocol.messages import Acknowledgement, Reading, Status
 from protocol.stale_replies import FlagAnswers, LastingValues
 from protocol.translatable import marked
-
-if TYPE_CHECKING:
-    from concurrent.futures import Future
 
 _log = logging.getLogger(__name__)
 ASK_EVERY_S = 0.05
@@ -52,8 +51,7 @@ class LockRepeat:
     """How often LOCK was sent and when it is sent next; shared by the procedure, the session and the display."""
 
     def __init__(self) -> None:
-        # Not sent after this time; set when it is first sent.
-        self.until: float | None = None
+        self.until = inf  # not sent after this time; set when it is first sent
         self.sent = 0
         self.next_at = 0.0
 
@@ -61,10 +59,10 @@ class LockRepeat:
         return self.is_repeating(now) and now >= self.next_at
 
     def is_repeating(self, now: float) -> bool:
-        return self.sent < MAX_LOCKS and (self.until is None or now < self.until)
+        return self.sent < MAX_LOCKS and now < self.until
 
     def note_sent(self, now: float) -> None:
-        if self.until is None:
+        if not self.sent:
             self.until = now + LOCKS_FOR_S
         self.next_at = now + LOCK_GAPS_S[self.sent % len(LOCK_GAPS_S)]
         self.sent += 1
@@ -148,17 +146,16 @@ class Job(Generic[Result]):
         expects: frozenset[EndReason] = frozenset(),
     ) -> None:
         """`conversation`: the number of the one in which it was decided; in another one it ends with `Interrupted` and
-        sends nothing. None: it is a job of the port."""
+        sends nothing. None: it is a job of the port, which may use the line without one."""
         self.conversation = conversation
         self.is_urgent = False
         self.is_started = False
         # The procedure has returned or raised; `is_done` follows when the worker has handed that over.
         self.has_ended = False
-        # It may use the line without a conversation. If it has outlasted its own it sends questions only.
-        self.is_free = conversation is None
+        # It has outlasted its conversation: it sends questions only.
         self.asks_only = False
-        # When an activation of this job left the computer.
-        self.activated_at: float | None = None
+        # An activation of this job left the computer.
+        self.has_activated = False
         self.submitted_at = 0.0
         self.effect: Effect | None = None
         self.pauses_until = inf
@@ -179,7 +176,6 @@ class Job(Generic[Result]):
         return self._done.is_set()
 
     def wait(self, timeout_s: float) -> bool:
-        """Whether it is done within `timeout_s`."""
         return self._done.wait(timeout_s)
 
     def outcome(self) -> Result:
@@ -190,8 +186,6 @@ class Job(Generic[Result]):
 
     def finish(self) -> None:
         self._done.set()
-
-    # What it waits for
 
     @property
     def pending_ask(self) -> Ask | None:
@@ -209,7 +203,6 @@ class Job(Generic[Result]):
         self.resume(None, now)
 
     def tick(self, now: float) -> None:
-        """Resume it if its `Pause` has ended."""
         if now >= self.pauses_until:
             self.resume(now, now)
 
@@ -218,11 +211,9 @@ class Job(Generic[Result]):
 
     def throw(self, reason: Exception, now: float) -> None:
         """Raise `reason` at the procedure's yield. It may go on or end."""
-        if self.has_ended:
-            return
-        if self.is_started:
+        if self.is_started and not self.has_ended:
             self._drive(lambda: self._procedure.throw(reason), now)
-        else:
+        elif not self.has_ended:
             self._end(None, reason)
 
     def pop_cancel(self) -> bool:
@@ -241,12 +232,11 @@ class Job(Generic[Result]):
 
     def outlast(self) -> None:
         """Let it belong to the port from now on, not to a conversation."""
-        self.asks_only |= not self.is_free
-        self.is_free = True
+        self.asks_only |= self.conversation is not None
+        self.conversation = None
 
     def stop(self, reason: Exception, now: float) -> None:
-        """Raise `reason` in it, and end it if it wants to go on: nothing that it wants to undo may reach another
-        module."""
+        """Raise `reason` in it, and end it if it wants to go on."""
         self.throw(reason, now)
         if not self.has_ended:
             _log.debug("%s wanted to go on: %s", self._procedure, reason)
@@ -257,27 +247,23 @@ class Job(Generic[Result]):
         try:
             effect = move()
             while not isinstance(effect, Ask | Pause | UseRate):
-                if isinstance(effect, Inspect):
-                    effect = self._procedure.send(self._look(now))
-                    continue
-                if self._on_progress is not None:
+                if isinstance(effect, Report) and self._on_progress is not None:
                     self._on_progress(effect)
-                effect = self._procedure.send(now)
+                effect = self._procedure.send(self._look(now) if isinstance(effect, Inspect) else now)
         except StopIteration as stop:
             self._end(stop.value, None)
-            return
         except Exception as error:  # noqa: BLE001  a bug in a procedure ends this job, not the session
             self._end(None, error)
-            return
-        self.effect = effect
-        self.pauses_until = now + effect.seconds if isinstance(effect, Pause) else inf
+        else:
+            self.effect = effect
+            self.pauses_until = now + effect.seconds if isinstance(effect, Pause) else inf
 
     def _end(self, result: Any, error: BaseException | None) -> None:
         self.has_ended, self._result, self.error = True, result, error
         self.effect, self.pauses_until = None, inf
 
 
-def wait_for(future: "Future[Any]", limit_s: float) -> Procedure[bool]:
+def wait_for(future: Future[Any], limit_s: float) -> Procedure[bool]:
     """Wait for something other than the line (a disk, a person), at most `limit_s`. Whether it is done."""
     view: EngineView = yield Inspect()
     now, ends_at = view.now, view.now + limit_s
@@ -295,9 +281,16 @@ def answer_in(outcome: Reply, kind: type[Answer]) -> Answer | None:
     return answer if isinstance(answer, kind) else None
 
 
-def ask_value(command: Command, *, is_fenced: bool = False) -> Procedure[Reading | None]:
+def is_accepted(outcome: Reply) -> bool:
+    """Whether the module acknowledged a set or an act with what was sent, or with 01, "understood" (E2)."""
+    answer = answer_in(outcome, Acknowledgement)
+    return answer is not None and answer.is_accepted
+
+
+def ask_value(command: Command, *, is_fenced: bool = False) -> Procedure[Value | None]:
     """Query a value; None if the module is there and does not answer it."""
-    return answer_in((yield Ask(command.query(), is_fenced=is_fenced)), Reading)
+    answer = answer_in((yield Ask(command.query(), is_fenced=is_fenced)), Reading)
+    return None if answer is None else answer.value
 
 
 def ask_report(*, is_fenced: bool = False) -> Procedure[StatusSample | None]:

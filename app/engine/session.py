@@ -3,8 +3,8 @@
 A byte goes through `Line.read`, `Link.receive` (stream, frame, message), `Conversation.apply` and `take_events`. `step`
 is called in a loop by the worker's thread, or by a test with a fake line and a fake clock.
 
-When the conversation ends, everything that was known and everything that was being done ends with it: `Interrupted` is
-thrown into every job but those of the port (`app.engine.procedure`). The next one begins by itself, with nothing known.
+With a conversation everything ends that was known and that was being done in it (`app.engine.procedure`). The next one
+begins by itself, with nothing known.
 
 Two jobs may run: one in the foreground (what somebody asked for) and one in the background (which keeps the values
 fresh, and is made again in each conversation). The background has the line only while the foreground does not need it.
@@ -21,7 +21,7 @@ from app.engine.transport import Line
 from app.system.clock import Clock
 from protocol.catalogue import ACTIVATION, BAUD_RATE, LOCK, Hazard
 from protocol.events import Answered, Began, Counters, Ended, EndReason, Event, Rejected, Sent, Unanswered
-from protocol.link import Link, LinkMisused
+from protocol.link import Link
 from protocol.timing import LONGEST_SILENCE_S, SHORTEST_SILENCE_S
 
 _log = logging.getLogger(__name__)
@@ -34,11 +34,8 @@ MAX_NOISE_BYTES = 512
 
 
 class Session:
-    """See the module's docstring. Every method belongs to one thread.
-
-    `step` raises `PortError` when the port is lost; the owner then calls `close`. Everything received before stays in
-    `take_events` and `take_samples`.
-    """
+    """For one thread. `step` raises `PortError` when the port is lost; the owner then calls `close`. What was received
+    before stays in `take_events` and `take_samples`."""
 
     def __init__(
         self,
@@ -57,7 +54,7 @@ class Session:
         self._is_shared = is_shared(line.port)
         # The one that goes on, or else the last one of this port.
         self.conversation: Conversation | None = None
-        # A module may have been left active by what was interrupted. The owner resets it.
+        # What was interrupted has activated a module, or was to lock one. The owner resets it.
         self.owes_lock = False
         # Who shares it watches for shorter silences, and answers one reader after the other.
         self._link = Link(clock(), LONGEST_SILENCE_S if self._is_shared else SHORTEST_SILENCE_S)
@@ -68,7 +65,6 @@ class Session:
         # The job whose request is in flight, and whether that was sent.
         self._asking: Job[Any] | None = None
         self._has_left = False
-        self._lock_sent_at = 0.0
         self._overtaken_at: float | None = None
         # The rate at which a conversation last began. Since then the module was told to change it, or it is searched.
         self._proven_rate: int | None = None
@@ -79,12 +75,9 @@ class Session:
     # What others want
 
     def run(self, job: Job[Any], *, is_urgent: bool = False) -> None:
-        """Queue a job.
-
-        An urgent one (LOCK) interrupts all others, which continue after it: a question is abandoned and asked again
-        later; the outcome of a set or an act in flight is unknown then. What is dangerous and was confirmed before it
-        is not sent after it. A second urgent one replaces the first.
-        """
+        """Queue a job. An urgent one (LOCK) interrupts all others, which continue after it: a question is asked again
+        later, the outcome of a set or an act in flight is unknown then, and what is dangerous and was confirmed before
+        is not sent any more. A second urgent one replaces the first."""
         now = job.submitted_at = self.clock()
         if not is_urgent:
             self._jobs.append(job)
@@ -116,7 +109,6 @@ class Session:
 
     @property
     def is_going(self) -> bool:
-        """Whether a conversation goes on."""
         return self.conversation is not None and self.conversation.ended is None
 
     def conversation_view(self, now: float) -> ConversationView:
@@ -127,7 +119,6 @@ class Session:
 
     @property
     def counters(self) -> Counters:
-        """Those of the link up to now."""
         return self._link.counters.copy()
 
     def take_events(self) -> list[Event]:
@@ -209,7 +200,7 @@ class Session:
         self._drop_ended()
         while self._jobs and not self._jobs[0].is_started:
             job = self._jobs[0]
-            if job.is_free or (self.is_going and job.conversation == self.conversations):
+            if job.conversation is None or (self.is_going and job.conversation == self.conversations):
                 job.start(now, self._view)
             else:
                 # Why the conversation is over in which it was decided.
@@ -242,7 +233,7 @@ class Session:
         ask = job.pending_ask
         if ask is None:
             return False
-        if job.is_free and self._link.is_own:
+        if job.conversation is None and self._link.is_own:
             self._link.abandon(now)  # it does not wait until a module answers the link
         if not self._link.is_idle:
             return False
@@ -252,9 +243,6 @@ class Session:
         """Send the request of `job`, if it may be sent. Whether the job went on without that."""
         now, request = self.clock(), ask.request
         is_dangerous = request.hazard is Hazard.DANGEROUS
-        if is_dangerous and not ask.is_deliberate:
-            job.throw(LinkMisused(f"{request.command.name} is dangerous and needs an explicit act"), now)
-            return True
         # What was confirmed before LOCK was pressed is void.
         is_overtaken = self._overtaken_at is not None and job.submitted_at <= self._overtaken_at
         asks_only = self._is_shared or job.asks_only or not self._link.allows_commands
@@ -315,12 +303,9 @@ class Session:
                     request, job, ask = event.request, self._asking, self._asked
                     if job is not None and ask is not None and ask.request == request:
                         self._has_left = True
-                        if request == ACTIVATION.set(True):
-                            job.activated_at = event.at
+                        job.has_activated |= request == ACTIVATION.set(True)
                         if request == LOCK and ask.repeat is not None and event.attempt == 1:
                             ask.repeat.note_sent(event.at)
-                    if request == LOCK:
-                        self._lock_sent_at = event.at
                     if request.command is BAUD_RATE:
                         self._is_rate_in_doubt = True
                 case Answered() | Unanswered():
@@ -334,21 +319,16 @@ class Session:
             self.line.write(outgoing)
 
     def _end_conversation(self, reason: EndReason, now: float) -> None:
-        # End it, if one goes on, for a reason that the link does not know.
         self._digest(self._link.end(reason, now), now)
 
     def _on_ended(self, ended: Ended, now: float) -> None:
         _log.debug("conversation %d ends: %s", self.conversations, ended.reason.name)
         asking, had_left = self._asking, self._has_left
-        if asking is not None and not asking.is_free:
+        if asking is not None and asking.conversation is not None:
             self._asking = None
         for job in self._all():
-            if job.is_free or job.has_ended:
+            if job.conversation is None or job.has_ended:
                 continue
-            if job.activated_at is not None:
-                # Unless the module reported LOCKED after a LOCK that was sent since then.
-                active = self.conversation_view(now).values.get("active")
-                is_locked = active is not None and active.value is False and active.at > self._lock_sent_at
-                self.owes_lock |= not (is_locked and self._lock_sent_at >= job.activated_at)
+            self.owes_lock |= job.has_activated
             is_unsent = job.pending_ask is not None and not (job is asking and had_left)
             job.interrupt(Interrupted(ended.reason, ended.contradiction, is_unsent=is_unsent), now)

@@ -11,6 +11,7 @@ import sys
 import threading
 from collections.abc import Callable
 from enum import Enum
+from math import inf
 from typing import Any, NamedTuple
 
 from app.engine.conversation import ConversationView, Interrupted, StatusSample
@@ -52,28 +53,10 @@ class Connection(NamedTuple):
     opening: int = 0
 
 
-class OwedLock(NamedTuple):
-    """LOCK is owed to the module at this port: an act that activates it was interrupted after its frame had left, or
-    LOCK itself was interrupted, or was pressed while the port was not open.
-
-    It goes first in the next conversation on the same adapter within `OWED_FOR_S`. Afterwards it is not sent any more,
-    and stands until LOCK is sent for another reason.
-    """
-
-    since: float
-    port: str  # the adapter where it is known, else the port
-
-    def is_due(self, now: float) -> bool:
-        """Whether it would still be sent."""
-        return now - self.since <= OWED_FOR_S
-
-
 class Batch(NamedTuple):
-    """A batch has what happened since the last one. Every event and every sample is in exactly one batch.
-
-    `conversation` is the one that goes on, or else the one that ended last. `samples` are of this one only: at the end
-    of a conversation a batch is handed over before the next one begins.
-    """
+    """What happened since the last one. Every event and every sample is in exactly one batch. `conversation` is the one
+    that goes on, or else the one that ended last; `samples` are of this one only: at the end of a conversation a batch
+    is handed over before the next one begins."""
 
     at: float
     connection: Connection
@@ -82,12 +65,12 @@ class Batch(NamedTuple):
     samples: tuple[StatusSample, ...] = ()
     events: tuple[Event, ...] = ()
     finished: tuple[Job[Any], ...] = ()
-    owed_lock: OwedLock | None = None
+    is_lock_owed: bool = False
     noise: bytes = b""  # the last rejected bytes
 
 
 class Worker:
-    """See the module's docstring. The public methods may be called from any thread and return at once."""
+    """The public methods may be called from any thread and return at once."""
 
     def __init__(
         self,
@@ -110,7 +93,10 @@ class Worker:
         self._adapter = ""
         self._openings = 0
         self._conversation = ConversationView()
-        self._owed_lock: OwedLock | None = None
+        # Since when and at which adapter LOCK is owed: an activation was interrupted after its frame had left, or LOCK
+        # itself was, or it was pressed while the port was not open. It goes first in the next conversation there. Later
+        # than `OWED_FOR_S` it is not sent any more, and stands until LOCK is sent for another reason.
+        self._owed_lock: tuple[float, str] | None = None
         self._jobs: list[Job[Any]] = []
         # What the next batch has, and whether that is news.
         self._samples: list[StatusSample] = []
@@ -138,10 +124,7 @@ class Worker:
         adapter: str = "",
     ) -> int:
         """Open `port`, closing the previous one; return the number of this opening, by which its batches are known.
-
-        `background` makes the procedure that keeps the values fresh; it is made again in each conversation. `adapter`
-        identifies the adapter, for an owed LOCK; by default it is the port.
-        """
+        `background`: see `Session`. `adapter`: where LOCK may be owed; by default it is the port."""
         self._openings += 1
         connection = Connection(PortState.OPENING, port, baud_rate, opening=self._openings)
 
@@ -170,8 +153,8 @@ class Worker:
         self._order(self._close_in_order)
 
     def submit(self, job: Job[Result], *, is_urgent: bool = False) -> Job[Result]:
-        """Run a job; without an open port it ends at once with the port's error or `Interrupted`. An urgent one (LOCK)
-        is owed to the module then."""
+        """Run a job; without an open port it ends at once with the port's error or `Interrupted`, and an urgent one
+        (LOCK) is owed."""
         self._order(lambda: self._run(job, is_urgent=is_urgent))
         return job
 
@@ -224,16 +207,12 @@ class Worker:
 
     def _owe_lock(self) -> None:
         _log.debug("LOCK is owed at %s", self._adapter)
-        self._owed_lock = OwedLock(self._clock(), self._adapter)
+        self._owed_lock = self._clock(), self._adapter
 
     def _pay_owed_lock(self) -> None:
-        owed = self._owed_lock
-        if (
-            owed is not None
-            and owed.port == self._adapter
-            and owed.is_due(self._clock())
-            and self._make_lock is not None
-        ):
+        since, adapter = self._owed_lock or (-inf, "")
+        is_due = adapter == self._adapter and self._clock() - since <= OWED_FOR_S
+        if is_due and self._make_lock is not None:
             self._run(self._make_lock(), is_urgent=True)
 
     # What is handed over
@@ -248,9 +227,7 @@ class Worker:
                 match event:
                     case Began():
                         self._is_urgent = True
-                        # Before anything that was decided in this conversation. Where it has ended again, and the port
-                        # with it, it is owed to the next one.
-                        if session.is_going:
+                        if session.is_going:  # else the port was lost at once
                             self._pay_owed_lock()
                     case Ended() | Answered(messages=(Acknowledgement(),)) | Unanswered():
                         self._is_urgent = True
@@ -287,7 +264,7 @@ class Worker:
             tuple(self._samples),
             tuple(self._events),
             tuple(self._finished),
-            self._owed_lock,
+            self._owed_lock is not None,
             b"" if session is None else session.noise,
         )
         self._samples, self._events, self._finished, self._is_urgent = [], [], [], False

@@ -419,7 +419,7 @@ class GuidedTest(NamedTuple):
             reading = yield from read_twice(BY_NAME[name])
             if reading is None:
                 raise UserError(NOT_READ, what=message(BY_NAME[name].title))
-            read.append(float(reading.value))
+            read.append(float(reading))
         return partial(self.measure, *read)
 
 

@@ -6,15 +6,15 @@
 Nothing comes between the last answer to "who is there" and the frame but the pause of 50 ms that some modules need. For
 locking see `app.procedures.lock`.
 
-A permit allows at most one frame, in the conversation in which a person gave it: it is spent before the frame is sent,
-and it expires while it waits. No act is repeated. The outcome is what the module reports afterwards.
+A permit is spent before its frame is sent, and expires while it waits. No act is repeated. The outcome is what the
+module reports afterwards.
 """
 
 import logging
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 
-from app.engine.conversation import Interrupted, StatusSample
+from app.engine.conversation import FRESH_FOR_S, Interrupted, StatusSample
 from app.engine.procedure import (
     ASK_EVERY_S,
     Ask,
@@ -29,16 +29,7 @@ from app.engine.procedure import (
 )
 from app.procedures.read import ACTIVE, ANSWERED_TWICE, TRIGGERED, Present, who_is_there
 from app.safety.journal import REQUESTS, Act, Entry, Journal, Outcome, durable
-from app.safety.permit import (
-    ASKS_NOTHING,
-    FRESH_FOR_S,
-    Interlock,
-    InterlockInputs,
-    Permit,
-    Refusal,
-    inputs_at,
-    refusals,
-)
+from app.safety.permit import ASKS_NOTHING, Interlock, InterlockInputs, Permit, Refusal, inputs_at, refusals
 from app.text.i18n import tr
 from app.text.messages import UserError, join_sentences, joined, message
 from protocol.catalogue import BOOT_COUNT, BY_NAME, Request
@@ -170,10 +161,10 @@ def begin_act(
     armed: Armed | None,
     detail: Mapping[str, object] | None = None,
 ) -> Procedure[Entry | tuple[Refusal, ...]]:
-    """Wait until the intent is durable, ask who is there, judge the conditions and spend the permit. Returns the entry:
-    the frame may be sent now, and only now; else why not. `detail`: for the log; by default what is known."""
+    """Do everything before the frame. Returns the entry: it may be sent now, and only now; else why not. `detail`: for
+    the log; by default what is known."""
     view: EngineView = yield Inspect()
-    inputs = replace(inputs_of(view, permit, armed), is_audit_ready=journal.is_ready)
+    inputs = replace(inputs_of(view, permit=permit, armed=armed), is_audit_ready=journal.is_ready)
     refused = refusals(act, inputs, only=ASKS_NOTHING)
     if refused:
         _log.debug("%s refused: %s", act.value, [refusal.condition.name for refusal in refused])
@@ -192,50 +183,50 @@ def begin_act(
                 now = yield Pause(ASK_EVERY_S)
         present = yield from who_is_there()
         view = yield Inspect()
-        refused = refusals(act, checked_inputs(present, view, permit=permit, armed=armed))
+        inputs = inputs_of(view, permit=permit, armed=armed, present=present)
+        # Two modules that tell the same contradict nothing, and yet both would obey.
+        if inputs.contradiction is None and view.lasting.is_answered_twice(view.now):
+            inputs = replace(inputs, contradiction=ANSWERED_TWICE)
+        refused = refusals(act, inputs)
     except (Interrupted, Cancelled) as error:
         journal.settle(entry, Outcome.NOT_SENT, {"why": type(error).__name__})
         raise
     except UserError as error:
         why = joined((message(marked("The audit log cannot be written.")), error.message), " ")
         refused = (Refusal(Interlock.INTENT_DURABLE, why),)
+    if refused or permit is None:
+        whys = [refusal.condition.name for refusal in refused]
+        _log.debug("%s refused: %s", act.value, whys)
+        journal.settle(entry, Outcome.NOT_SENT, {"why": whys})
+        return refused
     # Spent before the frame leaves: whatever comes of it, this permit allows no second one.
-    if not refused and permit is not None and permit.spend():
-        _log.debug("%s may be sent", act.value)
-        return entry
-    _log.debug("%s refused: %s", act.value, [refusal.condition.name for refusal in refused])
-    journal.settle(entry, Outcome.NOT_SENT, {"why": [refusal.condition.name for refusal in refused]})
-    return refused
+    permit.is_spent = True
+    _log.debug("%s may be sent", act.value)
+    return entry
 
 
-def inputs_of(view: EngineView, permit: Permit | None, armed: Armed | None) -> InterlockInputs:
-    """Return what is known without asking the module anything."""
-    return replace(
+def inputs_of(
+    view: EngineView, *, permit: Permit | None = None, armed: Armed | None = None, present: Present | None = None
+) -> InterlockInputs:
+    """Return what the conditions are judged by. `present`: what was answered just now; else what is known without
+    asking the module anything."""
+    inputs = replace(
         inputs_at(view.conversation, view.now),
         permit=permit,
         overtaken_at=view.overtaken_at,
         armed=None if armed is None else armed.act,
         sets_rate=view.sets_rate,
     )
-
-
-def checked_inputs(
-    present: Present, view: EngineView, *, permit: Permit | None = None, armed: Armed | None = None
-) -> InterlockInputs:
-    """Return what the conditions are judged by, just after it was asked who is there."""
+    if present is None:
+        return inputs
     status = present.status
-    contradiction = present.contradiction
-    # Two modules that tell the same contradict nothing, and yet both would obey.
-    if contradiction is None and view.lasting.is_answered_twice(view.now):
-        contradiction = ANSWERED_TWICE
-    age_s = None if status is None else view.now - present.asked_at
     return replace(
-        inputs_of(view, permit, armed),
-        is_status_fresh=age_s is not None and age_s <= FRESH_FOR_S,
+        inputs,
+        is_status_fresh=status is not None and view.now - present.asked_at <= FRESH_FOR_S["active"],
         active=None if status is None else status.active,
         triggered=None if status is None else status.triggered,
         tilt_deg=None if status is None else status.tilt_deg,
-        contradiction=contradiction,
+        contradiction=present.contradiction,
     )
 
 
@@ -253,10 +244,9 @@ def _observe(act: Act, answer: Acknowledgement | None) -> Procedure[tuple[Outcom
         first = yield from ask_report(is_fenced=answer is None)
         yield Pause(READING_PAUSE_S)
         second = yield from ask_report()
-        says_fired = triggered is not None and triggered.value is True
         reports_fired = any(report is not None and report.triggered for report in (first, second))
         outcome = Outcome.UNKNOWN
-        if says_fired or reports_fired or is_accepted:
+        if triggered is True or reports_fired or is_accepted:
             outcome = Outcome.CONFIRMED
         elif answer is not None and None not in (triggered, first, second):
             outcome = Outcome.REFUSED
@@ -272,7 +262,7 @@ def _observe(act: Act, answer: Acknowledgement | None) -> Procedure[tuple[Outcom
         active = yield from ask_value(ACTIVE, is_fenced=answer is None)
         status = yield from ask_report()
         outcome = Outcome.UNKNOWN
-        if active is not None and status is not None and active.value == status.active:
+        if active is not None and status is not None and active == status.active:
             if status.active:
                 return Outcome.CONFIRMED, status
             outcome = Outcome.UNKNOWN if answer is None else Outcome.REFUSED

@@ -9,9 +9,8 @@ the rate, and nothing is asked here.
 import logging
 from typing import NamedTuple
 
-from app.engine.procedure import EngineView, Inspect, Pause, Procedure, Report, UseRate
+from app.engine.procedure import EngineView, Inspect, Pause, Procedure, UseRate
 from protocol.catalogue import BAUD_RATES
-from protocol.translatable import marked
 
 _log = logging.getLogger(__name__)
 
@@ -39,7 +38,6 @@ def find_rate(first: int | None = None, old: int | None = None) -> Procedure[Rat
         rates = [before]  # somebody else sets it, at the other end of the socket
     tried: list[int] = []
     for rate in rates:
-        yield Report(len(tried), len(rates), marked("Trying {rate} baud"), (("rate", rate),))
         tried.append(rate)
         if view.sets_rate:
             yield UseRate(rate)

@@ -1,8 +1,7 @@
 """Calibrates the light threshold by measuring with the bay closed and open (E11).
 
 The proposal is the step in the middle between the two bands of readings, so that both sides have the same margin. The
-vendor's advice, "the reading with the bay fully open", is shown too; taken literally it leaves no margin on the open
-side.
+vendor's advice, "the reading with the bay fully open", leaves none on the open side.
 """
 
 from enum import Enum
@@ -11,6 +10,7 @@ from typing import NamedTuple
 
 from app.engine.procedure import Pause, Procedure, Report, ask_value
 from app.text.i18n import tr
+from app.text.messages import UserMessage, message
 from protocol.catalogue import BOOT_COUNT, BY_NAME, TENTH_VOLT
 from protocol.translatable import marked
 
@@ -49,9 +49,9 @@ def measure_light(*, step_of: tuple[int, int] | None = None) -> Procedure[Band]:
     lost = 0
     while len(raws) < SAMPLES and lost < MAX_LOST:
         yield Report(*(step_of or (len(raws), SAMPLES)), marked("Measuring the light"))
-        reading = yield from ask_value(BY_NAME["light"])
-        if reading is not None:
-            raws.append(reading.raw)
+        light_v = yield from ask_value(BY_NAME["light"])
+        if light_v is not None:
+            raws.append(TENTH_VOLT.encode(light_v))
         else:
             lost += 1
         yield Pause(EVERY_S)
@@ -59,11 +59,9 @@ def measure_light(*, step_of: tuple[int, int] | None = None) -> Procedure[Band]:
     return Band(tuple(raws))
 
 
-class CalibrationFault(Enum):
-    """Why there is no proposal; the value is a sentence in English, translatable."""
-
-    TOO_FEW = marked("Too few readings: measure again.")
-    TOO_CLOSE = marked("Closed and open bay read too much alike: check the sensor.")
+# Why there is no proposal.
+TOO_FEW = message(marked("Too few readings: measure again."))
+TOO_CLOSE = message(marked("Closed and open bay read too much alike: check the sensor."))
 
 
 class LightDirection(Enum):
@@ -85,15 +83,15 @@ class Proposal(NamedTuple):
         return tr(text, threshold=self.threshold_v, margin=self.margin_v)
 
 
-def propose(closed: Band, opened: Band) -> Proposal | CalibrationFault:
+def propose(closed: Band, opened: Band) -> Proposal | UserMessage:
     """The threshold in the middle of the gap, or why there is none."""
     if not (closed.is_enough and opened.is_enough):
-        return CalibrationFault.TOO_FEW
+        return TOO_FEW
     direction = LightDirection.FALLS if min(opened.raws) < min(closed.raws) else LightDirection.RISES
     low, high = (closed, opened) if direction is LightDirection.RISES else (opened, closed)
     below, above = max(low.raws), min(high.raws)
     threshold = (below + above) // 2
     if not below < threshold < above:
-        return CalibrationFault.TOO_CLOSE
+        return TOO_CLOSE
     # In the middle, and so nearer to the lower side where the gap is no even number of steps.
     return Proposal(threshold / TENTH_VOLT.per_unit, direction, (threshold - below) / TENTH_VOLT.per_unit)

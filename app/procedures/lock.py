@@ -14,18 +14,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 
 from app.engine.conversation import Interrupted
-from app.engine.procedure import (
-    MAX_LOCKS,
-    Ask,
-    Cancelled,
-    EngineView,
-    Inspect,
-    LockRepeat,
-    Pause,
-    Procedure,
-    Report,
-    UseRate,
-)
+from app.engine.procedure import Ask, Cancelled, EngineView, Inspect, LockRepeat, Pause, Procedure, UseRate
 from app.procedures.find import find_rate
 from app.procedures.read import ACTIVE
 from app.safety.journal import Act, Entry, Journal, Outcome
@@ -59,15 +48,15 @@ SENTENCES: Mapping[Outcome, str] = {
 }
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@dataclass(slots=True, kw_only=True)
 class Locked:
-    """The result. `sent`: how often LOCK was sent."""
+    """The result, filled in as it goes on. `sent`: how often LOCK was sent."""
 
-    outcome: Outcome
-    sent: int
+    outcome: Outcome = Outcome.UNKNOWN
+    sent: int = 0
     is_acknowledged: bool = False
     # The module answered anything at all.
-    is_heard: bool = True
+    is_heard: bool = False
     is_port_lost: bool = False
     # LOCK was pressed again, or another act was confirmed, which ended the repetition.
     is_replaced: bool = False
@@ -93,41 +82,19 @@ def waiting_sentence(sent: int) -> str:
     return tr("LOCK sent {count}×, not yet reported", count=sent) if sent > 1 else tr("Locking…")
 
 
-class _Proof:
-    """The module's answers since the first LOCK."""
+class _Locking:
+    """LOCK that is being sent, and the module's answers since the first frame."""
 
-    def __init__(self, pressed_in: int | None) -> None:
-        self.is_acknowledged = self.is_heard = False
-        # The conversation in which it was pressed, or since which it is owed, has ended.
-        self.may_be_another = False
-        # The number of that conversation; before the first one, of the one that begins.
+    def __init__(self, journal: Journal, repeat: LockRepeat, pressed_in: int | None) -> None:
+        self.journal, self.repeat = journal, repeat
+        self.locked = Locked()
+        # What the log has of it, from the first frame on.
+        self.entry: Entry | None = None
+        # The number of the conversation in which it was pressed, or since which it is owed; before the first one, of
+        # the one that begins.
         self._pressed_in = pressed_in
         self._reports: list[bool] = []
         self._reported_in = (0, False)
-
-    def look(self) -> Procedure[EngineView]:
-        """Look at the conversation: what was reported in one counts in no other."""
-        view: EngineView = yield Inspect()
-        now = view.conversation
-        if self._pressed_in is None:
-            self._pressed_in = max(now.number, 1)
-        self.may_be_another |= now.ended is not None or now.number > self._pressed_in
-        if (now.number, now.is_going) != self._reported_in:
-            self._reported_in = now.number, now.is_going
-            self._reports.clear()
-        return view
-
-    def note(self, reply: Reply) -> bool:
-        """Note the outcome of a request; return whether it was answered."""
-        answer = reply.messages[0] if isinstance(reply, Answered) else None
-        if isinstance(answer, Acknowledgement):
-            self.is_acknowledged |= answer.is_accepted
-        elif isinstance(answer, Status):
-            self._reports.append(answer.active)
-        elif isinstance(answer, Reading):
-            self._reports.append(answer.value is True)
-        self.is_heard |= answer is not None
-        return answer is not None
 
     @property
     def is_locked(self) -> bool | None:
@@ -140,89 +107,101 @@ class _Proof:
         """Whether the last report does."""
         return bool(self._reports) and not self._reports[-1]
 
+    def until_reported(self) -> Procedure[None]:
+        repeat = self.repeat
+        view = yield from self._look()
+        # While somebody searches the rate the port may be at any.
+        if view.proven_rate is not None and view.proven_rate != view.baud_rate:
+            yield UseRate(view.proven_rate)
+        silent_since = view.now
+        may_search = True
+        question = asked_after = 0
+        while not self.is_locked:
+            view = yield from self._look()
+            is_going_on = repeat.is_repeating(view.now)
+            if repeat.is_due(view.now) and not self.says_locked:
+                reply = yield Ask(LOCK, limit_s=ACKNOWLEDGED_S, repeat=repeat)
+                self.note_sent()
+                self._note(reply)
+            limit_s = max(ACKNOWLEDGED_S, min(ANSWER_S, repeat.until + LAST_ANSWER_S - view.now))
+            reply = yield Ask(QUESTIONS[question], limit_s=limit_s, repeat=repeat)
+            view = yield from self._look()
+            is_answered = self._note(reply)
+            question = 1 - question  # also unanswered, in case the module lacks it
+            if is_answered:
+                silent_since = view.now
+            if not is_going_on:
+                asked_after += 1
+                if not is_answered or self.is_locked is False or asked_after > 2 * AGREEING:
+                    return
+            if self.locked.is_heard and not self.says_locked:
+                yield Pause(max(0.0, repeat.next_at - view.now))
+            is_long_silent = view.now - silent_since > SILENT_S
+            if may_search and view.is_rate_in_doubt and is_long_silent and repeat.is_repeating(view.now):
+                may_search = False
+                yield from find_rate()
+                view = yield from self._look()
+                silent_since = view.now
+
+    def note_sent(self) -> None:
+        """Log it once the frame has left: LOCK waits for no disk."""
+        if self.repeat.sent and self.entry is None:
+            self.entry = self.journal.begin(Act.LOCK, LOCK.encode(), {})
+
+    def _look(self) -> Procedure[EngineView]:
+        """Look at the conversation: what was reported in one counts in no other."""
+        view: EngineView = yield Inspect()
+        now = view.conversation
+        if self._pressed_in is None:
+            self._pressed_in = max(now.number, 1)
+        self.locked.may_be_another |= now.ended is not None or now.number > self._pressed_in
+        if (now.number, now.is_going) != self._reported_in:
+            self._reported_in = now.number, now.is_going
+            self._reports.clear()
+        return view
+
+    def _note(self, reply: Reply) -> bool:
+        """Note the outcome of a request; return whether it was answered."""
+        answer = reply.messages[0] if isinstance(reply, Answered) else None
+        if isinstance(answer, Acknowledgement):
+            self.locked.is_acknowledged |= answer.is_accepted
+        elif isinstance(answer, Status):
+            self._reports.append(answer.active)
+        elif isinstance(answer, Reading):
+            self._reports.append(answer.value is True)
+        self.locked.is_heard |= answer is not None
+        return answer is not None
+
 
 def lock(
-    journal: Journal | None = None,
-    repeat: LockRepeat | None = None,
-    *,
-    pressed_in: int | None = None,
+    journal: Journal | None = None, repeat: LockRepeat | None = None, *, pressed_in: int | None = None
 ) -> Procedure[Locked]:
     """Send LOCK until the module reports that it is locked, or to the limits of `LockRepeat`. A lost port and a
     cancellation are results, not exceptions. `repeat`: a new one, which shows the progress. `pressed_in`: the number of
     the conversation of that journal, where the next one may have begun before this does; `OWED` since one that has
     ended."""
-    journal, repeat = journal or Journal(), repeat or LockRepeat()
-    proof = _Proof(pressed_in)
-    entries: list[Entry] = []
-    is_port_lost = is_replaced = False
+    locking = _Locking(journal or Journal(), repeat or LockRepeat(), pressed_in)
+    locked = locking.locked
     try:
-        yield from _lock_until_reported(journal, repeat, proof, entries)
+        yield from locking.until_reported()
     except Cancelled:
-        is_replaced = True
+        locked.is_replaced = True
     except Interrupted:
-        is_port_lost = True
-    sent, outcome = repeat.sent, Outcome.UNKNOWN
-    if proof.is_locked:
-        outcome = Outcome.CONFIRMED
-    elif not sent:
-        outcome = Outcome.NOT_SENT
-    elif proof.is_locked is False and proof.is_acknowledged:
+        locked.is_port_lost = True
+    locking.note_sent()
+    locked.sent = locking.repeat.sent
+    if locking.is_locked:
+        locked.outcome = Outcome.CONFIRMED
+    elif not locked.sent:
+        locked.outcome = Outcome.NOT_SENT
+    elif locking.is_locked is False and locked.is_acknowledged:
         # Without an acknowledgement the reports may be older than LOCK.
-        outcome = Outcome.REFUSED
-    if sent and not entries:
-        entries.append(journal.begin(Act.LOCK, LOCK.encode(), {}))
-    _log.debug("lock: %s, sent %d times, may be another: %s", outcome.value, sent, proof.may_be_another)
-    # Of the module for which it was pressed nothing is confirmed then.
-    logged = Outcome.UNKNOWN if proof.may_be_another else outcome
-    why = "port lost" if is_port_lost else "replaced" if is_replaced else None
-    for entry in entries:
-        journal.settle(entry, logged, {"sent": sent, "acknowledged": proof.is_acknowledged, "why": why})
-    return Locked(
-        outcome=outcome,
-        sent=sent,
-        is_acknowledged=proof.is_acknowledged,
-        is_heard=proof.is_heard,
-        is_port_lost=is_port_lost,
-        is_replaced=is_replaced,
-        may_be_another=proof.may_be_another,
-    )
-
-
-def _lock_until_reported(journal: Journal, repeat: LockRepeat, proof: _Proof, entries: list[Entry]) -> Procedure[None]:
-    view = yield from proof.look()
-    # While somebody searches the rate the port may be at any.
-    if view.proven_rate is not None and view.proven_rate != view.baud_rate:
-        yield UseRate(view.proven_rate)
-    silent_since = view.now
-    may_search = is_last_answered = True
-    question = asked_after = 0
-    while not proof.is_locked:
-        view = yield from proof.look()
-        is_going_on = repeat.is_repeating(view.now)
-        if repeat.is_due(view.now) and not proof.says_locked:
-            reply = yield Ask(LOCK, limit_s=ACKNOWLEDGED_S, repeat=repeat)
-            if repeat.sent and not entries:
-                # Behind the frame: LOCK waits for no disk.
-                entries.append(journal.begin(Act.LOCK, LOCK.encode(), {}))
-            proof.note(reply)
-            yield Report(min(repeat.sent, MAX_LOCKS) - 1, MAX_LOCKS, marked("Locking…"))
-        left_s = ANSWER_S if repeat.until is None else repeat.until + LAST_ANSWER_S - view.now
-        limit_s = max(ACKNOWLEDGED_S, min(ANSWER_S, left_s))
-        reply = yield Ask(QUESTIONS[question], limit_s=limit_s, repeat=repeat)
-        view = yield from proof.look()
-        is_last_answered = proof.note(reply)
-        question = 1 - question  # also unanswered, in case the module lacks it
-        if is_last_answered:
-            silent_since = view.now
-        if not is_going_on:
-            asked_after += 1
-            if not is_last_answered or proof.is_locked is False or asked_after > 2 * AGREEING:
-                return
-        if proof.is_heard and not proof.says_locked:
-            yield Pause(max(0.0, repeat.next_at - view.now))
-        is_long_silent = view.now - silent_since > SILENT_S
-        if may_search and view.is_rate_in_doubt and is_long_silent and repeat.is_repeating(view.now):
-            may_search = False
-            yield from find_rate()
-            view = yield from proof.look()
-            silent_since = view.now
+        locked.outcome = Outcome.REFUSED
+    _log.debug("%s", locked)
+    if locking.entry is not None:
+        # Of the module for which it was pressed nothing is confirmed then.
+        logged = Outcome.UNKNOWN if locked.may_be_another else locked.outcome
+        why = "port lost" if locked.is_port_lost else "replaced" if locked.is_replaced else None
+        result = {"sent": locked.sent, "acknowledged": locked.is_acknowledged, "why": why}
+        locking.journal.settle(locking.entry, logged, result)
+    return locked

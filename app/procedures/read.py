@@ -61,21 +61,17 @@ _WORDS: Mapping[Command, tuple[str, str]] = {
 def contradictions(
     active: Value | None, triggered: Value | None, status: StatusSample | None
 ) -> Mapping[str, UserMessage]:
-    """Return where 30 or 31 and the status differ, or one of them was not answered (None): what both say, by the
-    status's key."""
+    """Where 30 or 31 and the status differ, or one of them was not answered (None): what both say, by the status's
+    key."""
     found: dict[str, UserMessage] = {}
     for command, answer in ((ACTIVE, active), (TRIGGERED, triggered)):
         reported = None if status is None else getattr(status, command.key)
         if answer is None or answer != reported:
-            words = [
-                message(NO_REPLY if said is None else _WORDS[command][said is True]) for said in (answer, reported)
-            ]
-            found[command.key] = message(
-                marked("{code}: {answer}, status: {reported}."),
-                code=f"{command.code:02X}",
-                answer=words[0],
-                reported=words[1],
+            said, told = (
+                message(NO_REPLY if one is None else _WORDS[command][one is True]) for one in (answer, reported)
             )
+            text = marked("{code}: {answer}, status: {reported}.")
+            found[command.key] = message(text, code=f"{command.code:02X}", answer=said, reported=told)
     return found
 
 
@@ -87,7 +83,7 @@ class Readings:
         self.values: dict[str, Value] = {}  # by key ("light_threshold_v"), in the field's unit
         self.status: StatusSample | None = None
         self.errors: dict[str, Unanswered] = {}  # what the module, though it is there, did not answer, by key
-        # Where 30 or 31 and the status do not agree: what both say, by the key of the status, which is unknown then.
+        # Those of the function: these keys of the status are unknown.
         self.contradictions: Mapping[str, UserMessage] = {}
 
     @property
@@ -111,8 +107,8 @@ def read_everything(readings: Readings | None = None) -> Procedure[Readings]:
 
 
 def read_settings() -> Procedure[Readings]:
-    """Ask once for each setting, and the boot count. Two different answers to one question end the conversation, so
-    that whoever needs two readings calls this twice and need not compare them."""
+    """Ask once for each setting, and the boot count. Who needs two readings calls this twice and need not compare them:
+    two different answers to one question end the conversation."""
     return (yield from _ask_each((*READABLE_SETTINGS, BOOT_COUNT), Readings()))
 
 
@@ -132,12 +128,12 @@ def _ask_each(commands: Sequence[Command], read: Readings) -> Procedure[Readings
     return read
 
 
-def read_twice(command: Command) -> Procedure[Reading | None]:
+def read_twice(command: Command) -> Procedure[Value | None]:
     """Ask twice, as the 8-bit sum misses about 6 % of two-bit errors; None if one question is not answered."""
     first = yield from ask_value(command)
     second = None if first is None else (yield from ask_value(command))
     # Different answers have ended the conversation already; but nothing is verified by trusting in that.
-    return second if first is not None and second is not None and second.raw == first.raw else None
+    return second if second == first else None
 
 
 class Present(NamedTuple):
@@ -161,24 +157,16 @@ class Present(NamedTuple):
 
 
 def who_is_there() -> Procedure[Present]:
-    """Ask who is there, directly before a frame that changes something, and wherever the state is judged.
-
-        30 behind a fence  ->  31  ->  the status  ->  the boot count
+    """Ask who is there, directly before a frame that changes something, and wherever the state is judged: 30 behind a
+    fence, 31, the status, the boot count.
 
     30 and 31 tell the same as the status, so a module that contradicts itself, or a second one on the line, shows here.
-    While the module streams, the answer to the query of the status may be a streamed report, which a line may delay by
-    seconds; but it came after the answer to 31. The boot count comes last: it tells of a restart, or of another module,
-    up to that moment. Whoever sends a frame after it lets nothing come in between.
+    The status may be a streamed report, which a line may delay by seconds; but it came after the answer to 31. The boot
+    count tells of a restart, or of another module, up to that moment; between it and a frame nothing may come.
     """
     active = yield from ask_value(ACTIVE, is_fenced=True)
     asking: EngineView = yield Inspect()
     triggered = yield from ask_value(TRIGGERED)
     status = yield from ask_report()
     boot_count = yield from ask_value(BOOT_COUNT)
-    return Present(
-        active=None if active is None else active.value,
-        triggered=None if triggered is None else triggered.value,
-        status=status,
-        asked_at=asking.now,
-        is_counted=boot_count is not None,
-    )
+    return Present(active, triggered, status, asking.now, is_counted=boot_count is not None)

@@ -12,12 +12,11 @@ import logging
 from collections.abc import Mapping
 from dataclasses import dataclass
 
-from app.engine.procedure import Ask, Cancelled, EngineView, Inspect, Pause, Procedure, answer_in
+from app.engine.procedure import Ask, Cancelled, EngineView, Inspect, Pause, Procedure, is_accepted
 from app.procedures.read import read_everything
 from app.store.acts import StreamMemory
 from protocol.catalogue import BY_NAME, READABLE_SETTINGS, SERIAL_OUTPUT, STATUS, Request
-from protocol.events import Reply, Unanswered
-from protocol.messages import Acknowledgement
+from protocol.events import Unanswered
 
 _log = logging.getLogger(__name__)
 
@@ -118,7 +117,7 @@ class _Stream:
         # Set before the answer, so that an unconfirmed or cancelled "on" is switched off again.
         self.on_at = view.now
         outcome = yield Ask(SERIAL_OUTPUT.set(True))
-        may_be_on = outcome.may_be_done if isinstance(outcome, Unanswered) else _is_accepted(outcome)
+        may_be_on = outcome.may_be_done if isinstance(outcome, Unanswered) else is_accepted(outcome)
         if not may_be_on:
             self.on_at, self.has_given_up = None, True
             memory.clear()
@@ -129,13 +128,8 @@ class _Stream:
             return
         for _ in range(OFF_ATTEMPTS):
             outcome = yield Ask(SERIAL_OUTPUT.set(False))
-            if _is_accepted(outcome):
+            if is_accepted(outcome):
                 self.memory.clear()
                 break
         _log.debug("the stream is off: %s", outcome)
         self.on_at = None
-
-
-def _is_accepted(outcome: Reply) -> bool:
-    answer = answer_in(outcome, Acknowledgement)
-    return answer is not None and answer.is_accepted

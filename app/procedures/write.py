@@ -5,21 +5,19 @@
 
 All values are checked before the first is sent, and nothing is sent if one of them takes protection away and nobody
 accepted that. Who is there is asked before the first set and after each pause; nothing is written to a module that is
-or may be active, unless a person has unlocked it. Only reading back proves a value, twice, because the 8-bit sum misses
-about 6 % of two-bit errors. The last reading decides: it shows what the module changed late or unasked. What cannot be
-read back (E8) is never verified, only acknowledged; of the two triggers even that is known only some seconds later
-(E4, `protocol.stale_replies`). The free-fall trigger comes before the attitude trigger, which need not wait then.
+or may be active, unless a person has unlocked it. Only reading back proves a value, and the last reading decides: it
+shows what the module changed late or unasked. What cannot be read back (E8) is never verified, only acknowledged; of
+the two triggers even that is known only some seconds later (E4, `protocol.stale_replies`).
 
 An interruption ends it. What was set and not yet read back is unknown then; what was verified was verified then.
 """
 
 import logging
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from concurrent.futures import Future
 from dataclasses import dataclass, field, replace
 from enum import Enum
 from math import inf
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 from app.engine.conversation import Interrupted
 from app.engine.procedure import (
@@ -30,21 +28,20 @@ from app.engine.procedure import (
     Pause,
     Procedure,
     Report,
-    answer_in,
     ask_report,
+    is_accepted,
     wait_for,
 )
-from app.procedures.act import Armed, begin_act, checked_inputs, inputs_of
+from app.procedures.act import Armed, begin_act, inputs_of
 from app.procedures.find import find_rate
 from app.procedures.read import read_settings, read_twice, who_is_there
-from app.safety.consequences import Consequence, risks
+from app.safety.consequences import consequences
 from app.safety.journal import DURABLE_LIMIT_S, NOTE, Act, Entry, Journal, Outcome
 from app.safety.permit import ASKS_NOTHING, Interlock, Permit, Refusal, refusals
 from app.text.messages import UserMessage, joined, message
 from protocol.catalogue import ATTITUDE_TRIGGER, BAUD_RATE, Command
-from protocol.events import Contradiction
+from protocol.events import Answered
 from protocol.fields import Value
-from protocol.messages import Acknowledgement
 from protocol.stale_replies import TRIGGER_FLAGS
 from protocol.translatable import marked
 
@@ -83,22 +80,18 @@ class SettingChange(NamedTuple):
     value: Value
 
     @property
-    def risks(self) -> tuple[Consequence, ...]:
-        """The risks that a person has to accept before it is written."""
-        return risks(self.command, self.value)
+    def risks(self) -> tuple[UserMessage, ...]:
+        """What a person has to accept before it is written. The baud rate takes no protection away, and is never
+        written without a permit."""
+        found = () if self.command is BAUD_RATE else consequences(self.command, self.value)
+        return tuple(consequence.message for consequence in found if consequence.is_risk)
 
 
 def risk_message(changes: Iterable[SettingChange]) -> UserMessage | None:
     """Say what these changes take away, by setting; None if nothing."""
-    parts = [
-        message(
-            marked("{value}: {why}"),
-            value=message(change.command.title),
-            why=joined([risk.message for risk in change.risks], between=" "),
-        )
-        for change in changes
-        if change.risks
-    ]
+    text = marked("{value}: {why}")
+    risky = [change for change in changes if change.risks]
+    parts = [message(text, value=message(one.command.title), why=joined(one.risks, between=" ")) for one in risky]
     return joined(parts, between=" ") if parts else None
 
 
@@ -121,10 +114,6 @@ class Written:
         """Whether two answers had the target value, and the last reading, too; None if it cannot be read."""
         is_readable = self.command.reads_back or self.command is BAUD_RATE
         return self.fault is None if is_readable else None
-
-    @property
-    def is_fine(self) -> bool:
-        return self.fault is None
 
     @property
     def outcome(self) -> Outcome:
@@ -152,8 +141,7 @@ class WriteReport:
 
     @property
     def is_fine(self) -> bool:
-        is_whole = self.interrupted is None and not self.is_cancelled
-        return is_whole and all(written.is_fine for written in self.results)
+        return self.interrupted is None and all(written.fault is None for written in self.results)
 
     @property
     def is_refused(self) -> bool:
@@ -184,9 +172,8 @@ class WriteContext:
     is_unlocked: bool = False
     # The changes whose risk a person was shown and accepted.
     accepted_risks: frozenset[SettingChange] = frozenset()
-    # Stores the old settings and the boot count; called in the session's thread, so it must not wait for a disk. The
-    # future is done when they are stored; None if they were stored before in this conversation.
-    keep_as_found: Callable[[Mapping[str, Value], int | None], "Future[Any] | None"] | None = None
+    # Stores the old settings and the boot count; called in the session's thread, so it must not wait for a disk.
+    keep_as_found: Callable[[Mapping[str, Value], int | None], object] | None = None
     # Who writes, and why, as a person said it.
     note: str = ""
 
@@ -198,14 +185,9 @@ def write_all(changes: Sequence[SettingChange], context: WriteContext) -> Proced
 
 
 def set_each(changes: Sequence[SettingChange], context: WriteContext) -> Procedure[WriteReport]:
-    """Write as `write_all` does, within a procedure that reads the settings itself. What was acknowledged of the
-    triggers counts once `await_flags_known` has returned. Raises `Interrupted` and `Cancelled`."""
-    report = yield from _Writing(changes, context).run(reads=False)
-    if report.interrupted is not None:
-        raise report.interrupted
-    if report.is_cancelled:
-        raise Cancelled
-    return report
+    """Write as `write_all` does, within a procedure that reads the settings itself, and calls `await_flags_known` after
+    the triggers. Raises `Interrupted` and `Cancelled`."""
+    return (yield from _Writing(changes, context).run(reads=False))
 
 
 def await_flags_known(progress: Report) -> Procedure[None]:
@@ -253,33 +235,27 @@ class _Writing:
                 _log.debug("%s: %s, %s", written.command.name, written.is_acknowledged, written.fault)
             if reads and any(written.is_sent for written in results):
                 yield from self._read_again()
-        except Interrupted as error:
-            report.interrupted = error
-            self._note_broken_off(error.contradiction)
-        except Cancelled:
-            report.is_cancelled = True
-            self._note_broken_off(None)
+        except (Interrupted, Cancelled) as error:
+            report.interrupted = error if isinstance(error, Interrupted) else None
+            report.is_cancelled = isinstance(error, Cancelled)
+            self._note_broken_off()
+            if not reads:
+                raise
         finally:
             for written in results:
                 if report.refusals and not written.is_sent:
                     written.fault = WriteFault.NOT_ALLOWED
             for written, entry in self.entries:
-                logged = {
-                    "acknowledged": written.is_acknowledged,
-                    "read_back": written.read_back,
-                    "verified": written.verified,
-                    "fault": None if written.fault is None else written.fault.name,
-                }
-                self.context.journal.settle(entry, written.outcome, logged)
+                fault = None if written.fault is None else written.fault.name
+                found = {"acknowledged": written.is_acknowledged, "read_back": written.read_back, "fault": fault}
+                self.context.journal.settle(entry, written.outcome, found)
         return report
 
     def _read_before(self) -> Procedure[None]:
         self.report.before = (yield from read_settings()).values
         if self.context.keep_as_found is not None:
             view: EngineView = yield Inspect()
-            stored = self.context.keep_as_found(view.conversation.settings(view.now), view.conversation.boot_count)
-            if stored is not None:
-                yield from wait_for(stored, DURABLE_LIMIT_S)
+            self.context.keep_as_found(view.conversation.settings(view.now), view.conversation.boot_count)
 
     def _read_again(self) -> Procedure[None]:
         # The last reading decides. Whatever else reads otherwise by then ends the conversation.
@@ -290,14 +266,12 @@ class _Writing:
         for written in [written for written in self.report.results if written.is_sent]:
             if written.command.reads_back:
                 value = last.values.get(written.command.key)
-                if written.is_fine and value != written.read_back:
+                if written.fault is None and value != written.read_back:
                     written.fault = WriteFault.NO_READ_BACK if value is None else WriteFault.CHANGED
-                    written.read_back = value
-                elif value is not None:
-                    written.read_back = value
+                written.read_back = value
             # The acknowledgement of a trigger counts only if no copy of it came (E4).
             is_known = view.conversation.fresh(written.command.key, view.now) == written.target
-            if written.is_fine and written.command in TRIGGER_FLAGS and not is_known:
+            if written.fault is None and written.command in TRIGGER_FLAGS and not is_known:
                 written.is_acknowledged = False
                 written.fault = WriteFault.REPEATED if view.flags.has_repeated else WriteFault.NO_READ_BACK
 
@@ -305,7 +279,7 @@ class _Writing:
         command, context, report = written.command, self.context, self.report
         request = command.set(written.target)
         view: EngineView = yield Inspect()
-        report.refusals = refusals(Act.WRITE, inputs_of(view, None, context.armed), only=ASKS_NOTHING)
+        report.refusals = refusals(Act.WRITE, inputs_of(view, armed=context.armed), only=ASKS_NOTHING)
         if report.refusals:
             return
         while view.flags.free_at(request) > view.now:  # until no answer to an earlier one can be taken for its own (E4)
@@ -335,20 +309,18 @@ class _Writing:
             self.present_at = -inf
         else:
             return
-        answer = answer_in(reply, Acknowledgement)
-        written.is_acknowledged = answer is not None and answer.is_accepted
+        written.is_acknowledged = is_accepted(reply)
         if not command.reads_back:
             # Else the next set would wait for the answer to a question, and not come directly after its check.
             yield from ask_report(is_fenced=True)
-            missing = WriteFault.NO_REPLY if answer is None else WriteFault.REFUSED
+            missing = WriteFault.REFUSED if isinstance(reply, Answered) else WriteFault.NO_REPLY
             written.fault = None if written.is_acknowledged else missing
             return
-        reading = yield from read_twice(command)
-        written.read_back = None if reading is None else reading.value
-        if reading is None:
+        written.read_back = yield from read_twice(command)
+        if written.read_back is None:
             written.fault = WriteFault.NO_READ_BACK
         else:
-            written.fault = None if reading.raw == request.data else WriteFault.NOT_SET
+            written.fault = None if written.read_back == written.target else WriteFault.NOT_SET
 
     def _check(self) -> Procedure[None]:
         # Ask who is there and whether writing is allowed, unless that was done a moment ago.
@@ -357,27 +329,20 @@ class _Writing:
             return
         present = yield from who_is_there()
         view = yield Inspect()
-        inputs = replace(
-            checked_inputs(present, view, armed=self.context.armed),
-            contradiction=present.contradiction,  # a line that repeats answers is no reason
-            is_unlocked=self.context.is_unlocked,
-        )
-        self.report.refusals = refusals(Act.WRITE, inputs)
+        inputs = inputs_of(view, armed=self.context.armed, present=present)
+        self.report.refusals = refusals(Act.WRITE, replace(inputs, is_unlocked=self.context.is_unlocked))
         self.present_at = view.now
 
-    def _note_broken_off(self, contradiction: Contradiction | None) -> None:
-        # What was found so far was so then.
-        for written in self.report.results:
-            if not (written.is_sent and written.is_fine):
-                continue
-            written.fault = WriteFault.VERIFIED_THEN if written.verified else WriteFault.INTERRUPTED
-            if written.command in TRIGGER_FLAGS:
-                written.is_acknowledged = False
-        if contradiction is None:
-            return
-        for written in self.report.results:
-            if written.command is contradiction.after.command and written.is_sent:
+    def _note_broken_off(self) -> None:
+        interrupted = self.report.interrupted
+        contradiction = None if interrupted is None else interrupted.contradiction
+        for written in [written for written in self.report.results if written.is_sent]:
+            if contradiction is not None and written.command is contradiction.after.command:
                 written.read_back, written.fault = contradiction.after.value, WriteFault.CHANGED
+            elif written.fault is None:
+                # What was found so far was so then.
+                written.fault = WriteFault.VERIFIED_THEN if written.verified else WriteFault.INTERRUPTED
+                written.is_acknowledged &= written.command not in TRIGGER_FLAGS
 
 
 # The baud rate
@@ -386,16 +351,13 @@ class _Writing:
 def change_baud(
     new_rate: int, journal: Journal, *, permit: Permit | None = None, armed: Armed | None = None
 ) -> Procedure[WriteReport]:
-    """Change the module's baud rate, and find the module again whatever it did (E9).
-
-        conditions -> log old and new rate, durably -> who is there -> the set, once
-        -> search for the module: new, old, all rates -> the port stays at the rate that answers
+    """Change the module's baud rate, as an act, and find the module again whatever it did (E9): at the new rate, the
+    old one or any other, at which the port stays.
 
     A job of the port, as the conversation at the old rate ends with it. The table specifies neither the rate of the
     acknowledgement nor the time of the change, so only a conversation proves a rate: what is read back is the rate at
-    which the module answers, None if it does not (the port is at the old rate). If the program ends meanwhile, `dps-s
-    find` finds the module. Raises `ValueRefused` for a rate without a code, before anything is sent. An interruption
-    and a cancellation are in the report.
+    which the module answers, None if it does not (the port is at the old rate). Raises `ValueRefused` for a rate
+    without a code, before anything is sent. An interruption is in the report.
     """
     request = BAUD_RATE.set(new_rate)
     view: EngineView = yield Inspect()
@@ -413,8 +375,7 @@ def change_baud(
         # If it ends before the outcome is known it may have been carried out.
         written.is_sent, written.fault = True, WriteFault.INTERRUPTED
         reply = yield Ask(request, is_deliberate=True)
-        answer = answer_in(reply, Acknowledgement)
-        written.is_acknowledged = answer is not None and answer.is_accepted
+        written.is_acknowledged = is_accepted(reply)
         if not reply.attempts:
             written.is_sent, written.fault = False, WriteFault.NOT_SENT
         else:
@@ -429,10 +390,9 @@ def change_baud(
                 written.fault = WriteFault.NOT_SET  # also where the set was corrupted on the line
     except Interrupted as error:
         report.interrupted = error
-    except Cancelled:
-        report.is_cancelled = True
-    if entry is not None:
-        fault = None if written.fault is None else written.fault.name
-        _log.debug("from %d to %d baud: %s, %s", old_rate, new_rate, fault, written.read_back)
-        journal.settle(entry, written.outcome, {"fault": fault, "found": written.read_back})
+    finally:
+        if entry is not None:
+            fault = None if written.fault is None else written.fault.name
+            _log.debug("from %d to %d baud: %s, %s", old_rate, new_rate, fault, written.read_back)
+            journal.settle(entry, written.outcome, {"fault": fault, "found": written.read_back})
     return report

@@ -30,8 +30,7 @@ class Consequence(NamedTuple):
 
 def consequences(command: Command, value: Value) -> tuple[Consequence, ...]:
     """The consequence of `value`, followed by the vendor's advice where it is not followed."""
-    explained = _explained(command, value)
-    found = [] if explained is None else [explained]
+    found = [_explained(command, value)]
     if command.name == "freefall_time" and 0 < float(value) < SHORT_FALL_S:
         found.append(Consequence(message(_JOLT), is_risk=True))
     advice = command.advice
@@ -43,60 +42,54 @@ def consequences(command: Command, value: Value) -> tuple[Consequence, ...]:
     return tuple(found)
 
 
-def risks(command: Command, value: Value) -> tuple[Consequence, ...]:
-    """Return what a person has to accept before `value` is written. The baud rate has none: it takes no protection away
-    and is never written without a permit."""
-    if command is BAUD_RATE:
-        return ()
-    return tuple(consequence for consequence in consequences(command, value) if consequence.is_risk)
-
-
-def _explained(command: Command, value: Value) -> Consequence | None:
-    amount, is_risk = float(value), False
+def _explained(command: Command, value: Value) -> Consequence:
+    amount = float(value)
     match command.name:
         case "attitude_threshold":
-            rearms, is_risk = amount - RESET_BELOW_THRESHOLD_DEG, True
-            if amount == 0:
-                text = message(marked("Fires as soon as it is activated."))
-            elif rearms <= 0:
-                text = message(marked("Fires at {fires:.0f}° and never rearms."), fires=amount)
-            elif amount > 180:
-                text = message(marked("No protection: no aircraft tilts by {fires:.0f}°."), fires=amount)
-            elif amount > 90:
-                upside_down = marked("Fires only upside down, at {fires:.0f}°; rearms at {rearms:.0f}°.")
-                text = message(upside_down, fires=amount, rearms=rearms)
-            else:
-                is_risk = False
-                text = message(marked("Fires at {fires:.0f}°, rearms at {rearms:.0f}°."), fires=amount, rearms=rearms)
+            return _tilt_explained(amount)
         case "freefall_acceleration" if amount == 0:
-            text, is_risk = message(marked("Never counts as falling: nothing is below 0 g.")), True
+            return Consequence(message(marked("Never counts as falling: nothing is below 0 g.")), is_risk=True)
         case "freefall_acceleration" if amount >= 1:
             at_rest = marked("Counts as falling at rest (1 g): fires after the free-fall time.")
-            text, is_risk = message(at_rest), True
+            return Consequence(message(at_rest), is_risk=True)
         case "freefall_acceleration":
-            text = message(marked("Counts as falling below {limit:.1f} g; at rest 1 g."), limit=amount)
+            return Consequence(message(marked("Counts as falling below {limit:.1f} g; at rest 1 g."), limit=amount))
         case "freefall_time" if amount == 0:
-            text, is_risk = message(_JOLT), True
+            return Consequence(message(_JOLT), is_risk=True)
         case "freefall_time":
             height_m, speed_km_h = GRAVITY_M_S2 * amount**2 / 2, GRAVITY_M_S2 * amount * 3.6
             falls = marked("{seconds:.2f} s of free fall is {height:.3g} m before it fires, at {speed:.2g} km/h.")
-            text = message(falls, seconds=amount, height=height_m, speed=speed_km_h)
+            return Consequence(message(falls, seconds=amount, height=height_m, speed=speed_km_h))
         case "light_threshold" if not 0 < amount < LIGHT_MAX_V:
-            text, is_risk = message(marked("Never tells an open bay from a closed one.")), True
+            return Consequence(message(marked("Never tells an open bay from a closed one.")), is_risk=True)
         case "light_threshold":
-            text = message(marked("Measure which side of {limit:.1f} V means open."), limit=amount)
+            return Consequence(message(marked("Measure which side of {limit:.1f} V means open."), limit=amount))
         case "attitude_trigger" if value:
-            text = message(marked("Fires by itself when it tips over."))
+            return Consequence(message(marked("Fires by itself when it tips over.")))
         case "attitude_trigger":
-            text, is_risk = message(marked("No protection when it tips over.")), True
+            return Consequence(message(marked("No protection when it tips over.")), is_risk=True)
         case "freefall_trigger" if value:
-            text = message(marked("Fires by itself in free fall."))
+            return Consequence(message(marked("Fires by itself in free fall.")))
         case "freefall_trigger":
-            text, is_risk = message(marked("No protection in free fall.")), True
+            return Consequence(message(marked("No protection in free fall.")), is_risk=True)
         case "serial_output":
-            text = message(marked("Streams the status unasked.") if value else marked("Sends only when asked."))
-        case "baud_rate":
-            text = message(marked("The flight controller must then use {rate} baud, too."), rate=value)
-        case _:
-            return None
-    return Consequence(text, is_risk)
+            text = marked("Streams the status unasked.") if value else marked("Sends only when asked.")
+            return Consequence(message(text))
+        case _:  # the baud rate
+            return Consequence(message(marked("The flight controller must then use {rate} baud, too."), rate=value))
+
+
+def _tilt_explained(fires_deg: float) -> Consequence:
+    rearms_deg = fires_deg - RESET_BELOW_THRESHOLD_DEG
+    if fires_deg == 0:
+        text = marked("Fires as soon as it is activated.")
+    elif rearms_deg <= 0:
+        text = marked("Fires at {fires:.0f}° and never rearms.")
+    elif fires_deg > 180:
+        text = marked("No protection: no aircraft tilts by {fires:.0f}°.")
+    elif fires_deg > 90:
+        text = marked("Fires only upside down, at {fires:.0f}°; rearms at {rearms:.0f}°.")
+    else:
+        text = marked("Fires at {fires:.0f}°, rearms at {rearms:.0f}°.")
+    is_risk = fires_deg > 90 or rearms_deg <= 0
+    return Consequence(message(text, fires=fires_deg, rearms=rearms_deg), is_risk)

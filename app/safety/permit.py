@@ -10,11 +10,11 @@ from enum import Enum, auto
 from types import MappingProxyType
 from typing import NamedTuple
 
-from app.engine.conversation import FRESH_FOR_S as _FRESH_FOR_S
 from app.engine.conversation import ConversationView, How, StatusSample
 from app.engine.procedure import SHARED, TOO_SLOW
 from app.safety.journal import TITLES, Act
 from app.text.messages import UserMessage, message
+from protocol.fields import Value
 from protocol.translatable import marked
 
 
@@ -33,7 +33,7 @@ class Origin(Enum):
 @dataclass(slots=True, eq=False)
 class Permit:
     """A permit allows one frame of one act in the conversation of this number: given by a person, it expires, and is
-    used once. Only the sending thread calls `spend`."""
+    used once. Only the sending thread spends it."""
 
     act: Act
     origin: Origin
@@ -43,12 +43,6 @@ class Permit:
 
     def is_in_time(self, now: float) -> bool:
         return 0.0 <= now - self.granted_at <= self.origin.value
-
-    def spend(self) -> bool:
-        if self.is_spent:
-            return False
-        self.is_spent = True
-        return True
 
 
 class Interlock(Enum):
@@ -94,8 +88,6 @@ ASKS_NOTHING = frozenset((*_PRESENT, *_EXPLICIT, Interlock.RITUAL_DONE, Interloc
 _UNKNOWN_STATE = marked("Unknown: ACTIVE or LOCKED.")
 _UNKNOWN_TILT = marked("Unknown: tilt.")
 RATE_SET_ELSEWHERE = marked("The baud rate of a plain socket is set at its other end.")
-# A status that is older, in seconds, is not current.
-FRESH_FOR_S = _FRESH_FOR_S["active"]
 # Our choice: the vendor says "small mounting errors" without a number; the trigger resets 10° below its threshold.
 LEVEL_WITHIN_DEG = 10.0
 # Our choice, as in the pre-flight check: the module reports whole degrees and tenths of a g.
@@ -114,8 +106,8 @@ class InterlockInputs:
     is_shared: bool = False
     is_slow: bool = False
     is_status_fresh: bool = False
-    active: bool | None = None
-    triggered: bool | None = None
+    active: Value | None = None
+    triggered: Value | None = None
     tilt_deg: float | None = None
     attitude_threshold_deg: float | None = None
     reports: tuple[StatusSample, ...] = ()  # of the last seconds
@@ -130,25 +122,19 @@ class InterlockInputs:
 
 def inputs_at(conversation: ConversationView, now: float) -> InterlockInputs:
     """Return what is known of the module at `now`, for display. Whoever sends asks who is there first, and takes only
-    those answers (`app.procedures.act.checked_inputs`)."""
-
-    def reported(key: str) -> bool | None:
-        known = conversation.known(key, now)
-        # An acknowledgement is no report.
-        is_report = known is not None and not known.is_stale and known.how is not How.ACKNOWLEDGED
-        return known.value is True if known is not None and is_report else None
-
-    tilt = conversation.known("tilt_deg", now)
-    is_fresh = tilt is not None and not tilt.is_stale
+    those answers (`app.procedures.act.inputs_of`)."""
+    active, tilt_deg = conversation.fresh("active", now), conversation.fresh("tilt_deg", now)
+    if active is not None and conversation.values["active"].how is How.ACKNOWLEDGED:
+        active = None  # that is no report
     return InterlockInputs(
         now=now,
         conversation=conversation.number if conversation.is_going else None,
         is_shared=conversation.is_shared,
         is_slow=conversation.is_slow,
-        is_status_fresh=is_fresh,
-        active=reported("active"),
-        triggered=reported("triggered"),
-        tilt_deg=tilt.value if tilt is not None and is_fresh else None,
+        is_status_fresh=tilt_deg is not None,
+        active=active,
+        triggered=conversation.fresh("triggered", now),
+        tilt_deg=tilt_deg,
         attitude_threshold_deg=conversation.fresh("attitude_threshold_deg", now),
         reports=conversation.reports,
     )

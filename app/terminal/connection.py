@@ -162,7 +162,7 @@ class OpenPort:
     @property
     def has_activated(self) -> bool:
         """Whether an activation has left; the worker's thread knows it before a batch tells it."""
-        return any(job.activated_at is not None for job in self._jobs)
+        return any(job.has_activated for job in self._jobs)
 
     def lock_what_was_broken_off(self) -> bool:
         """Return after Ctrl-C whether an activation has left. Then it is locked within ten seconds, or until Ctrl-C
@@ -226,7 +226,7 @@ class OpenPort:
         self.conversation = batch.conversation
         if batch.counters is not None:
             self.counters, self.noise = batch.counters, batch.noise
-        self._is_lock_owed = batch.owed_lock is not None
+        self._is_lock_owed = batch.is_lock_owed
         is_reported = batch.conversation.reported[0] is True
         self.has_seen_triggered |= is_reported or any(sample.triggered for sample in batch.samples)
         if self._is_running:

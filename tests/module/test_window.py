@@ -277,7 +277,7 @@ def test_an_activation_after_whose_frame_another_module_answers(desk: Desk) -> N
     press(desk.qtbot, confirm.ask)
     press(desk.qtbot, confirm.go)
     desk.until(lambda: other.log.sets(ACTIVATION) and port.module.is_read)
-    desk.until(lambda: port.lock.owed is None and desk.notices("LOCK not confirmed on"))
+    desk.until(lambda: not port.lock.is_owed and desk.notices("LOCK not confirmed on"))
     desk.until_true("active")
     assert (first.settings[ACTIVATION], other.settings[ACTIVATION]) == (1, 0)
     assert len(desk.notices("Activate: Sent, not confirmed: treat the module as ACTIVE.")) == 1

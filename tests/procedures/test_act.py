@@ -7,7 +7,7 @@ import pytest
 
 from app.engine.conversation import StatusSample
 from app.engine.procedure import TOO_SLOW
-from app.procedures.act import Armed, Performed, checked_inputs, perform
+from app.procedures.act import Armed, Performed, inputs_of, perform
 from app.procedures.find import find_rate
 from app.procedures.lock import lock
 from app.procedures.read import Present
@@ -252,7 +252,7 @@ def test_not_fired_needs_every_witness(silent_from: dict[int, int]) -> None:
 def test_a_status_is_as_old_as_the_question_before_it(age_s: float, is_fresh: bool) -> None:
     status = StatusSample(100.0, 7, 1.0, triggered=False, active=False)
     present = Present(active=False, triggered=False, status=status, asked_at=100.0 - age_s)
-    assert checked_inputs(present, engine_view(100.0)).is_status_fresh is is_fresh
+    assert inputs_of(engine_view(100.0), present=present).is_status_fresh is is_fresh
 
 
 BAUD, ACTIVATION = 0x24, 0x10

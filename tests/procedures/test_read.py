@@ -13,8 +13,9 @@ from app.procedures.act import perform
 from app.procedures.history import read_history
 from app.procedures.light import (
     ENOUGH_SAMPLES,
+    TOO_CLOSE,
+    TOO_FEW,
     Band,
-    CalibrationFault,
     LightDirection,
     Proposal,
     measure_light,
@@ -24,6 +25,7 @@ from app.procedures.read import READABLE, read_everything, read_settings, who_is
 from app.procedures.write import SettingChange, WriteContext, write_all
 from app.safety.journal import REQUESTS, Act
 from app.simulator.module import LIGHT_BAY_CLOSED_V, LIGHT_BAY_OPEN_V
+from app.text.messages import UserMessage
 from protocol.catalogue import BY_NAME
 from tests.module.module import Module
 from tests.module.options import Options
@@ -247,12 +249,12 @@ def test_the_direction_is_found_and_the_threshold_lies_between(
 @pytest.mark.parametrize(
     ("closed", "opened", "found"),
     [
-        (band(3, 9), band(5, 6), CalibrationFault.TOO_CLOSE),
-        (band(3, 5), band(6, 9), CalibrationFault.TOO_CLOSE),
-        (band(6, 9), band(3, 5), CalibrationFault.TOO_CLOSE),
-        (band(3, 5, 9), band(20, 21), CalibrationFault.TOO_FEW),
-        (band(3, 5), band(20, 21, 9), CalibrationFault.TOO_FEW),
+        (band(3, 9), band(5, 6), TOO_CLOSE),
+        (band(3, 5), band(6, 9), TOO_CLOSE),
+        (band(6, 9), band(3, 5), TOO_CLOSE),
+        (band(3, 5, 9), band(20, 21), TOO_FEW),
+        (band(3, 5), band(20, 21, 9), TOO_FEW),
     ],
 )
-def test_no_threshold_where_there_is_no_gap(closed: Band, opened: Band, found: CalibrationFault) -> None:
+def test_no_threshold_where_there_is_no_gap(closed: Band, opened: Band, found: UserMessage) -> None:
     assert propose(closed, opened) is found

@@ -6,7 +6,7 @@ from typing import Final
 from PySide6.QtCore import QObject, Signal
 
 from app.engine.procedure import Job, LockRepeat
-from app.engine.worker import Batch, OwedLock
+from app.engine.worker import Batch
 from app.procedures.lock import OWED, Locked, lock, waiting_sentence
 from app.safety.journal import Journal, Outcome
 from app.safety.last_known import Activation, SeenActivation
@@ -47,7 +47,7 @@ class PortLock(QObject):
         self.is_possible = False
         self._activation = SeenActivation(Activation.UNKNOWN)
         # LOCK that is sent first when a module answers again, or stands because that took too long.
-        self.owed: OwedLock | None = None
+        self.is_owed = False
         self.failed: Locked | None = None
         # The last confirmation, until the module reports ACTIVE.
         self.confirmed: Locked | None = None
@@ -69,7 +69,7 @@ class PortLock(QObject):
     @property
     def is_unproven(self) -> bool:
         """LOCK was pressed, and no module has reported that it is locked."""
-        return self.is_repeating or self.failed is not None or self.owed is not None
+        return self.is_repeating or self.failed is not None or self.is_owed
 
     def press(self, _is_checked: bool = False, *, then: Callable[[], object] | None = None) -> None:
         """Send LOCK. Pressed again, it is sent again at once and the time starts over. Without an open port it is owed.
@@ -102,7 +102,7 @@ class PortLock(QObject):
             is_shown = self._shown_count >= SHOWN_FROM
             text = waiting_sentence(self._shown_count)
             return Notice(Meaning.ATTENTION, text, cause="lock") if is_shown else None
-        if self.owed is not None:
+        if self.is_owed:
             text = tr("LOCK not confirmed: treat the module as ACTIVE. Sent when it answers.")
             return Notice(Meaning.DANGER, text, cause="lock")
         if self.failed is None:
@@ -112,8 +112,8 @@ class PortLock(QObject):
 
     def take_in(self, batch: Batch, activation: SeenActivation, *, is_open: bool) -> None:
         """What its port tells."""
-        before = (self.is_possible, self.owed, self._shown_count, self._activation.state)
-        self.is_possible, self.owed, self._activation = is_open, batch.owed_lock, activation
+        before = (self.is_possible, self.is_owed, self._shown_count, self._activation.state)
+        self.is_possible, self.is_owed, self._activation = is_open, batch.is_lock_owed, activation
         if self._repeat is not None and self._repeat.sent != self._shown_count:
             self._shown_count = self._repeat.sent
             if self._shown_count >= SHOWN_FROM:
@@ -124,7 +124,7 @@ class PortLock(QObject):
             self.confirmed = None
         elif activation.state is Activation.LOCKED and not self.is_repeating:
             self.failed = None
-        if before != (self.is_possible, self.owed, self._shown_count, self._activation.state):
+        if before != (self.is_possible, self.is_owed, self._shown_count, self._activation.state):
             self.changed.emit()
 
     def _end(self, job: Job[Locked]) -> None:

@@ -225,8 +225,8 @@ def _titles(commands: Sequence[Command]) -> str:
 
 def _written_notice(report: WriteReport) -> Notice:
     verified = sum(1 for written in report.results if written.verified)
-    acknowledged = sum(1 for written in report.results if written.is_fine and written.verified is None)
-    bad = [written.command for written in report.results if not written.is_fine]
+    acknowledged = sum(1 for written in report.results if written.fault is None and written.verified is None)
+    bad = [written.command for written in report.results if written.fault is not None]
     parts = (
         tr("Read back as written: {count}.", count=verified) if verified else "",
         tr("Acknowledged, cannot be read: {count}.", count=acknowledged) if acknowledged else "",

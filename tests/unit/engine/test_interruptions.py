@@ -220,17 +220,6 @@ def test_an_interrupted_activation_leaves_lock_owed(end: End) -> None:
 
 
 @pytest.mark.promise("j")
-def test_an_activation_that_was_locked_since_leaves_none_owed() -> None:
-    rig = settled_rig()
-    rig.job(activating())
-    rig.step_for(0.2)
-    rig.job(lock(), is_urgent=True, outlives=True)
-    rig.step_for(1.0)
-    rig.session.close(EndReason.PORT_LOST)
-    assert not rig.session.owes_lock
-
-
-@pytest.mark.promise("j")
 def test_lock_itself_is_owed_when_the_port_is_lost() -> None:
     rig = settled_rig(active=True)
     at_each_frame(rig.bench, lambda request: request != LOCK)

@@ -230,9 +230,7 @@ class _OwingWorker(_TurnedWorker):
 @pytest.mark.promise("j")
 def test_an_owed_lock_goes_first_in_the_next_conversation_on_the_same_adapter(monkeypatch: pytest.MonkeyPatch) -> None:
     worker = _OwingWorker(monkeypatch)
-    owed = worker.batches[-1].owed_lock
-    assert owed is not None
-    assert owed.port == "sim"
+    assert worker.batches[-1].is_lock_owed
     batches = worker.reopen()
     events = [event for batch in batches for event in batch.events]
     begins = next(at for at, event in enumerate(events) if isinstance(event, Began))
@@ -241,7 +239,7 @@ def test_an_owed_lock_goes_first_in_the_next_conversation_on_the_same_adapter(mo
     assert not worker.line.bench.module.state.is_active
     (locked,) = [job for batch in batches for job in batch.finished]
     assert locked.outcome().is_locked
-    assert batches[-1].owed_lock is None
+    assert not batches[-1].is_lock_owed
 
 
 @pytest.mark.promise("l")
@@ -264,7 +262,7 @@ def test_an_owed_lock_stays_owed_where_the_port_is_lost_as_the_conversation_begi
     worker.turn_for(1.0)
     batches = worker.batches
     assert batches[-1].connection.state is PortState.CLOSED
-    assert batches[-1].owed_lock is not None
+    assert batches[-1].is_lock_owed
     assert all(job.is_done for job in made)
 
 
@@ -276,12 +274,10 @@ def test_it_is_not_sent_to_another_adapter_or_after_a_minute(
     worker = _OwingWorker(monkeypatch)
     batches = worker.reopen(adapter, after_s)
     assert LOCK not in worker.line.requests
-    owed = batches[-1].owed_lock
-    assert owed is not None, "it stands beside LOCK"
-    assert owed.is_due(batches[-1].at) is (after_s < OWED_FOR_S)
+    assert batches[-1].is_lock_owed, "it stands beside LOCK"
     worker.submit(Job(lock(), conversation=None), is_urgent=True)
     worker.turn_for(0.5)
-    assert worker.batches[-1].owed_lock is None
+    assert not worker.batches[-1].is_lock_owed
 
 
 @pytest.mark.promise("j")
@@ -296,7 +292,7 @@ def test_a_lock_that_is_pressed_while_the_port_is_away_is_owed(monkeypatch: pyte
     pressed = worker.submit(Job(lock(), conversation=None), is_urgent=True)
     worker.turn_for(0.1)
     assert pressed.is_done
-    assert worker.batches[-1].owed_lock is not None
+    assert worker.batches[-1].is_lock_owed
     worker.line.bench.plug()
     worker.open("sim", 115200)
     worker.turn_for(1.0)

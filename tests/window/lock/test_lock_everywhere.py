@@ -382,7 +382,7 @@ def test_what_is_owed_goes_first_when_the_port_comes_back_within_a_minute(one: R
     press(one.qtbot, one.assembly.window.top_bar.lock)
     one.until(lambda: bool(port.lock.sent))
     one.bench.unplug()
-    one.until(lambda: not port.is_open and port.lock.owed is not None)
+    one.until(lambda: not port.is_open and port.lock.is_owed)
     assert port.lock.is_unproven
     assert "treat the module as ACTIVE. Sent when it answers" in notice_text(bar)
     one.wait(away_s)
@@ -394,7 +394,7 @@ def test_what_is_owed_goes_first_when_the_port_comes_back_within_a_minute(one: R
     one.until(lambda: port.module.is_going)
     one.wait(2.0)
     assert one.bench.module.state.is_active
-    assert port.lock.owed is not None
+    assert port.lock.is_owed
     assert "treat the module as ACTIVE" in notice_text(bar)
 
 

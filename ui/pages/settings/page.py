@@ -26,13 +26,13 @@ from PySide6.QtWidgets import (
 )
 
 from app.engine.procedure import Job
-from app.procedures.light import Band, CalibrationFault, Proposal, measure_light, propose
+from app.procedures.light import Band, Proposal, measure_light, propose
 from app.settings.form import FORM_COMMANDS, Match, RowState, compare
 from app.settings.profile_file import save_profile
 from app.settings.profiles import Profile
 from app.settings.values import DEFAULTS, fingerprint, value_text
 from app.text.i18n import tr
-from app.text.messages import join_sentences, labelled
+from app.text.messages import UserMessage, join_sentences, labelled
 from protocol.catalogue import BAUD_RATE, BY_NAME, SERIAL_OUTPUT, SETTINGS
 from protocol.fields import Value
 from ui.files.file_dialogs import AskOpen, AskPath, ask_path, ask_profile
@@ -392,7 +392,7 @@ class CalibrationPanel(_Panel):
         return self.page.module.job("calibration")
 
     @property
-    def proposal(self) -> Proposal | CalibrationFault | None:
+    def proposal(self) -> Proposal | UserMessage | None:
         """None until both sides are measured."""
         return propose(self.bands[Side.CLOSED], self.bands[Side.OPEN]) if len(self.bands) == len(Side) else None
 
@@ -430,7 +430,7 @@ class CalibrationPanel(_Panel):
             self.buttons[side].setEnabled(self.job.can_run)
         proposal = self.proposal
         self.take.setEnabled(isinstance(proposal, Proposal))
-        self.result.setText(tr(proposal.value) if isinstance(proposal, CalibrationFault) else "")
+        self.result.setText(proposal.translated() if isinstance(proposal, UserMessage) else "")
         self.detail.setText("")
         if isinstance(proposal, Proposal):
             # The vendor's advice taken literally: the reading with the bay fully open.

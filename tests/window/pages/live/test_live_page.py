@@ -77,7 +77,7 @@ class Live(Rig):
         self, known: dict[str, Value], *samples: StatusSample, hz: float = 0.0, ended: Ended | None = None
     ) -> None:
         view = talk(self.clock(), number=self.number, **known)
-        view = view._replace(stream_hz=hz, is_streaming=hz > 0, ended=ended)
+        view = view._replace(is_streaming=hz > 0, ended=ended)
         self.port.bridge.batch.emit(batch(self.clock(), *samples, view=view, events=()))
         self.pass_time(0.0)
 

@@ -264,7 +264,7 @@ def test_a_pulled_plug_is_said_and_lock_waits_for_the_port(bench: Hand) -> None:
     bench.bench.plug()
     bench.assembly.ports.connect_to(given(port.target))
     bench.until(lambda: is_locked(bench))
-    bench.until(lambda: port.lock.owed is None)
+    bench.until(lambda: not port.lock.is_owed)
     work = bench.guided.work
     assert (port.module.name, work.kind, work.stage) == ("", GuidedKind.TILT, Stage.READY), "it stays chosen"
     assert port.interruptions.remainders == (report,), "until a person closes it"
