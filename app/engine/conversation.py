@@ -30,8 +30,12 @@ FRESH_FOR_S: Mapping[str, float] = MappingProxyType(
 STREAM_PROVES_S = 1.5
 STREAM_GAP_S = 3.0  # a report that comes this long before the next one is no part of a stream
 REPORTS_FOR_S = 2.5  # how long reports are kept, by which it is judged whether the module moves
-# The value that an act changes, by its command.
-_CHANGED_BY_ACTS = {ACTIVATION: "active", BY_NAME["deploy"]: "triggered", BY_NAME["zero_sensor"]: "tilt_deg"}
+# The value that a set or an act changes, by its command.
+_CHANGED_BY = {command: command.key for command in SETTINGS} | {
+    ACTIVATION: "active",
+    BY_NAME["deploy"]: "triggered",
+    BY_NAME["zero_sensor"]: "tilt_deg",
+}
 
 
 class How(Enum):
@@ -215,14 +219,12 @@ class Conversation:
 
     def _on_acknowledged(self, acknowledgement: Acknowledgement, at: float) -> None:
         request = acknowledgement.request
-        key = _key_changed_by(request)
-        if key is None:
-            return
+        key, field = _CHANGED_BY.get(request.command), request.command.write
         # After an act only a report has the new value; but an acknowledged activation already may fire.
         is_only_reported = key in STATUS_KEYS and request != ACTIVATION.set(True)
-        field = request.command.write
         # The rate is only proven by a conversation at the new one.
-        if is_only_reported or field is None or key == "baud_rate" or not acknowledgement.is_accepted:
+        is_unproven = is_only_reported or key == "baud_rate" or not acknowledgement.is_accepted
+        if key is None or field is None or is_unproven:
             self._forget_changed(request)
             return
         self._values[key] = Known(field.decode(request.data), How.ACKNOWLEDGED, at)
@@ -231,12 +233,5 @@ class Conversation:
 
     def _forget_changed(self, request: Request) -> None:
         # What a set or an act may have changed is unknown until it is read.
-        key = _key_changed_by(request)
-        if key is not None and request != LOCK:  # a module that was ACTIVE counts as that until it reports otherwise
-            self._values.pop(key, None)
-
-
-def _key_changed_by(request: Request) -> str | None:
-    """What a set or an act changes."""
-    command = request.command
-    return command.key if command.is_setting else _CHANGED_BY_ACTS.get(command)
+        if request != LOCK:  # a module that was ACTIVE counts as that until it reports otherwise
+            self._values.pop(_CHANGED_BY.get(request.command, ""), None)

@@ -83,7 +83,7 @@ class Readings:
         self.values: dict[str, Value] = {}  # by key ("light_threshold_v"), in the field's unit
         self.status: StatusSample | None = None
         self.errors: dict[str, Unanswered] = {}  # what the module, though it is there, did not answer, by key
-        # Those of the function: these keys of the status are unknown.
+        # Where 30 or 31 and the status do not agree: what both say, by the key of the status, which is unknown then.
         self.contradictions: Mapping[str, UserMessage] = {}
 
     @property

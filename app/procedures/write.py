@@ -224,7 +224,10 @@ class _Writing:
         report, results = self.report, self.report.results
         try:
             if reads and not report.refusals:
-                yield from self._read_before()
+                report.before = (yield from read_settings()).values
+                if self.context.keep_as_found is not None:
+                    view: EngineView = yield Inspect()
+                    self.context.keep_as_found(view.conversation.settings(view.now), view.conversation.boot_count)
             for done, written in enumerate(results):
                 if report.refusals:
                     break
@@ -250,12 +253,6 @@ class _Writing:
                 found = {"acknowledged": written.is_acknowledged, "read_back": written.read_back, "fault": fault}
                 self.context.journal.settle(entry, written.outcome, found)
         return report
-
-    def _read_before(self) -> Procedure[None]:
-        self.report.before = (yield from read_settings()).values
-        if self.context.keep_as_found is not None:
-            view: EngineView = yield Inspect()
-            self.context.keep_as_found(view.conversation.settings(view.now), view.conversation.boot_count)
 
     def _read_again(self) -> Procedure[None]:
         # The last reading decides. Whatever else reads otherwise by then ends the conversation.
@@ -291,9 +288,15 @@ class _Writing:
         self.entries.append((written, entry))
         yield from wait_for(entry, DURABLE_LIMIT_S)  # unlike an act, a set is sent also where the disk takes longer
         for _try in range(2):
-            yield from self._check()
-            if report.refusals:
-                return
+            view = yield Inspect()
+            if view.now - self.present_at > PRESENT_FOR_S:
+                present = yield from who_is_there()
+                view = yield Inspect()
+                self.present_at = view.now
+                inputs = inputs_of(view, armed=context.armed, present=present)
+                report.refusals = refusals(Act.WRITE, replace(inputs, is_unlocked=context.is_unlocked))
+                if report.refusals:
+                    return
             # If it ends before the outcome is known it may have been carried out.
             written.is_sent, written.fault = True, WriteFault.INTERRUPTED
             try:
@@ -321,17 +324,6 @@ class _Writing:
             written.fault = WriteFault.NO_READ_BACK
         else:
             written.fault = None if written.read_back == written.target else WriteFault.NOT_SET
-
-    def _check(self) -> Procedure[None]:
-        # Ask who is there and whether writing is allowed, unless that was done a moment ago.
-        view: EngineView = yield Inspect()
-        if view.now - self.present_at <= PRESENT_FOR_S:
-            return
-        present = yield from who_is_there()
-        view = yield Inspect()
-        inputs = inputs_of(view, armed=self.context.armed, present=present)
-        self.report.refusals = refusals(Act.WRITE, replace(inputs, is_unlocked=self.context.is_unlocked))
-        self.present_at = view.now
 
     def _note_broken_off(self) -> None:
         interrupted = self.report.interrupted

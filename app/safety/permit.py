@@ -85,7 +85,6 @@ CONDITIONS: Mapping[Act, tuple[Interlock, ...]] = MappingProxyType({
 # What is known without asking the module anything.
 ASKS_NOTHING = frozenset((*_PRESENT, *_EXPLICIT, Interlock.RITUAL_DONE, Interlock.RATE_FOLLOWS))
 
-_UNKNOWN_STATE = marked("Unknown: ACTIVE or LOCKED.")
 _UNKNOWN_TILT = marked("Unknown: tilt.")
 RATE_SET_ELSEWHERE = marked("The baud rate of a plain socket is set at its other end.")
 # Our choice: the vendor says "small mounting errors" without a number; the trigger resets 10° below its threshold.
@@ -102,15 +101,11 @@ class InterlockInputs:
     """The facts by which the conditions are judged at `now`, in seconds of the session's clock. None is unknown."""
 
     now: float
-    conversation: int | None = None  # the number of the one that goes on; None without one
-    is_shared: bool = False
-    is_slow: bool = False
+    conversation: ConversationView  # the one that goes on, or else the last one
     is_status_fresh: bool = False
     active: Value | None = None
     triggered: Value | None = None
     tilt_deg: float | None = None
-    attitude_threshold_deg: float | None = None
-    reports: tuple[StatusSample, ...] = ()  # of the last seconds
     armed: Act | None = None  # what is armed in any window
     permit: Permit | None = None
     overtaken_at: float | None = None  # when LOCK was last sent; an earlier permit is void
@@ -128,15 +123,11 @@ def inputs_at(conversation: ConversationView, now: float) -> InterlockInputs:
         active = None  # that is no report
     return InterlockInputs(
         now=now,
-        conversation=conversation.number if conversation.is_going else None,
-        is_shared=conversation.is_shared,
-        is_slow=conversation.is_slow,
+        conversation=conversation,
         is_status_fresh=tilt_deg is not None,
         active=active,
         triggered=conversation.fresh("triggered", now),
         tilt_deg=tilt_deg,
-        attitude_threshold_deg=conversation.fresh("attitude_threshold_deg", now),
-        reports=conversation.reports,
     )
 
 
@@ -159,31 +150,30 @@ def refusals(
 
 
 def _why_open(condition: Interlock, act: Act, inputs: InterlockInputs) -> UserMessage | None:
-    tilt, threshold = inputs.tilt_deg, inputs.attitude_threshold_deg
+    tilt, conversation = inputs.tilt_deg, inputs.conversation
     match condition:
         case Interlock.ONLINE:
-            return message(marked("The module does not answer.")) if inputs.conversation is None else None
+            return None if conversation.is_going else message(marked("The module does not answer."))
         case Interlock.NOT_SHARED:
-            return message(SHARED) if inputs.is_shared else None
+            return message(SHARED) if conversation.is_shared else None
         case Interlock.LINE_IS_QUICK:
-            return message(TOO_SLOW) if inputs.is_slow else None
+            return message(TOO_SLOW) if conversation.is_slow else None
         case Interlock.AGREES:
             return inputs.contradiction
         case Interlock.FRESH_STATUS:
             return None if inputs.is_status_fresh else message(marked("No current status."))
+        case Interlock.IS_LOCKED | Interlock.IS_ACTIVE if inputs.active is None:
+            return message(marked("Unknown: ACTIVE or LOCKED."))
         case Interlock.IS_LOCKED:
-            if inputs.active is None:
-                return message(_UNKNOWN_STATE)
             return message(marked("The module is ACTIVE: lock it first.")) if inputs.active else None
         case Interlock.IS_ACTIVE:
-            if inputs.active is None:
-                return message(_UNKNOWN_STATE)
             return None if inputs.active else message(marked("The module is LOCKED: activate it first."))
         case Interlock.NOT_TRIGGERED:
             if inputs.triggered is None:
                 return message(marked("Unknown: whether it has fired."))
             return message(marked("The module reports that it has fired.")) if inputs.triggered else None
         case Interlock.BELOW_TILT:
+            threshold = conversation.fresh("attitude_threshold_deg", inputs.now)
             if threshold is None:
                 return message(marked("Unknown: attitude threshold."))
             if tilt is None:
@@ -196,7 +186,7 @@ def _why_open(condition: Interlock, act: Act, inputs: InterlockInputs) -> UserMe
             text = marked("Tilt {tilt:.0f}°: lay it level (≤ {limit:.0f}°).")
             return None if tilt <= LEVEL_WITHIN_DEG else message(text, tilt=tilt, limit=LEVEL_WITHIN_DEG)
         case Interlock.IS_STILL:
-            return _why_not_still(inputs.reports)
+            return _why_not_still(conversation.reports)
         case Interlock.RATE_FOLLOWS:
             return None if inputs.sets_rate else message(RATE_SET_ELSEWHERE)
         case Interlock.NOTHING_ELSE_ARMED:
@@ -242,5 +232,6 @@ def _why_not_permitted(
         return message(missing)
     # LOCK wins also where both came in one moment.
     is_overtaken = inputs.overtaken_at is not None and permit.granted_at <= inputs.overtaken_at
-    is_void = permit.is_spent or permit.conversation != inputs.conversation or is_overtaken
-    return message(marked("Confirm again.")) if is_void or not permit.is_in_time(inputs.now) else None
+    is_other = permit.conversation != inputs.conversation.number or not inputs.conversation.is_going
+    is_void = permit.is_spent or is_other or is_overtaken or not permit.is_in_time(inputs.now)
+    return message(marked("Confirm again.")) if is_void else None

@@ -43,14 +43,22 @@ def permit(act: Act, **changes: Any) -> Permit:
     return replace(Permit(act, Origin.RITUAL, NOW - 0.5, TALK), **changes)
 
 
+def made(**changes: Any) -> InterlockInputs:
+    """Of a conversation in which everything is as it has to be, but for these fields of it or of the inputs."""
+    threshold = {"attitude_threshold_deg": Known(60, How.READ, NOW)}
+    talk = ConversationView(TALK, values=MappingProxyType(threshold), reports=STILL)
+    of_talk = {name: changes.pop(name) for name in ConversationView._fields if name in changes}
+    return InterlockInputs(now=NOW, conversation=talk._replace(**of_talk), **changes)
+
+
 def opened(act: Act) -> dict[str, list[tuple[dict[str, Any], str]]]:
     """By what is not as it has to be: the inputs, and the conditions that are open then."""
     other = Act.ZERO if act is not Act.ZERO else Act.ACTIVATE
     asked = "CONFIRMED RITUAL_DONE"
     return {
-        "conversation": [({"conversation": None}, f"ONLINE {asked}")],
+        "conversation": [({"ended": Ended(EndReason.SILENT, NOW)}, f"ONLINE BELOW_TILT {asked}")],
         "port": [({"is_shared": True}, "NOT_SHARED")],
-        "line": [({"is_slow": True}, "LINE_IS_QUICK")],
+        "line": [({"lag_s": 0.5}, "LINE_IS_QUICK")],
         "agreement": [({"contradiction": message("30: ACTIVE, status: LOCKED.")}, "AGREES MAY_WRITE")],
         "age": [({"is_status_fresh": False}, "FRESH_STATUS MAY_WRITE")],
         "state": [
@@ -62,7 +70,7 @@ def opened(act: Act) -> dict[str, list[tuple[dict[str, Any], str]]]:
             ({"tilt_deg": 11.0}, "IS_LEVEL"),
             ({"tilt_deg": 60.0}, "BELOW_TILT IS_LEVEL"),
             ({"tilt_deg": None}, "BELOW_TILT IS_LEVEL"),
-            ({"attitude_threshold_deg": None}, "BELOW_TILT"),
+            ({"values": {}}, "BELOW_TILT"),
         ],
         "motion": [
             ({"reports": reports}, "IS_STILL")
@@ -97,11 +105,10 @@ def opened(act: Act) -> dict[str, list[tuple[dict[str, Any], str]]]:
 def test_every_open_condition_is_named_whatever_else_is_open(act: Act) -> None:
     """Each alone, and beside one other."""
     allowed: dict[str, Any] = {
-        "now": NOW, "conversation": TALK, "is_status_fresh": True, "active": act is Act.DEPLOY,
-        "triggered": False, "tilt_deg": 7.0, "attitude_threshold_deg": 60.0, "reports": STILL, "armed": act,
+        "is_status_fresh": True, "active": act is Act.DEPLOY, "triggered": False, "tilt_deg": 7.0, "armed": act,
         "permit": permit(act),
     }  # fmt: skip
-    assert refusals(act, InterlockInputs(**allowed)) == ()
+    assert refusals(act, made(**allowed)) == ()
     needed = NEEDED[act].split()
     for first, second in product(opened(act).values(), repeat=2):
         for one, another in product(first, second):
@@ -109,7 +116,7 @@ def test_every_open_condition_is_named_whatever_else_is_open(act: Act) -> None:
                 continue
             open_ones = {*one[1].split(), *another[1].split()}
             expected = [Interlock[name] for name in needed if name in open_ones]
-            inputs = InterlockInputs(**allowed | one[0] | another[0])
+            inputs = made(**allowed | one[0] | another[0])
             assert [refusal.condition for refusal in refusals(act, inputs)] == expected, (one, another)
             known = [condition for condition in expected if condition in ASKS_NOTHING]
             assert [refusal.condition for refusal in refusals(act, inputs, only=ASKS_NOTHING)] == known
@@ -124,7 +131,7 @@ def test_what_is_stale_or_only_acknowledged_is_not_known() -> None:
     assert inputs_at(view(Known(False, How.READ, NOW)), NOW + 1.5).active is None
     assert inputs_at(view(Known(False, How.ACKNOWLEDGED, NOW)), NOW).active is None
     ended = view(Known(False, How.READ, NOW), ended=Ended(EndReason.SILENT, NOW))
-    assert (inputs_at(ended, NOW).conversation, inputs_at(ended, NOW).active) == (None, None)
+    assert inputs_at(ended, NOW).active is None
 
 
 @pytest.mark.parametrize(
