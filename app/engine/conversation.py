@@ -165,16 +165,16 @@ class Conversation:
         }
         # When the last streamed report came, and whether it was no single one, which may be a late answer.
         self._streamed_at, self._is_stream = -inf, False
-        self._samples: list[StatusSample] = []
-        # Those of the last seconds; up to 1,440 a second may come.
+        # Status reports of the last seconds; up to 1,440 a second may come.
         self._reports: deque[StatusSample] = deque(maxlen=8192)
 
-    def apply(self, event: Event) -> None:
+    def apply(self, event: Event) -> StatusSample | None:
+        """Take it in; return the status report that it is."""
         match event:
             case Received(message=Reading() as reading, role=Role.ANSWER):
                 self._values[reading.command.key] = Known(reading.value, How.READ, event.at)
             case Received(message=Status() as status, role=Role.ANSWER | Role.STREAMED | Role.DUPLICATE):
-                self._on_status(StatusSample(event.at, *status), is_streamed=event.role is Role.STREAMED)
+                return self._on_status(StatusSample(event.at, *status), is_streamed=event.role is Role.STREAMED)
             case Answered(messages=(Acknowledgement() as acknowledgement,)):
                 self._on_acknowledged(acknowledgement, event.at)
             case Unanswered() if event.may_be_done:
@@ -182,11 +182,7 @@ class Conversation:
             case Ended():
                 self.ended = event
                 self._reports.clear()  # nothing is judged by them any more; else its last view would keep thousands
-
-    def take_samples(self) -> list[StatusSample]:
-        """Return all status reports since the last call, oldest first."""
-        samples, self._samples = self._samples, []
-        return samples
+        return None
 
     def view(self, now: float, lag_s: float | None = None) -> ConversationView:
         if self.ended is not None:
@@ -206,7 +202,7 @@ class Conversation:
             lag_s=lag_s,
         )
 
-    def _on_status(self, sample: StatusSample, *, is_streamed: bool) -> None:
+    def _on_status(self, sample: StatusSample, *, is_streamed: bool) -> StatusSample:
         if is_streamed:
             self._is_stream = sample.at - self._streamed_at <= STREAM_GAP_S
             self._streamed_at = sample.at
@@ -214,8 +210,8 @@ class Conversation:
                 self._values[SERIAL_OUTPUT.key] = Known(True, How.STREAMED, sample.at)
         for key in STATUS_KEYS:
             self._values[key] = Known(getattr(sample, key), How.STREAMED if is_streamed else How.READ, sample.at)
-        self._samples.append(sample)
         self._reports.append(sample)
+        return sample
 
     def _on_acknowledged(self, acknowledgement: Acknowledgement, at: float) -> None:
         request = acknowledgement.request

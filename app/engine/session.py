@@ -1,7 +1,7 @@
 """One open port: its link, the conversation on it, and the jobs that run in it. Everything but the thread.
 
-A byte goes through `Line.read`, `Link.receive` (stream, frame, message), `Conversation.apply` and `take_events`. `step`
-is called in a loop by the worker's thread, or by a test with a fake line and a fake clock.
+A byte goes through `Line.read`, `Link.receive` (stream, frame, message), `Conversation.apply` and `events`. `step` is
+called in a loop by the worker's thread, or by a test with a fake line and a fake clock.
 
 With a conversation everything ends that was known and that was being done in it (`app.engine.procedure`). The next one
 begins by itself, with nothing known.
@@ -34,8 +34,7 @@ MAX_NOISE_BYTES = 512
 
 
 class Session:
-    """For one thread. `step` raises `PortError` when the port is lost; the owner then calls `close`. What was received
-    before stays in `take_events` and `take_samples`."""
+    """For one thread. `step` raises `PortError` when the port is lost; the owner then calls `close`."""
 
     def __init__(
         self,
@@ -69,7 +68,9 @@ class Session:
         # The rate at which a conversation last began. Since then the module was told to change it, or it is searched.
         self._proven_rate: int | None = None
         self._is_rate_in_doubt = True
-        self._events: list[Event] = []
+        # What happened, and the status reports, until the owner takes them.
+        self.events: list[Event] = []
+        self.samples: list[StatusSample] = []
         self.noise = b""
 
     # What others want
@@ -120,15 +121,6 @@ class Session:
     @property
     def counters(self) -> Counters:
         return self._link.counters.copy()
-
-    def take_events(self) -> list[Event]:
-        """Return what happened since the last call, in order."""
-        events, self._events = self._events, []
-        return events
-
-    def take_samples(self) -> list[StatusSample]:
-        """The status reports of `conversation` since the last call; to be taken after each step."""
-        return [] if self.conversation is None else self.conversation.take_samples()
 
     # The loop
 
@@ -284,9 +276,11 @@ class Session:
 
     def _digest(self, events: list[Event], now: float) -> None:
         for event in events:
-            self._events.append(event)
+            self.events.append(event)
             if self.conversation is not None and self.conversation.ended is None:
-                self.conversation.apply(event)
+                sample = self.conversation.apply(event)
+                if sample is not None:
+                    self.samples.append(sample)
             match event:
                 case Began():
                     self.conversations += 1

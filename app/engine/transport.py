@@ -63,11 +63,8 @@ class PortError(Exception):
 class Line(Protocol):
     """The part of a port that a session needs."""
 
-    @property
-    def baud_rate(self) -> int: ...
-
-    @property
-    def port(self) -> str: ...
+    port: str
+    baud_rate: int
 
     def read(self, longest_s: float, gather_s: float) -> bytes: ...
 
@@ -101,17 +98,13 @@ class SerialLine:
     """An open port, made by `open_line`. Only the thread that opened it may use it, except `interrupt`."""
 
     def __init__(self, port: str, opened: serial.Serial) -> None:
-        self.port = port
+        self.port, self.baud_rate = port, int(opened.baudrate)
         self._serial = opened
         # Readable after `interrupt`; POSIX only.
         self._interrupts: int | None = getattr(opened, "pipe_abort_read_r", None)
         self._closing = Lock()
         self._is_closed = False
         self._is_stuck = False
-
-    @property
-    def baud_rate(self) -> int:
-        return int(self._serial.baudrate)
 
     def read(self, longest_s: float, gather_s: float) -> bytes:
         """Return the bytes that arrive within `longest_s` (of a socket, and on Windows, `READ_SLICE_S` at most).
@@ -181,7 +174,7 @@ class SerialLine:
     def use_rate(self, baud_rate: int) -> None:
         """Continue at another rate, with empty buffers; raises `PortError` LOST."""
         try:
-            self._serial.baudrate = baud_rate
+            self._serial.baudrate = self.baud_rate = baud_rate
             self.begin()
         except _DRIVER_ERRORS as error:
             raise PortError(PortErrorKind.LOST, self.port, str(error)) from error

@@ -222,7 +222,9 @@ class Worker:
         of the last report may have changed."""
         session = self._session
         if session is not None:
-            for event in session.take_events():
+            events, samples = session.events, session.samples
+            session.events, session.samples = [], []
+            for event in events:
                 self._events.append(event)
                 match event:
                     case Began():
@@ -234,7 +236,7 @@ class Worker:
                     case Sent(request=request) if request == LOCK:
                         self._owed_lock = None
                         self._is_urgent = True
-            for sample in session.take_samples():
+            for sample in samples:
                 self._samples.append(sample)
                 if (sample.triggered, sample.active) != self._reported:
                     self._reported = (sample.triggered, sample.active)

@@ -62,9 +62,9 @@ def test_a_stream_is_switched_on_after_listening_and_off_at_the_end(rate: int, l
     assert sets(rig) == []
     rig.step_for(0.3)
     assert sets(rig) == [ON]
-    rig.session.take_samples()
+    rig.session.samples.clear()
     rig.step_for(2.0)
-    assert len(rig.session.take_samples()) == pytest.approx(2 * rate, rel=0.01, abs=2)
+    assert len(rig.session.samples) == pytest.approx(2 * rate, rel=0.01, abs=2)
     end(rig)
     assert sets(rig) == [ON, OFF]
     assert not rig.bench.module.is_streaming
@@ -93,10 +93,10 @@ def test_everything_is_read_first_and_kept_fresh() -> None:
     rig = watched()
     rig.step_for(0.5)
     assert {"light_threshold_v", "attitude_threshold_deg", "cell_voltage_v"} <= rig.conversation.values.keys()
-    rig.session.take_events()
+    rig.session.events.clear()
     rig.step_for(25.0)
     asked: dict[str, list[float]] = {}
-    for event in rig.session.take_events():
+    for event in rig.session.events:
         if isinstance(event, Sent):
             asked.setdefault(event.request.command.name, []).append(event.at)
     for name, every_s in (("cell_voltage", 1.0), ("light", 1.0), ("attitude_threshold", 10.0), ("boot_count", 1.0)):

@@ -233,5 +233,5 @@ class ModuleRig(AnyRig):
 
     def step(self, longest_s: float) -> None:
         super().step(longest_s)
-        self.events += self.session.take_events()
-        self.session.take_samples()
+        self.events += self.session.events
+        self.session.events.clear()

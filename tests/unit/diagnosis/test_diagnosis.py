@@ -209,7 +209,7 @@ class Watched:
         session, now = self.rig.session, self.rig.clock.now_s
         counters = session.counters if connection is None else None
         connection = connection or Connection(PortState.OPEN, PORT, 115200)
-        events = tuple(session.take_events())
+        events, session.events = tuple(session.events), []
         view = session.conversation_view(now)
         batch = Batch(now, connection, view, counters, events=events, noise=session.noise)
         self.evidence = self.evidence.after(batch)

@@ -97,7 +97,7 @@ def test_the_next_one_begins_by_itself_with_nothing_known(end: End) -> None:
     rig.step_until(lambda: rig.conversation.is_going, limit_s=2.0)
     assert rig.conversation.number == 2
     assert set(rig.conversation.values) == {"boot_count", "baud_rate"}
-    kinds = [type(event) for event in rig.session.take_events() if isinstance(event, Began | Ended)]
+    kinds = [type(event) for event in rig.session.events if isinstance(event, Began | Ended)]
     assert kinds == [Began, Ended, Began]
 
 

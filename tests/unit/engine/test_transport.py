@@ -22,6 +22,8 @@ pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="pseudo-terminal
 class FakeSerial:
     """As much of `serial.Serial` as `open_line` uses."""
 
+    baudrate = 115200
+
     def __init__(self, failure: Exception | None = None) -> None:
         self.failure = failure
         self.opened_with: dict[str, object] = {}
