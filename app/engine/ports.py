@@ -27,10 +27,8 @@ class PortInfo(NamedTuple):
 
     @property
     def identity(self) -> str:
-        """Identifies the adapter, whatever its device name.
-
-        The USB serial number if there is one, else vendor, product and socket; "" for ports that are not on USB.
-        """
+        """Identifies the adapter, whatever its device name: the serial number, else vendor, product and socket; "" for
+        ports that are not on USB."""
         if self.vid is None or self.pid is None:
             return ""
         product = f"{self.vid:04x}:{self.pid:04x}"

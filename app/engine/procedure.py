@@ -35,7 +35,6 @@ from protocol.stale_replies import FlagAnswers, LastingValues
 from protocol.translatable import marked
 
 _log = logging.getLogger(__name__)
-ASK_EVERY_S = 0.05
 AWAIT_POLL_S = 0.002
 # They differ, so that they do not fall into step with a stream on a half-duplex line.
 LOCK_GAPS_S = (0.101, 0.127, 0.149, 0.113, 0.163, 0.137, 0.179, 0.151)

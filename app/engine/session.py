@@ -234,21 +234,18 @@ class Session:
     def _send(self, job: Job[Any], ask: Ask) -> bool:
         """Send the request of `job`, if it may be sent. Whether the job went on without that."""
         now, request = self.clock(), ask.request
-        is_dangerous = request.hazard is Hazard.DANGEROUS
         # What was confirmed before LOCK was pressed is void.
         is_overtaken = self._overtaken_at is not None and job.submitted_at <= self._overtaken_at
+        is_void = is_overtaken and request.hazard is Hazard.DANGEROUS
         asks_only = self._is_shared or job.asks_only or not self._link.allows_commands
-        is_change = not request.is_repeatable and request != LOCK
-        if is_change and (asks_only or (is_overtaken and is_dangerous)):
+        if not request.is_repeatable and request != LOCK and (asks_only or is_void):
             _log.debug("%s is not sent any more", request.command.name)
             job.resume(Unanswered(request, 0, 0.0, now), now)
             return True
         self._asking = job
         self._has_left = False
-        self._digest(
-            self._link.ask(request, now, is_fenced=ask.is_fenced, is_deliberate=ask.is_deliberate, limit_s=ask.limit_s),
-            now,
-        )
+        how = {"is_fenced": ask.is_fenced, "is_deliberate": ask.is_deliberate}
+        self._digest(self._link.ask(request, now, **how, limit_s=ask.limit_s), now)
         return self._asking is None
 
     def _free_line(self, now: float) -> None:

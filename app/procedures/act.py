@@ -15,18 +15,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, replace
 
 from app.engine.conversation import FRESH_FOR_S, Interrupted, StatusSample
-from app.engine.procedure import (
-    ASK_EVERY_S,
-    Ask,
-    Cancelled,
-    EngineView,
-    Inspect,
-    Pause,
-    Procedure,
-    answer_in,
-    ask_report,
-    ask_value,
-)
+from app.engine.procedure import Ask, Cancelled, EngineView, Inspect, Pause, Procedure, answer_in, ask_report, ask_value
 from app.procedures.read import ACTIVE, ANSWERED_TWICE, TRIGGERED, Present, who_is_there
 from app.safety.journal import REQUESTS, Act, Entry, Journal, Outcome, durable
 from app.safety.permit import ASKS_NOTHING, Interlock, InterlockInputs, Permit, Refusal, inputs_at, refusals
@@ -39,6 +28,8 @@ from protocol.translatable import marked
 
 _log = logging.getLogger(__name__)
 
+# Where the module is asked again and again.
+ASK_EVERY_S = 0.05
 # Between the two reports after a deploy: in it a doubled first one passes.
 READING_PAUSE_S = 0.15
 # How long, before zeroing, reports are asked for.

@@ -1,9 +1,8 @@
 """Searches for the baud rate at which a module answers.
 
-A job of the port: it runs where no conversation has begun yet. The link itself asks the boot count behind
-another question until a module answers, and begins the conversation with that. The answer to a question that was asked
-at another rate (a serial server passes on whole bytes) does not pass that fence, so a conversation that begins proves
-the rate, and nothing is asked here.
+A job of the port, where no conversation has begun yet. The link itself asks the boot count behind another question
+until a module answers. The answer to a question that was asked at another rate (a serial server passes on whole bytes)
+does not pass that fence, so a conversation that begins proves the rate, and nothing is asked here.
 """
 
 import logging
@@ -36,9 +35,7 @@ def find_rate(first: int | None = None, old: int | None = None) -> Procedure[Rat
         rates += rates[:2]  # the likely ones once more, as the line may lose frames
     if not view.sets_rate:
         rates = [before]  # somebody else sets it, at the other end of the socket
-    tried: list[int] = []
-    for rate in rates:
-        tried.append(rate)
+    for tried, rate in enumerate(rates, 1):
         if view.sets_rate:
             yield UseRate(rate)
         view = yield Inspect()
@@ -50,7 +47,7 @@ def find_rate(first: int | None = None, old: int | None = None) -> Procedure[Rat
                 yield UseRate(rate)  # LOCK, which may come between, has tried another one
         if view.conversation.is_going:
             _log.debug("found at %d baud", view.baud_rate)
-            return RateSearch(view.baud_rate, tuple(tried))
+            return RateSearch(view.baud_rate, tuple(rates[:tried]))
     if view.sets_rate:
         yield UseRate(before)
-    return RateSearch(None, tuple(tried))
+    return RateSearch(None, tuple(rates))
