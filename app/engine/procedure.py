@@ -115,7 +115,7 @@ class EngineView(NamedTuple):
     conversation: ConversationView
     proven_rate: int | None  # at which a conversation last began
     is_rate_in_doubt: bool  # the module may be at any rate: it was told to change it, or the rate is searched
-    overtaken_at: float | None  # when LOCK last overtook the rest: confirmations before it no longer count
+    overtaken_at: float  # when LOCK last overtook the rest: confirmations before it no longer count
     sets_rate: bool  # False: the port's baud rate is set at its other end
     flags: FlagAnswers  # when 16 and 17 may be set, and whether their answers count
     lasting: LastingValues  # whether something is answered twice

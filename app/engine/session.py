@@ -12,6 +12,7 @@ fresh, and is made again in each conversation). The background has the line only
 
 import logging
 from collections.abc import Callable
+from math import inf
 from typing import Any
 
 from app.engine.conversation import Conversation, ConversationView, Interrupted, StatusSample
@@ -64,7 +65,7 @@ class Session:
         # The job whose request is in flight, and whether that was sent.
         self._asking: Job[Any] | None = None
         self._has_left = False
-        self._overtaken_at: float | None = None
+        self._overtaken_at = -inf
         # The rate at which a conversation last began. Since then the module was told to change it, or it is searched.
         self._proven_rate: int | None = None
         self._is_rate_in_doubt = True
@@ -235,8 +236,7 @@ class Session:
         """Send the request of `job`, if it may be sent. Whether the job went on without that."""
         now, request = self.clock(), ask.request
         # What was confirmed before LOCK was pressed is void.
-        is_overtaken = self._overtaken_at is not None and job.submitted_at <= self._overtaken_at
-        is_void = is_overtaken and request.hazard is Hazard.DANGEROUS
+        is_void = job.submitted_at <= self._overtaken_at and request.hazard is Hazard.DANGEROUS
         asks_only = self._is_shared or job.asks_only or not self._link.allows_commands
         if not request.is_repeatable and request != LOCK and (asks_only or is_void):
             _log.debug("%s is not sent any more", request.command.name)

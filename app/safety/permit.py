@@ -7,6 +7,7 @@ that refuse. What is not known never counts as fulfilled: a state that is stale,
 from collections.abc import Mapping
 from dataclasses import dataclass
 from enum import Enum, auto
+from math import inf
 from types import MappingProxyType
 from typing import NamedTuple
 
@@ -108,7 +109,7 @@ class InterlockInputs:
     tilt_deg: float | None = None
     armed: Act | None = None  # what is armed in any window
     permit: Permit | None = None
-    overtaken_at: float | None = None  # when LOCK was last sent; an earlier permit is void
+    overtaken_at: float = -inf  # when LOCK was last sent; an earlier permit is void
     contradiction: UserMessage | None = None  # what does not agree; known only to whoever has just asked
     is_unlocked: bool = False  # a person allowed this one write to a module that is or may be active
     is_audit_ready: bool = True
@@ -230,8 +231,7 @@ def _why_not_permitted(
     permit = inputs.permit
     if permit is None or permit.act is not act or permit.origin not in origins:
         return message(missing)
-    # LOCK wins also where both came in one moment.
-    is_overtaken = inputs.overtaken_at is not None and permit.granted_at <= inputs.overtaken_at
     is_other = permit.conversation != inputs.conversation.number or not inputs.conversation.is_going
+    is_overtaken = permit.granted_at <= inputs.overtaken_at  # LOCK wins also where both came in one moment
     is_void = permit.is_spent or is_other or is_overtaken or not permit.is_in_time(inputs.now)
     return message(marked("Confirm again.")) if is_void else None

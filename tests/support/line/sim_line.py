@@ -252,6 +252,6 @@ def settled_rig(switch: StreamSwitch | None = None, /, **options: object) -> Rig
 
 def engine_view(now: float = 0.0, conversation: ConversationView | None = None, **more: Any) -> EngineView:
     """What a procedure sees of a module of which nothing is known yet."""
-    known: dict[str, Any] = {"proven_rate": None, "is_rate_in_doubt": True, "overtaken_at": None, "sets_rate": True}
+    known: dict[str, Any] = {"proven_rate": None, "is_rate_in_doubt": True, "overtaken_at": -inf, "sets_rate": True}
     known |= {"flags": FlagAnswers(now), "lasting": LastingValues(), "rejected_bytes": 0}
     return EngineView(now, 115200, conversation or ConversationView(), **(known | more))
