@@ -12,7 +12,7 @@ from typing import NamedTuple
 
 from app.engine.procedure import Ask, Procedure, Report, ask_value
 from protocol.catalogue import BOOT_COUNT, HEARTBEAT, MAX_RECORDS, TRIGGER_RECORDS
-from protocol.events import Answered
+from protocol.events import Answered, Reply
 from protocol.messages import Message, TriggerRecord
 from protocol.translatable import marked
 
@@ -51,10 +51,10 @@ def read_history() -> Procedure[History]:
         last = counts[-1]
         is_doubled = bool(last) and all(count % 2 == 0 for count in last.values())  # as on a line that doubles frames
         is_clean = _is_clean(outcome) and not is_doubled
-        agrees = is_clean and was_clean and passes[-1] == passes[-2] and all(earlier <= last for earlier in counts)
+        is_same = is_clean and was_clean and passes[-1] == passes[-2]
+        is_confirmed = is_same and all(earlier <= last for earlier in counts)
         was_clean = is_clean
-        if agrees:
-            is_confirmed = True
+        if is_confirmed:
             # A pass does not show a record that was lost in each. So whether the line loses or doubles frames is tested
             # with heartbeats; the boot count comes behind every copy of one.
             for command in (HEARTBEAT,) * LINE_HEARTBEATS + (BOOT_COUNT,):
@@ -73,8 +73,6 @@ def read_history() -> Procedure[History]:
     return History(records, empty, is_confirmed, seen_once, any(map(bool, passes)))
 
 
-def _is_clean(outcome: object) -> bool:
+def _is_clean(outcome: Reply) -> bool:
     """Whether nothing was lost, rejected, doubled or unasked on the way, any of which may have been a record."""
-    if not isinstance(outcome, Answered) or outcome.attempts > 1:
-        return False
-    return not (outcome.rejected or outcome.strays)
+    return isinstance(outcome, Answered) and outcome.attempts == 1 and not (outcome.rejected or outcome.strays)
