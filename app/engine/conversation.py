@@ -53,9 +53,9 @@ def reason_message(reason: EndReason, contradiction: Contradiction | None = None
         return message(reason.value)
     command = contradiction.before.command
     reply = command.reply
-    before, after = (reply.text(one.raw) if isinstance(reply, Quantity) else str(one.value) for one in contradiction)
+    texts = [reply.text(one.raw) if isinstance(reply, Quantity) else str(one.value) for one in contradiction]
     text = marked("{setting}: {before}, then {after}. Two modules on this line?")
-    return message(text, setting=message(command.title), before=before, after=after)
+    return message(text, setting=message(command.title), before=texts[0], after=texts[1])
 
 
 class Interrupted(UserError):

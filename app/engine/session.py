@@ -244,8 +244,10 @@ class Session:
             return True
         self._asking = job
         self._has_left = False
-        how = {"is_fenced": ask.is_fenced, "is_deliberate": ask.is_deliberate}
-        self._digest(self._link.ask(request, now, **how, limit_s=ask.limit_s), now)
+        self._digest(
+            self._link.ask(request, now, is_fenced=ask.is_fenced, is_deliberate=ask.is_deliberate, limit_s=ask.limit_s),
+            now,
+        )
         return self._asking is None
 
     def _free_line(self, now: float) -> None:

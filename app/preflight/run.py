@@ -98,8 +98,8 @@ def run_preflight(evidence: Evidence, *, is_enabling: bool = False, journal: Jou
         now = yield Pause(REPORT_EVERY_S)
     view = yield Inspect()
     # Half as many reports again as were asked for come from a second module.
-    came = sum(report.at >= began_at for report in view.conversation.reports)
-    if not has_stream and came > 1.5 * len(evidence.reports):
+    came = [report for report in view.conversation.reports if report.at >= began_at]
+    if not has_stream and len(came) > 1.5 * len(evidence.reports):
         evidence.is_answered_twice = True
 
     # On some lines an answer comes twice (`protocol.stale_replies`): only by now a copy would have told.

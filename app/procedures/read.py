@@ -67,12 +67,14 @@ def contradictions(
     for command, answer in ((ACTIVE, active), (TRIGGERED, triggered)):
         reported = None if status is None else getattr(status, command.key)
         if answer is None or answer != reported:
-            said, told = (
-                message(NO_REPLY if one is None else _WORDS[command][one is True]) for one in (answer, reported)
-            )
+            code, said, told = f"{command.code:02X}", _word(command, answer), _word(command, reported)
             text = marked("{code}: {answer}, status: {reported}.")
-            found[command.key] = message(text, code=f"{command.code:02X}", answer=said, reported=told)
+            found[command.key] = message(text, code=code, answer=said, reported=told)
     return found
+
+
+def _word(command: Command, said: Value | None) -> UserMessage:
+    return message(NO_REPLY if said is None else _WORDS[command][said is True])
 
 
 class Readings:
