@@ -89,7 +89,7 @@ class Pause(NamedTuple):
 
 
 class UseRate(NamedTuple):
-    """Ends the conversation at the old rate; who uses the rate is not interrupted by that."""
+    """Ends the conversation at the old rate. For jobs of the port only."""
 
     baud_rate: int
 
@@ -224,15 +224,10 @@ class Job(Generic[Result]):
     def interrupt(self, reason: Interrupted, now: float) -> None:
         """End it, as its conversation is over. Whoever expected that goes on with questions; who did not ends now."""
         if reason.reason in self._expects:
-            self.outlast()
+            self.conversation, self.asks_only = None, True
             self.throw(reason, now)
         else:
             self.stop(reason, now)
-
-    def outlast(self) -> None:
-        """Let it belong to the port from now on, not to a conversation."""
-        self.asks_only |= self.conversation is not None
-        self.conversation = None
 
     def stop(self, reason: Exception, now: float) -> None:
         """Raise `reason` in it, and end it if it wants to go on."""

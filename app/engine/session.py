@@ -214,7 +214,6 @@ class Session:
         if job is None or self._asking is not None:
             return False
         if isinstance(job.effect, UseRate):
-            job.outlast()
             # LOCK goes back to the proven rate; all others look for the module.
             self._is_rate_in_doubt |= not job.is_urgent
             _log.debug("%d baud", job.effect.baud_rate)
