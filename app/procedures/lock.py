@@ -121,7 +121,7 @@ class _Locking:
             is_going_on = repeat.is_repeating(view.now)
             if repeat.is_due(view.now) and not self.says_locked:
                 reply = yield Ask(LOCK, limit_s=ACKNOWLEDGED_S, repeat=repeat)
-                self.note_sent()
+                self.log_intent()
                 self._note(reply)
             limit_s = max(ACKNOWLEDGED_S, min(ANSWER_S, repeat.until + LAST_ANSWER_S - view.now))
             reply = yield Ask(QUESTIONS[question], limit_s=limit_s, repeat=repeat)
@@ -143,7 +143,7 @@ class _Locking:
                 view = yield from self._look()
                 silent_since = view.now
 
-    def note_sent(self) -> None:
+    def log_intent(self) -> None:
         """Log it once the frame has left: LOCK waits for no disk."""
         if self.repeat.sent and self.entry is None:
             self.entry = self.journal.begin(Act.LOCK, LOCK.encode(), {})
@@ -188,7 +188,7 @@ def lock(
         locked.is_replaced = True
     except Interrupted:
         locked.is_port_lost = True
-    locking.note_sent()
+    locking.log_intent()
     locked.sent = locking.repeat.sent
     if locking.is_locked:
         locked.outcome = Outcome.CONFIRMED
