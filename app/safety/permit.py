@@ -194,10 +194,8 @@ def _why_open(condition: Interlock, act: Act, inputs: InterlockInputs) -> UserMe
             if inputs.armed is None or inputs.armed is act:
                 return None
             return message(marked("Already armed: {what}."), what=message(TITLES[inputs.armed]))
-        case Interlock.CONFIRMED:
-            return _why_not_permitted(act, inputs, marked("Not confirmed."), tuple(Origin))
-        case Interlock.RITUAL_DONE:
-            return _why_not_permitted(act, inputs, marked("Not armed and held for 2 s."), (Origin.RITUAL,))
+        case Interlock.CONFIRMED | Interlock.RITUAL_DONE:
+            return _why_not_permitted(act, inputs, needs_ritual=condition is Interlock.RITUAL_DONE)
         case Interlock.INTENT_DURABLE:
             return None if inputs.is_audit_ready else message(marked("The audit log cannot be written."))
         case Interlock.MAY_WRITE:
@@ -225,12 +223,10 @@ def _why_not_still(reports: tuple[StatusSample, ...]) -> UserMessage | None:
     return message(text, low=low, high=high, weak=weak, strong=strong)
 
 
-def _why_not_permitted(
-    act: Act, inputs: InterlockInputs, missing: str, origins: tuple[Origin, ...]
-) -> UserMessage | None:
+def _why_not_permitted(act: Act, inputs: InterlockInputs, *, needs_ritual: bool) -> UserMessage | None:
     permit = inputs.permit
-    if permit is None or permit.act is not act or permit.origin not in origins:
-        return message(missing)
+    if permit is None or permit.act is not act or (needs_ritual and permit.origin is not Origin.RITUAL):
+        return message(marked("Not armed and held for 2 s.") if needs_ritual else marked("Not confirmed."))
     is_other = permit.conversation != inputs.conversation.number or not inputs.conversation.is_going
     is_overtaken = permit.granted_at <= inputs.overtaken_at  # LOCK wins also where both came in one moment
     is_void = permit.is_spent or is_other or is_overtaken or not permit.is_in_time(inputs.now)
