@@ -184,8 +184,7 @@ class Session:
             # LOCK that is due does not wait for the answer to the question in flight.
             repeat = None if self._asked is None else self._asked.repeat
             if repeat is not None and repeat.is_due(now):
-                repeat.note_sent(now)
-                self._digest(self._link.lock_again(now, repeat.sent), now)
+                self._digest(self._link.lock_again(now, repeat.sent + 1), now)
             is_more = self._serve_next(now)
 
     def _start_next(self, now: float) -> None:
@@ -296,8 +295,8 @@ class Session:
                     if job is not None and ask is not None and ask.request == request:
                         self._has_left = True
                         job.has_activated |= request == ACTIVATION.set(True)
-                        if request == LOCK and ask.repeat is not None and event.attempt == 1:
-                            ask.repeat.note_sent(event.at)
+                    if request == LOCK and ask is not None and ask.repeat is not None:
+                        ask.repeat.note_sent(event.at)
                     if request.command is BAUD_RATE:
                         self._is_rate_in_doubt = True
                 case Answered() | Unanswered():
