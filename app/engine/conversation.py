@@ -102,7 +102,8 @@ class ConversationView(NamedTuple):
     began_at: float = 0.0
     ended: Ended | None = None
     values: Mapping[str, Known] = MappingProxyType({})
-    is_streaming: bool = False  # status reports came unasked, the last one within 1.5 s
+    streamed: int = 0  # how many status reports came unasked
+    is_streaming: bool = False  # the last one did within 1.5 s, and was no single one
     reports: tuple[StatusSample, ...] = ()  # of the last 2.5 s, oldest first
     lag_s: float | None = None  # how long answers take; None until one is measured
     is_shared: bool = False  # the port takes nothing but questions and LOCK
@@ -164,7 +165,7 @@ class Conversation:
             "baud_rate": Known(baud_rate, How.READ, began_at),
         }
         # When the last streamed report came, and whether it was no single one, which may be a late answer.
-        self._streamed_at, self._is_stream = -inf, False
+        self._streamed_at, self._is_stream, self._streamed = -inf, False, 0
         # Status reports of the last seconds; up to 1,440 a second may come.
         self._reports: deque[StatusSample] = deque(maxlen=8192)
 
@@ -197,6 +198,7 @@ class Conversation:
         return self._begun._replace(
             ended=self.ended,
             values=MappingProxyType(values),
+            streamed=self._streamed,
             is_streaming=self.ended is None and self._is_stream and now - self._streamed_at < STREAM_PROVES_S,
             reports=tuple(self._reports),
             lag_s=lag_s,
@@ -206,6 +208,7 @@ class Conversation:
         if is_streamed:
             self._is_stream = sample.at - self._streamed_at <= STREAM_GAP_S
             self._streamed_at = sample.at
+            self._streamed += 1
             if self._is_stream:
                 self._values[SERIAL_OUTPUT.key] = Known(True, How.STREAMED, sample.at)
         for key in STATUS_KEYS:

@@ -89,8 +89,9 @@ def run_preflight(evidence: Evidence, *, is_enabling: bool = False, journal: Jou
     yield Report(5, STEPS, marked("Tilt and acceleration"))
     has_stream = yield from _has_stream()
     view = yield Inspect()
-    began_at = now = view.now
-    while now < began_at + STILL_S:
+    now, streamed_before = view.now, view.conversation.streamed
+    ends_at = now + STILL_S
+    while now < ends_at:
         status = yield from ask_report()
         if status is not None:
             evidence.status = status
@@ -98,8 +99,7 @@ def run_preflight(evidence: Evidence, *, is_enabling: bool = False, journal: Jou
         now = yield Pause(REPORT_EVERY_S)
     view = yield Inspect()
     # Half as many reports again as were asked for come from a second module.
-    came = [report for report in view.conversation.reports if report.at >= began_at]
-    if not has_stream and len(came) > 1.5 * len(evidence.reports):
+    if not has_stream and view.conversation.streamed - streamed_before > len(evidence.reports) / 2:
         evidence.is_answered_twice = True
 
     # On some lines an answer comes twice (`protocol.stale_replies`): only by now a copy would have told.
