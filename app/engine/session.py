@@ -188,22 +188,21 @@ class Session:
             is_more = self._serve_next(now)
 
     def _start_next(self, now: float) -> None:
-        """Start the next job, unless it was decided in another conversation."""
-        self._drop_ended()
-        while self._jobs and not self._jobs[0].is_started:
+        """Drop what has ended, and start the next job, unless it was decided in another conversation."""
+        if self._background is not None and self._background.has_ended:
+            self._background = None
+        while self._jobs:
             job = self._jobs[0]
-            if job.conversation is None or (self.is_going and job.conversation == self.conversations):
+            if job.has_ended:
+                self._jobs.remove(job)
+            elif job.is_started:
+                break
+            elif job.conversation is None or (self.is_going and job.conversation == self.conversations):
                 job.start(now, self._view)
             else:
                 # Why the conversation is over in which it was decided.
                 ended = None if self.conversation is None else self.conversation.ended
                 job.stop(Interrupted(EndReason.CLOSED if ended is None else ended.reason), now)
-            self._drop_ended()
-
-    def _drop_ended(self) -> None:
-        if self._background is not None and self._background.has_ended:
-            self._background = None
-        self._jobs = [job for job in self._jobs if not job.has_ended]
 
     def _serve_next(self, now: float) -> bool:
         """Do what the next job wants of the line. Whether it went on."""
