@@ -134,9 +134,7 @@ class ConversationView(NamedTuple):
         known = self.values.get(key)
         if known is None or self.ended is not None:
             return None if known is None else known._replace(is_stale=True)
-        limit_s = STREAM_PROVES_S if known.how is How.STREAMED else FRESH_FOR_S.get(key)
-        if limit_s is None:
-            return known
+        limit_s = STREAM_PROVES_S if known.how is How.STREAMED else FRESH_FOR_S.get(key, inf)
         if self.is_slow and self.lag_s is not None:
             known = known._replace(at=known.at - self.lag_s)  # about when it was sent
         return known._replace(is_stale=now - known.at > limit_s)
