@@ -2,7 +2,7 @@
 
 import argparse
 
-from app.engine.target import sets_rate
+from app.engine.target import is_socket
 from app.procedures.find import find_rate
 from app.safety.permit import RATE_SET_ELSEWHERE
 from app.terminal import console
@@ -20,7 +20,7 @@ class FindJson(Result):
 
 
 def run(args: argparse.Namespace) -> int:
-    if not sets_rate(args.port):
+    if is_socket(args.port):
         # Whatever rate the port is opened with, the module would answer: the result would be a lie.
         raise console.Refused(message(RATE_SET_ELSEWHERE))
     # A rate that is given is only where the search begins.

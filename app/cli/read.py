@@ -9,7 +9,7 @@ from collections.abc import Mapping
 
 from app.engine.conversation import STATUS_KEYS, Interrupted
 from app.engine.procedure import EngineView, Inspect, Pause, Procedure
-from app.engine.target import sets_rate
+from app.engine.target import is_socket
 from app.procedures.read import (
     ANSWERED_TWICE,
     LIVE_KEYS,
@@ -69,7 +69,7 @@ def run(args: argparse.Namespace) -> int:
         values |= {key: getattr(read.status, key) for key in STATUS_KEYS if key not in against}
         errors |= against  # without a status 30 and 31 prove nothing
     rate = opened.connection.baud_rate
-    if sets_rate(args.port):  # behind a plain socket nobody here knows it
+    if not is_socket(args.port):  # behind a plain socket nobody here knows it
         values[BAUD_RATE.key] = rate
     for key in (*STATUS_KEYS, *LIVE_KEYS, *SETTING_KEYS):
         if key not in values and key not in _UNREADABLE and key not in errors:

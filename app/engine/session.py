@@ -17,7 +17,7 @@ from typing import Any
 
 from app.engine.conversation import Conversation, ConversationView, Interrupted, StatusSample
 from app.engine.procedure import Ask, Cancelled, EngineView, Job, Procedure, UseRate
-from app.engine.target import is_shared, sets_rate
+from app.engine.target import is_shared, is_socket
 from app.engine.transport import Line
 from app.system.clock import Clock
 from protocol.catalogue import ACTIVATION, BAUD_RATE, LOCK, Hazard
@@ -262,7 +262,7 @@ class Session:
             proven_rate=self._proven_rate,
             is_rate_in_doubt=self._is_rate_in_doubt,
             overtaken_at=self._overtaken_at,
-            sets_rate=sets_rate(self.line.port),
+            sets_rate=not is_socket(self.line.port),
             flags=self._link.flags,
             lasting=self._link.lasting,
             rejected_bytes=self._link.counters.rejected,

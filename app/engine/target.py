@@ -31,17 +31,13 @@ def is_network_address(port: str) -> bool:
 
 
 def is_socket(port: str) -> bool:
+    """Whether the port is at the other end of a plain socket, where somebody else sets the baud rate."""
     return port.startswith(("socket://", "shared://"))
 
 
 def is_shared(port: str) -> bool:
     """Whether the port is one that `dps-s serve` shares: it takes nothing but questions and LOCK."""
     return port.startswith("shared://")
-
-
-def sets_rate(port: str) -> bool:
-    """Whether this program sets the baud rate: behind a plain socket somebody else did."""
-    return not is_socket(port)
 
 
 def host_and_port(address: str) -> tuple[str, int]:

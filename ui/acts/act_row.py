@@ -9,7 +9,7 @@ from PySide6.QtGui import QFontMetrics
 from PySide6.QtWidgets import QFrame, QLabel, QStackedLayout, QWidget
 
 from app.engine.procedure import Job
-from app.engine.target import sets_rate
+from app.engine.target import is_socket
 from app.fleet.card import Need
 from app.procedures.act import Performed, perform
 from app.safety.journal import EFFECTS, TITLES, Act, Outcome
@@ -38,7 +38,7 @@ def open_conditions(services: Services, act: Act) -> list[Refusal]:
         inputs_at(module.view, port.now_s),
         armed=services.armed.act,
         is_audit_ready=module.journal.is_ready,
-        sets_rate=sets_rate(port.connection.port),
+        sets_rate=not is_socket(port.connection.port),
     )
     asked_anyway = (Interlock.CONFIRMED, Interlock.RITUAL_DONE)
     return [refusal for refusal in refusals(act, inputs) if refusal.condition not in asked_anyway]
