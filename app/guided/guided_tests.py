@@ -416,10 +416,10 @@ class GuidedTest(NamedTuple):
         yield from require_locked()
         read: list[float] = []
         for name in self.thresholds:
-            reading = yield from read_twice(BY_NAME[name])
-            if reading is None:
+            value = yield from read_twice(BY_NAME[name])
+            if value is None:
                 raise UserError(NOT_READ, what=message(BY_NAME[name].title))
-            read.append(float(reading))
+            read.append(float(value))
         return partial(self.measure, *read)
 
 
