@@ -17,7 +17,7 @@ from app.settings.values import SETTINGS_BY_KEY
 from app.system.clock import steady_time
 from app.terminal import console
 from app.terminal.connection import OpenPort, connected
-from app.terminal.records import Records, records_of
+from app.terminal.records import CommandStore
 from protocol.catalogue import DEFAULT_BAUD_RATE
 from protocol.fields import Value
 
@@ -25,9 +25,9 @@ from protocol.fields import Value
 class OpenModule:
     """An open module in one unbroken conversation. Where that ends, every method raises `Interrupted` from then on."""
 
-    def __init__(self, port: OpenPort, records: Records) -> None:
+    def __init__(self, port: OpenPort, store: CommandStore) -> None:
         self._port = port
-        self._records = records
+        self._store = store
 
     def read_everything(self) -> Readings:
         """Ask once for everything that can be asked for."""
@@ -41,9 +41,9 @@ class OpenModule:
         """
         changes = [SettingChange(SETTINGS_BY_KEY[key], value) for key, value in settings.items()]
         context = WriteContext(
-            journal=self._records.journal,
+            journal=self._store.journal,
             accepted_risks=frozenset(changes if accepts_risk else ()),
-            keep_as_found=self._records.keep_as_found,
+            keep_as_found=self._store.keep_as_found,
         )
         return self._port.run(write_all(changes, context))
 
@@ -62,7 +62,7 @@ class OpenModule:
 
     def lock(self) -> Locked:
         """Send LOCK until the module reports LOCKED, for ten seconds at most. This is never refused."""
-        return self._port.run(lock(self._records.journal), outlives=True)
+        return self._port.run(lock(self._store.journal), outlives=True)
 
 
 @contextmanager
@@ -73,5 +73,5 @@ def opened(port: str, baud_rate: int = DEFAULT_BAUD_RATE) -> Iterator[OpenModule
     next call, as nothing breaks off a frame.
     """
     console.start(argparse.Namespace(quiet=True))
-    with records_of(port) as records, connected(port, baud_rate) as line:
-        yield OpenModule(line, records)
+    with CommandStore(port) as store, connected(port, baud_rate) as line:
+        yield OpenModule(line, store)

@@ -15,7 +15,7 @@ from app.safety.permit import Interlock, Origin, Permit
 from app.system.clock import steady_time
 from app.terminal import console
 from app.terminal.connection import OpenPort, connected
-from app.terminal.records import records_of
+from app.terminal.records import CommandStore
 from app.terminal.results import Result
 from app.text.i18n import tr
 
@@ -35,8 +35,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def run(args: argparse.Namespace) -> int:
     act = Act(args.command)
     refuse_without_yes(args, act)
-    with records_of(args.port) as records, connected(args.port, args.baud, journal=records.journal) as opened:
-        done = opened.run(perform(act, records.journal, permit=permit_for(act, opened)))
+    with CommandStore(args.port) as store, connected(args.port, args.baud, journal=store.journal) as opened:
+        done = opened.run(perform(act, store.journal, permit=permit_for(act, opened)))
         opened.pay_owed_lock()
     return print_outcome(args, act, done)
 

@@ -19,7 +19,7 @@ from app.store.rows import ServiceKind
 from app.store.station import shown_key
 from app.system.clock import MINUTE, local_time
 from app.terminal import console
-from app.terminal.records import opened_store
+from app.terminal.records import CommandStore
 from app.terminal.results import Count, Result, Time
 from app.text.csv_cells import csv_text
 from app.text.i18n import tr
@@ -111,7 +111,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def run(args: argparse.Namespace) -> int:
-    with opened_store() as store:
+    with CommandStore() as store:
         return int(args.function(args, store))
 
 

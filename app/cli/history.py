@@ -10,18 +10,27 @@ from typing import Annotated, Any
 
 from msgspec import Meta
 
+from app.engine.conversation import ConversationView
 from app.procedures.history import History
 from app.procedures.read import read_settings
 from app.store.fact_store import Facts, StoreError
 from app.system.files import write_whole
 from app.terminal import console
 from app.terminal.connection import connected
-from app.terminal.records import other_module, records_of, refuse_another, say_not_kept, unless_same_module
+from app.terminal.records import CommandStore, other_module, refuse_another, say_not_kept, unless_same_module
 from app.terminal.results import Byte, Count, Hex, Result
 from app.text.csv_cells import csv_text
 from app.text.i18n import tr
 from app.text.messages import UserMessage, labelled, saved_text
-from app.trigger_records.history import FIELDS, Visit, fields_of, file_triggers, read_triggers, sentence
+from app.trigger_records.history import (
+    FIELDS,
+    TriggersReading,
+    Visit,
+    fields_of,
+    file_triggers,
+    read_triggers,
+    sentence,
+)
 
 HEAD = (*FIELDS, "confirmed")
 
@@ -88,30 +97,29 @@ def run(args: argparse.Namespace) -> int:
     if not history.is_confirmed:
         console.notify(tr("The readings differ: records may be missing. Read again."))
     if args.module:
-        with records_of(args.port) as kept:
-            refuse_another(opened.conversation, kept, args)
-
-            def keep(facts: Facts) -> Visit | UserMessage:
-                where, is_same = kept.find_where(), args.same_module
-                return file_triggers(
-                    facts, reading, args.module, port=where.port, adapter=where.adapter, is_same_module=is_same
-                )
-
-            try:
-                visit = kept.store.write_in_time(keep)
-            except StoreError as trouble:
-                say_not_kept(trouble)
-                return console.PARTIAL
-            if isinstance(visit, UserMessage):
-                raise unless_same_module(other_module(visit))
-            said = tr(
-                "{module}: {new} new; records: {count}.",
-                module=args.module,
-                new=visit.new,
-                count=len(visit.records),
-            )
-            console.note(said)
+        is_whole &= _keep(reading, opened.conversation, args)
     return console.SUCCESS if is_whole else console.PARTIAL
+
+
+def _keep(reading: TriggersReading, conversation: ConversationView, args: argparse.Namespace) -> bool:
+    """Keep the records under the name; whether that could be done. Raises `Refused` where it may be another module."""
+
+    def keep(facts: Facts) -> Visit | UserMessage:
+        adapter, is_same = store.where.adapter, args.same_module
+        return file_triggers(facts, reading, args.module, port=args.port, adapter=adapter, is_same_module=is_same)
+
+    with CommandStore(args.port) as store:
+        refuse_another(conversation, store, args)
+        try:
+            visit = store.write_in_time(keep)
+        except StoreError as trouble:
+            say_not_kept(trouble)
+            return False
+    if isinstance(visit, UserMessage):
+        raise unless_same_module(other_module(visit))
+    text = tr("{module}: {new} new; records: {count}.", module=args.module, new=visit.new, count=len(visit.records))
+    console.note(text)
+    return True
 
 
 def page_of(history: History) -> list[str]:

@@ -11,7 +11,7 @@ from app.procedures.lock import lock
 from app.safety.journal import Act
 from app.terminal import console
 from app.terminal.connection import connected
-from app.terminal.records import conclude_lock, records_of
+from app.terminal.records import CommandStore, conclude_lock
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -23,11 +23,11 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def run(args: argparse.Namespace) -> int:
     is_locked = False
     # The first LOCK is sent before the store opens any file, and the exit code does not depend on one.
-    with records_of(args.port, starts_late=True) as records:
+    with CommandStore(args.port, starts_late=True) as store:
         try:
             with connected(args.port, args.baud, is_greeted=False) as opened:
-                done = opened.run(lock(records.journal), outlives=True)
+                done = opened.run(lock(store.journal), outlives=True)
                 is_locked = done.is_locked is True
                 return print_outcome(args, Act.LOCK, done)
         finally:
-            conclude_lock(records, args, opened.conversation if is_locked else None)
+            conclude_lock(store, args, opened.conversation if is_locked else None)

@@ -25,7 +25,7 @@ from app.store.acts import StreamMemory
 from app.system.clock import steady_time
 from app.terminal import console
 from app.terminal.connection import adapter_of, connected, no_link
-from app.terminal.records import opened_store
+from app.terminal.records import CommandStore
 from app.terminal.results import Result
 from app.text.i18n import tr
 from app.text.messages import join_sentences, labelled
@@ -115,7 +115,7 @@ def watch_port(
         with ExitStack() as stack:
             memory = StreamMemory()
             if not is_simulated(args.port):  # it is remembered that the serial output is switched on
-                memory = StreamMemory(stack.enter_context(opened_store()), adapter_of(args.port) or args.port)
+                memory = StreamMemory(stack.enter_context(CommandStore()), adapter_of(args.port) or args.port)
             opened = stack.enter_context(connected(args.port, args.baud, on_batch=take))
             try:
                 while steady_time() < ends_at and goes_on():

@@ -26,7 +26,7 @@ from app.settings.profile_file import read_profile
 from app.settings.profiles import NO_PROFILE, ManualLine, Profile
 from app.terminal import console
 from app.terminal.connection import LOST, connected
-from app.terminal.records import Records, opened_store, refuse_another, say_not_kept
+from app.terminal.records import CommandStore, refuse_another, say_not_kept
 from app.terminal.results import Result, Value
 from app.text.i18n import tr
 from app.text.messages import UserMessage, clean, in_brackets, join_names
@@ -78,24 +78,24 @@ def run(args: argparse.Namespace) -> int:
     if args.report is not None:
         check_target(args.report)
     codes: list[int] = []
-    with opened_store() as store:
-        for port in args.ports:
-            if len(args.ports) > 1 and not args.json:
-                console.write_lines([port])
-            try:
-                codes.append(_check(args, profile, store.records(port, args.module)))
-            except LOST as error:
-                if len(args.ports) == 1:
-                    raise
-                codes.append(console.fail(error, is_json=args.json))
+    for port in args.ports:
+        if len(args.ports) > 1 and not args.json:
+            console.write_lines([port])
+        try:
+            with CommandStore(port, args.module) as store:
+                codes.append(_check(args, profile, store))
+        except LOST as error:
+            if len(args.ports) == 1:
+                raise
+            codes.append(console.fail(error, is_json=args.json))
     # The gravest code wins: one module that must not fly is not hidden by a port where none answers.
     return next((code for code in (console.ANSWER_NO, console.NO_LINK, console.PARTIAL) if code in codes), 0)
 
 
-def _check(args: argparse.Namespace, profile: Profile, records: Records) -> int:
+def _check(args: argparse.Namespace, profile: Profile, store: CommandStore) -> int:
     """Check the module at one port, judge, keep and print it; returns the exit code. Raises what keeps a conversation
     from beginning."""
-    evidence, journal = Evidence(port=records.port), records.journal
+    evidence, journal = Evidence(port=store.port), store.journal
     is_enabling = args.enable_triggers or args.activate
     person = Person(
         who=args.who,
@@ -107,15 +107,14 @@ def _check(args: argparse.Namespace, profile: Profile, records: Records) -> int:
 
     def judge(found: Evidence, past: Past | None = None) -> Filed:
         """And keep it. `past`: the module's history before the check, where it was read already."""
-        adapter = records.find_where().adapter
-        filed = file_check(found, profile, person, store=records.store, adapter=adapter, past=past)
-        _log.debug("%s: %s", records.port, filed.assessment.verdict)
+        filed = file_check(found, profile, person, store=store, adapter=store.where.adapter, past=past)
+        _log.debug("%s: %s", store.port, filed.assessment.verdict)
         return filed
 
     filed: Filed | None = None
     is_refused = False
-    with connected(records.port, args.baud, journal=journal if args.activate else None) as opened:
-        refuse_another(opened.conversation, records, args)
+    with connected(store.port, args.baud, journal=journal if args.activate else None) as opened:
+        refuse_another(opened.conversation, store, args)
         try:
             opened.run(run_preflight(evidence, is_enabling=is_enabling, journal=journal))
             if args.activate:
@@ -132,7 +131,7 @@ def _check(args: argparse.Namespace, profile: Profile, records: Records) -> int:
                     if evidence is not ready.case.evidence:
                         filed = judge(evidence, ready.case.past)
                         if filed.assessment.verdict is Verdict.GO:
-                            records.store.write(lambda facts: note_go(facts, records.run))
+                            store.write(lambda facts: note_go(facts, store.run))
         # READY said nothing about whoever answers now, so the check is judged anew, with its interruption.
         except Interrupted as ended:
             evidence.note_error(ended)

@@ -34,7 +34,7 @@ from app.records.report import check_target
 from app.store.fact_store import StoreError
 from app.terminal import console
 from app.terminal.connection import LOST, connected
-from app.terminal.records import CommandStore, opened_store, say_not_kept
+from app.terminal.records import CommandStore, say_not_kept
 from app.terminal.results import Result
 from app.text.i18n import tr
 from app.text.messages import UserMessage, labelled
@@ -98,7 +98,7 @@ def run(args: argparse.Namespace) -> int:
         console.refuse_without("--enable-triggers")
     person = Person(who=args.who, are_records_reviewed=args.records_reviewed)
     trouble: BaseException | None = None
-    with opened_store() as store:
+    with CommandStore(args.port) as store:
         bench = BatchRun(args.names, profile, store, person, is_enabling=args.enable_triggers, are_all_new=args.all_new)
         try:
             _take_each(bench, store, args)
@@ -141,14 +141,12 @@ def _take_each(bench: BatchRun, store: CommandStore, args: argparse.Namespace) -
         said: UserMessage | None = None
         with connected(args.port, args.baud) as opened:
             console.notify(tr("A module answers: leave it plugged in."))
-            records = store.records(args.port)
             try:
-                context = WriteContext(journal=records.journal, accepted_risks=accepted)
+                context = WriteContext(journal=store.journal, accepted_risks=accepted)
                 said = opened.run(bench.provision(evidence, context))
             except Interrupted as ended:
                 evidence.note_error(ended)
-            adapter = records.find_where().adapter
-            why = store.write_in_time(lambda facts: bench.keep(facts, name, evidence, said, adapter))
+            why = store.write_in_time(lambda facts: bench.keep(facts, name, evidence, said, store.where.adapter))
             aside = "" if why is None else labelled(tr(SET_ASIDE), why.translated())
             console.notify(aside or labelled(name, tr(READY)))
             console.check_signals()

@@ -17,7 +17,7 @@ from app.procedures.lock import Locked, lock
 from app.sharing import Event, Sharing, listen_at
 from app.terminal import console
 from app.terminal.connection import connected
-from app.terminal.records import records_of
+from app.terminal.records import CommandStore
 from app.terminal.results import Result
 from app.text.messages import ErrorCode, error_text, labelled
 
@@ -53,7 +53,7 @@ def run(args: argparse.Namespace) -> int:
         if args.json:
             console.emit(args, ServeJson(event, reader), [])
 
-    with listener, records_of(args.port) as records, connected(args.port, args.baud) as opened:
+    with listener, CommandStore(args.port) as store, connected(args.port, args.baud) as opened:
         console.emit(args, ServeJson("listening", address), [address])
         if warning:
             console.notify(warning)
@@ -65,7 +65,7 @@ def run(args: argparse.Namespace) -> int:
         def send_lock(then: Callable[[Locked], None]) -> None:
             nonlocal locking
             if locking is None or locking.is_done:
-                locking = Job(lock(records.journal), conversation=None)
+                locking = Job(lock(store.journal), conversation=None)
                 submit(locking, lambda job: then(job.outcome()), is_urgent=True)
 
         def on_batch(batch: Batch) -> None:

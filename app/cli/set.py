@@ -34,7 +34,7 @@ from app.safety.journal import Act, Journal
 from app.settings.values import SETTINGS_BY_KEY
 from app.terminal import console
 from app.terminal.connection import OpenPort, connected
-from app.terminal.records import records_of
+from app.terminal.records import CommandStore
 from app.terminal.results import Result, SettingName, Value
 from app.terminal.setting_words import parse_settings, settings_of_profile, typed
 from app.text.i18n import tr
@@ -130,12 +130,12 @@ def _write(wishes: Sequence[SettingChange], args: argparse.Namespace) -> tuple[W
     """What became of each, and whether questions were answered twice. The baud rate comes last, as the conversation
     ends with it."""
     is_doubled = False
-    with records_of(args.port) as records, connected(args.port, args.baud) as opened:
+    with CommandStore(args.port) as store, connected(args.port, args.baud) as opened:
         context = WriteContext(
-            journal=records.journal,
+            journal=store.journal,
             is_unlocked=args.unlock,
             accepted_risks=frozenset(wishes if args.accept_risk else ()),
-            keep_as_found=records.keep_as_found,
+            keep_as_found=store.keep_as_found,
         )
         report = opened.run(write_all([wish for wish in wishes if wish.command is not BAUD_RATE], context))
         report.before = {**report.before, BAUD_RATE.key: opened.connection.baud_rate}
@@ -145,7 +145,7 @@ def _write(wishes: Sequence[SettingChange], args: argparse.Namespace) -> tuple[W
                 is_doubled = opened.run(is_answered_twice())
         for wish in wishes:
             if wish.command is BAUD_RATE:
-                report.results = [*report.results, _write_rate(wish, report, records.journal, opened)]
+                report.results = [*report.results, _write_rate(wish, report, store.journal, opened)]
     # They were written in the order that is safe, and are told in the order that was typed.
     as_typed = [wish.command for wish in wishes]
     report.results = sorted(report.results, key=lambda written: as_typed.index(written.command))

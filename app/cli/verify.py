@@ -15,7 +15,7 @@ from app.preflight.verdict import Verdict
 from app.records.verification import RecordState, verify_file
 from app.store.station import shown_key
 from app.terminal import console
-from app.terminal.records import opened_store
+from app.terminal.records import CommandStore
 from app.terminal.results import Result
 from app.text.messages import ErrorCode, UserError, message
 from protocol.translatable import marked
@@ -47,7 +47,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def run(args: argparse.Namespace) -> int:
-    with opened_store() as store:
+    with CommandStore() as store:
         names = known_names(store)
     try:
         found = verify_file(args.file, names)

@@ -46,8 +46,8 @@ Result = TypeVar("Result")
 class NoLink(Refused):
     """No module answers."""
 
-    def __init__(self, sentence: str, *, what: str = "", hint: str = "") -> None:
-        super().__init__(sentence, ErrorCode.NO_LINK, what=what, hint=hint)
+    def __init__(self, sentence: str, **told: str) -> None:
+        super().__init__(sentence, ErrorCode.NO_LINK, **told)
 
 
 # What ends a conversation, or keeps it from beginning.
@@ -79,8 +79,9 @@ class OpenPort:
             self.listeners.append(_trace())
         self._batches: queue.SimpleQueue[Batch] = queue.SimpleQueue()
         self._journal = journal
-        self._owed: Job[Any] | None = None  # LOCK after an interruption
+        # After an interruption: LOCK is owed, and its job once it is sent.
         self._is_lock_owed = False
+        self._owed: Job[Any] | None = None
         self._adapter = ""  # where LOCK may be owed
         self._return = Reconnection()
         self.worker = Worker(self._batches.put, make_lock=None if journal is None else self._make_lock)
@@ -106,9 +107,7 @@ class OpenPort:
         if not self.wait_until(lambda: self.connection.state is PortState.OPEN, OPENING_LIMIT_S):
             late = tr("{port} does not open within {seconds:.0f} s.", port=port, seconds=OPENING_LIMIT_S)
             raise NoLink(join_sentences((late, tr("Plug the adapter in again, or check the address."))))
-        if self._journal is not None:
-            self._return.feed(self.connection, steady_time())
-            self._return.poll(listed_ports(), steady_time())  # learns whether there are two of its kind
+        self._reopen_if_lost()  # learns whether there are two adapters of its kind
 
     def run(self, procedure: Procedure[Result], *, outlives: bool = False) -> Result:
         """Run a procedure, in the conversation in which the module was greeted, and return its result. Raises its
@@ -155,7 +154,7 @@ class OpenPort:
         """After an activation that was interrupted when its frame had left: wait until a module answers on the same
         adapter, which gets LOCK first, and say what came of it."""
         self.drain()
-        if self._is_lock_owed or self._owed is not None:
+        if self._is_lock_owed:
             _log.debug("LOCK is owed")
             self._await_lock()
 
@@ -176,38 +175,34 @@ class OpenPort:
         if not self._jobs:
             return False
         state.signal = None
-        job: Job[Locked | None] = Job(lock_it(), conversation=None)
-        self._owed = job
-        self.worker.submit(job, is_urgent=True)
-        ends_at = steady_time() + STOP_LIMIT_S
+        self._owed = self.worker.submit(Job(lock_it(), conversation=None), is_urgent=True)
         with suppress(KeyboardInterrupt):
-            while not (job.is_done or self.has_activated) and steady_time() < ends_at:
-                self.wait()
-        if self.has_activated:
-            with suppress(KeyboardInterrupt):
-                self._await_lock()
+            self._await_lock()
         return self.has_activated
 
     def _await_lock(self) -> None:
-        ends_at = steady_time() + OWED_LIMIT_S
+        ends_at, locked = steady_time() + OWED_LIMIT_S, None
         try:
             while steady_time() < ends_at and not (self._owed is not None and self._owed.is_done):
-                # Where the port was lost, only the same adapter is opened again.
-                now = steady_time()
-                self._return.feed(self.connection, now)
-                if self.connection.state is PortState.CLOSED and self._return.is_due(now):
-                    device = self._return.poll(listed_ports(), now)
-                    if device is not None:
-                        self.worker.open(device, self.connection.baud_rate, adapter=self._adapter or device)
+                self._reopen_if_lost()
                 self.wait()
+            if self._owed is not None and self._owed.is_done:
+                with suppress(PortError, Interrupted):  # without an open port it was never sent
+                    locked = self._owed.outcome()
         finally:
-            locked = None
-            with suppress(PortError, Interrupted):  # without an open port it was never sent
-                locked = self._owed.outcome() if self._owed is not None and self._owed.is_done else None
             if locked is not None and locked.is_locked:
                 notify(join_sentences((tr("LOCK was sent after the interruption."), locked.sentence)))
-            else:
+            elif self.has_activated:
                 notify(tr("ACTIVE, not locked."))
+
+    def _reopen_if_lost(self) -> None:
+        # Only the adapter on which LOCK may be owed is opened again.
+        now = steady_time()
+        self._return.feed(self.connection, now)
+        if self.connection.state is not PortState.OPENING and self._return.is_due(now):
+            device = self._return.poll(listed_ports(), now)
+            if device is not None:
+                self.worker.open(device, self.connection.baud_rate, adapter=self._adapter or device)
 
     def close(self) -> None:
         # Idempotent. Returns in bounded time, even if opening or closing the port hangs.
@@ -226,7 +221,7 @@ class OpenPort:
         self.conversation = batch.conversation
         if batch.counters is not None:
             self.counters, self.noise = batch.counters, batch.noise
-        self._is_lock_owed = batch.is_lock_owed
+        self._is_lock_owed |= batch.is_lock_owed
         is_reported = batch.conversation.reported[0] is True
         self.has_seen_triggered |= is_reported or any(sample.triggered for sample in batch.samples)
         if self._is_running:
@@ -276,9 +271,9 @@ def connected(
             if opened.has_seen_triggered:
                 # For the next module that is named at this port: what was said of it before does not hold any more.
                 from app.store.acts import note_triggered
-                from app.terminal.records import opened_store
+                from app.terminal.records import CommandStore
 
-                with opened_store() as store:
+                with CommandStore() as store:
                     store.write(lambda facts: note_triggered(facts, port=port, adapter=adapter_of(port)))
 
 

@@ -7,16 +7,14 @@ module, by `lock --same-module`.
 
 import argparse
 import os
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import Future
-from contextlib import contextmanager
-from functools import cache, partial
-from typing import NamedTuple, TypeVar
+from functools import cached_property, partial
+from typing import Self, TypeVar
 
 from app.engine.conversation import ConversationView
 from app.engine.target import is_simulated
 from app.modules.names import remembered, store_as_found, what_speaks_against
-from app.safety.journal import Journal
 from app.safety.left_active import LeftActive, all_left, note_locked, note_named
 from app.store.acts import StoreJournal, Where, note_said_safe
 from app.store.fact_store import Facts, Store
@@ -32,57 +30,43 @@ READ_LIMIT_S = 1.0  # how long a command waits for what it asks of the store
 Result = TypeVar("Result")
 
 
-class Records(NamedTuple):
-    """The records of one connection. `find_where` may take seconds, for the adapter's USB identity. `run` names the
-    conversation."""
+class CommandStore(Store):
+    """The store of one command, with the audit log of its port. At the end it says what a person should know of it, and
+    whether anything was not written. `module`: the name of the module; `run` names the conversation."""
 
-    journal: Journal
-    store: Store
-    port: str
-    find_where: Callable[[], Where]
-    run: str
+    def __init__(self, port: str = "", module: str | None = None, *, starts_late: bool = False) -> None:
+        super().__init__(starts_late=starts_late)
+        self.port, self.module, self.run = port, module or "", os.urandom(4).hex()
+        # Why entries of the audit log are missing.
+        self._troubles: list[UserMessage] = []
+        self.journal = StoreJournal(self, lambda: self.where, on_trouble=self._troubles.append)
+
+    @cached_property
+    def where(self) -> Where:
+        # For the adapter's USB identity it may take seconds: the journal asks in the store's thread.
+        return Where(self.port, ORIGIN, adapter_of(self.port), self.module, self.run)
 
     def keep_as_found(self, settings: Mapping[str, Value], boot_count: int | None) -> "Future[Row]":
         # The future ends when it is on disk or has failed; a failure does not prevent changing a setting.
-        return self.store.write(partial(store_as_found, settings=settings, boot_count=boot_count, port=self.port))
+        return self.write(partial(store_as_found, settings=settings, boot_count=boot_count, port=self.port))
 
     def ask(self, work: Callable[[Facts], Result]) -> Result | None:
         # None where the store is in trouble, which is said at the end, or too slow.
         try:
-            return self.store.write(work).result(READ_LIMIT_S)
+            return self.write(work).result(READ_LIMIT_S)
         except (UserError, TimeoutError):
             return None
 
+    def __enter__(self) -> Self:
+        return self
 
-class CommandStore(Store):
-    """The store of one command. `troubles`: why entries of its audit log are missing."""
-
-    def __init__(self, *, starts_late: bool = False) -> None:
-        super().__init__(starts_late=starts_late)
-        self.troubles: list[UserMessage] = []
-
-    def records(self, port: str, module: str | None = None) -> Records:
-        # The store's thread finds the adapter, while the port is opened. `module`: its name.
-        run = os.urandom(4).hex()
-        find_where = cache(lambda: Where(port, ORIGIN, adapter_of(port), module or "", run))
-        journal = StoreJournal(self, find_where, on_trouble=self.troubles.append)
-        return Records(journal, self, port, find_where, run)
-
-
-@contextmanager
-def opened_store(*, starts_late: bool = False) -> Iterator[CommandStore]:
-    """Open the store, at once. At the end what a person should know of it is said, and whether anything was not
-    written."""
-    store = CommandStore(starts_late=starts_late)
-    try:
-        yield store
-    finally:
-        store.start()
-        is_whole = store.close()
-        say_notice(store)
-        for trouble in store.troubles:
+    def __exit__(self, *_raised: object) -> None:
+        self.start()
+        is_whole = self.close()
+        say_notice(self)
+        for trouble in self._troubles:
             notify_once(trouble.translated())
-        if store.troubles or not is_whole:
+        if self._troubles or not is_whole:
             notify(tr("The audit log is incomplete."))
 
 
@@ -102,13 +86,6 @@ def say_not_kept(trouble: UserError) -> None:
     # Why is said once, as it may be that there is no store, which is said of itself.
     notify_once(trouble.sentence)
     notify(tr("Not kept so far."))
-
-
-@contextmanager
-def records_of(port: str, *, starts_late: bool = False) -> Iterator[Records]:
-    """Give the records of a port, with a store of its own."""
-    with opened_store(starts_late=starts_late) as store:
-        yield store.records(port)
 
 
 # What an earlier run left ACTIVE
@@ -131,7 +108,7 @@ def say_left_active(ports: Sequence[str], module: str | None) -> None:
         store.close(0.0)
 
 
-def conclude_lock(records: Records, args: argparse.Namespace, locked: ConversationView | None) -> None:
+def conclude_lock(store: CommandStore, args: argparse.Namespace, locked: ConversationView | None) -> None:
     """End what was left ACTIVE by the module that was locked, as far as a person says which one it is, and say the
     rest. Waits for the store for a limited time. `locked` is the conversation in which it reported LOCKED, if one
     did."""
@@ -143,17 +120,17 @@ def conclude_lock(records: Records, args: argparse.Namespace, locked: Conversati
         if locked is not None and args.module:
             against = speaks_against(facts, args.module, locked)
             if args.same_module or not against:
-                note_named(facts, records.run, args.module)
-                note_locked(facts, records.run)
+                note_named(facts, store.run, args.module)
+                note_locked(facts, store.run)
         if locked is not None and args.same_module:
             for one in _left_here(facts, args.port, args.module):
                 if not one.module:
                     note_said_safe(facts, one, ORIGIN)
         # What this run left is said by itself.
         left = _left_here(facts, args.port, args.module)
-        return against, [one for one in left if one.run != records.run]
+        return against, [one for one in left if one.run != store.run]
 
-    against, left = records.ask(update) or ("", [])
+    against, left = store.ask(update) or ("", [])
     add = tr("If it is this module, add {option}.", option="--same-module")
     if against and not args.same_module:
         notify(join_sentences((against, add)))
@@ -180,11 +157,11 @@ def _left_here(facts: Facts, port: str, module: str | None) -> list[LeftActive]:
 # --module NAME: a person's word for this conversation
 
 
-def refuse_another(conversation: ConversationView, records: Records, args: argparse.Namespace) -> None:
+def refuse_another(conversation: ConversationView, store: CommandStore, args: argparse.Namespace) -> None:
     # Raises `Refused` where something speaks against the name, unless a person says --same-module. Of a store that
     # cannot be used nothing is known, so nothing speaks against it; why is said at the end.
     if args.module and not args.same_module:
-        against = records.ask(lambda facts: speaks_against(facts, args.module, conversation))
+        against = store.ask(lambda facts: speaks_against(facts, args.module, conversation))
         if against:
             raise unless_same_module(against)
 
