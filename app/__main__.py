@@ -12,7 +12,6 @@ import os
 import sys
 import threading
 from collections.abc import Callable, Sequence
-from itertools import takewhile
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -50,8 +49,8 @@ def main(argv: Sequence[str] | None = None) -> int:
     try:
         code = _run(words)
         console.write("")  # flushes what argparse printed
-    except SystemExit as end:  # from argparse, which printed the help
-        code = end.code if isinstance(end.code, int) else console.USAGE_ERROR
+    except SystemExit:  # from argparse, which printed the help
+        code = console.SUCCESS
     except KeyboardInterrupt as interrupted:
         # As a shell reports it: 130 for Ctrl-C, 143 for SIGTERM.
         code = 128 + getattr(interrupted, "number", 2)
@@ -77,9 +76,10 @@ def _run(words: list[str]) -> int:
 
         console.write_lines([f"DPS-S Configurator {version()}"])
         return console.SUCCESS
-    leading = list(takewhile(lambda word: word in _ANYWHERE, words))
-    if words[len(leading) : len(leading) + 1] and words[len(leading)] in BY_NAME:  # dps-s -v read
-        words = [words[len(leading)], *leading, *words[len(leading) + 1 :]]
+    command = next((word for word in words if word not in _ANYWHERE), "")
+    if command in BY_NAME:  # dps-s -v read
+        words.remove(command)
+        words.insert(0, command)
     if not words or words[0].startswith("-") or is_file_name(words[0]):
         words = [WINDOW, *words]
     entry = BY_NAME.get(words[0])
@@ -197,12 +197,10 @@ def _print_pages(bodies: Sequence[str], paper: "Paper", attachment: bytes | None
 
 
 def _prepare_output() -> None:
-    if sys.platform != "win32":  # there windowed programs have none
-        for name, mode in (("stdin", "r"), ("stdout", "w"), ("stderr", "w")):
+    for name, mode in (("stdin", "r"), ("stdout", "w"), ("stderr", "w")):
+        if getattr(sys, name) is None and sys.platform != "win32":  # there windowed programs have none
             # It was closed: the port or a file would get its number, and what is printed.
-            if getattr(sys, name) is None:
-                nowhere = os.open(os.devnull, os.O_RDWR)
-                setattr(sys, name, open(nowhere, mode, encoding="utf-8", closefd=False))  # noqa: SIM115
+            setattr(sys, name, Path(os.devnull).open(mode, encoding="utf-8"))  # noqa: SIM115
     for stream in (sys.stdout, sys.stderr):
         if isinstance(stream, io.TextIOWrapper):
             stream.reconfigure(errors="replace")  # "?" for characters that the console lacks

@@ -210,34 +210,23 @@ def refuse_existing(path: Path, *, is_forced: bool) -> None:
 
 # Signals
 
-# How long a command may be stuck in printing after a signal.
-PATIENCE_S: Final = 1.0
-
 
 @contextmanager
 def signals_noted() -> Iterator[None]:
-    """Only note signals from now on, until the outermost block ends; `check_signals` raises them.
-
-    So none interrupts a line of output, or the switching off of a stream. Where a pipe that nobody reads blocks the
-    output, the next signal breaks it off, which is an alarm a second later. It does nothing in other threads.
-    """
+    """Only note signals from now on, until the outermost block ends; `check_signals` raises them. So none interrupts
+    the switching off of a stream. Only printing is broken off, as nobody may read the pipe. It does nothing in other
+    threads."""
     if state.is_noting or threading.current_thread() is not threading.main_thread():
         yield
         return
 
     def note(number: int, _frame: FrameType | None) -> None:
-        if state.signal is None:
-            state.signal = number
-            set_alarm(PATIENCE_S)
-        elif state.is_writing:
+        state.signal = state.signal or number
+        if state.is_writing:
             raise Signalled(state.signal)
 
-    def set_alarm(every_s: float) -> None:
-        if hasattr(signal, "setitimer"):
-            signal.setitimer(signal.ITIMER_REAL, every_s, every_s)
-
     before: dict[int, Any] = {}
-    for name in ("SIGINT", "SIGTERM", "SIGHUP", "SIGBREAK", "SIGALRM"):
+    for name in ("SIGINT", "SIGTERM", "SIGHUP", "SIGBREAK"):
         number = getattr(signal, name, None)  # not all platforms have all of them
         if number is not None and signal.getsignal(number) is not signal.SIG_IGN:
             before[number] = signal.signal(number, note)
@@ -245,7 +234,6 @@ def signals_noted() -> Iterator[None]:
     try:
         yield
     finally:
-        set_alarm(0.0)
         state.is_noting, state.signal = False, None
         for number, former in before.items():
             signal.signal(number, former)
@@ -352,10 +340,10 @@ def as_json(value: object) -> str:
     return visible_json(json.dumps(msgspec.to_builtins(value), ensure_ascii=False, allow_nan=False))
 
 
-def failure_of(error: Exception) -> Refused:
+def failure_of(error: Exception) -> UserError:
     # Why a command has no result, as it is printed.
     if isinstance(error, UserError) and error.code is not ErrorCode.INTERRUPTED:  # which is told with what to do next
-        return Refused(error.message, error.code, what=error.what, hint=error.hint)
+        return error
     if isinstance(error, ImportError):
         from app.system.libraries import missing_libraries
 
@@ -393,7 +381,7 @@ def fail(error: Exception, *, is_json: bool) -> int:
     return failure.code.exit_code
 
 
-def columns(rows: Sequence[tuple[str, ...]], *, indent: int = 0) -> list[str]:
+def columns(rows: Sequence[tuple[str, ...]]) -> list[str]:
     """Left-aligned columns, two spaces apart. The last cell of a row, mostly a sentence, does not widen its column: it
     would push every line over the edge of the terminal."""
 
@@ -405,5 +393,5 @@ def columns(rows: Sequence[tuple[str, ...]], *, indent: int = 0) -> list[str]:
     lines: list[str] = []
     for row in rows:
         cells = [cell + " " * (widest - width(cell)) for cell, widest in zip(row[:-1], widths, strict=False)]
-        lines.append((" " * indent + "  ".join((*cells, *row[-1:]))).rstrip())
+        lines.append("  ".join((*cells, *row[-1:])).rstrip())
     return lines

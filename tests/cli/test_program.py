@@ -23,11 +23,10 @@ from app.engine.ports import NOT_LISTED, PortInfo
 from app.engine.procedure import Inspect, Procedure
 from app.engine.transport import PortError, PortErrorKind, open_line
 from app.procedures.history import History
+from app.store.fact_store import Store
 from app.store.rows import PreflightCheck
 from app.system.files import write_whole
 from app.terminal import connection, console
-from app.terminal import records as command_journal
-from app.terminal.records import CommandStore
 from app.text.messages import visible
 from protocol.messages import TriggerRecord, decode_record
 from tests.support.cli_line import Program
@@ -302,17 +301,16 @@ def test_no_command_prints_typed_control_characters(words: list[str], dps_s: Pro
 # Signals
 
 
-posix_signals = pytest.mark.skipif(not hasattr(signal, "SIGALRM"), reason="no such signal")
+posix_signals = pytest.mark.skipif(sys.platform == "win32", reason="os.kill would end the process")
 
 
 @posix_signals
 def test_a_pipe_that_nobody_reads_is_given_up(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(console, "PATIENCE_S", 0.1)
     reading, writing = os.pipe()
     with open(writing, "w", encoding="utf-8") as out:  # noqa: PTH123
         monkeypatch.setattr(sys, "stdout", out)
         with console.signals_noted():
-            signal.raise_signal(signal.SIGINT)
+            threading.Timer(0.1, os.kill, (os.getpid(), signal.SIGINT)).start()
             with pytest.raises(console.Signalled):
                 console.write("x" * 2_000_000)  # more than a pipe holds
         monkeypatch.undo()
@@ -342,11 +340,12 @@ def test_a_signal_after_the_last_frame_does_not_keep_the_result(
 def test_a_signal_before_the_port_is_opened_keeps_everything_from_being_sent(
     words: list[str], port: str, dps_s: Program, monkeypatch: pytest.MonkeyPatch, wire: list[bytes]
 ) -> None:
-    def interrupted_open(*, starts_late: bool = False) -> CommandStore:
+    def interrupted_start(store: Store) -> None:
         os.kill(os.getpid(), signal.SIGTERM)
-        return CommandStore(starts_late=starts_late)
+        start(store)
 
-    monkeypatch.setattr(command_journal, "CommandStore", interrupted_open)
+    start = Store.start
+    monkeypatch.setattr(Store, "start", interrupted_start)
     dps_s([*words, "--port", port], 128 + signal.SIGTERM)
     assert wire == []
 
