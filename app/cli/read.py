@@ -7,23 +7,16 @@ null in JSON and "unknown" with the reason in the text, never a default.
 import argparse
 from collections.abc import Mapping
 
-from app.engine.conversation import STATUS_KEYS, Interrupted
+from app.engine.conversation import STATUS_KEYS, ConversationView, Interrupted
 from app.engine.procedure import EngineView, Inspect, Pause, Procedure
 from app.engine.target import is_socket
-from app.procedures.read import (
-    ANSWERED_TWICE,
-    LIVE_KEYS,
-    NO_REPLY,
-    SETTING_KEYS,
-    Readings,
-    contradictions,
-    read_everything,
-)
+from app.procedures.read import ANSWERED_TWICE, LIVE_KEYS, NO_REPLY, SETTING_KEYS, Readings, read_everything
 from app.terminal import console
 from app.terminal.connection import connected
 from app.text.i18n import tr
 from app.text.messages import UserMessage, in_brackets, join_names, message
 from protocol.catalogue import BAUD_RATE, BY_NAME, SERIAL_OUTPUT, SETTINGS, STATUS_PARTS
+from protocol.events import Unanswered
 from protocol.fields import Choice, Value
 from protocol.translatable import marked
 
@@ -43,38 +36,34 @@ _TITLES = {command.key: command.title for command in _COMMANDS} | {
 
 
 def run(args: argparse.Namespace) -> int:
-    read = Readings()
+    read, seen = Readings(), ConversationView()
     ended: Interrupted | None = None
-    round_trip_s: float | None = None
-    is_doubled = is_streaming = False
+    is_doubled = False
     with connected(args.port, args.baud) as opened:
         try:
             opened.run(read_everything(read))
             is_doubled = opened.run(is_answered_twice(read.answered_at))
-            is_streaming = opened.conversation.is_streaming
-            round_trip_s = opened.conversation.lag_s
+            seen = opened.conversation
         except Interrupted as error:
             ended = error
     values = dict(read.values)
+    if ended is not None and ended.contradiction is not None:
+        values.pop(ended.contradiction.before.command.key, None)  # which of the two holds nobody knows
     # Why a value is not known, by its key; "status" stands for all of the status.
-    errors = {key: _no_reply(unanswered.attempts, unanswered.waited_s) for key, unanswered in read.errors.items()}
-    against = read.contradictions
-    if ended is not None:
-        against = contradictions(values.pop("active", None), values.pop("triggered", None), read.status)
-        if ended.contradiction is not None:
-            values.pop(ended.contradiction.before.command.key, None)  # which of the two holds nobody knows
-    elif is_streaming:
-        values[SERIAL_OUTPUT.key] = True
+    errors = {key: _no_reply(unanswered) for key, unanswered in read.errors.items()}
     if read.status is not None:
+        against = read.contradictions
         values |= {key: getattr(read.status, key) for key in STATUS_KEYS if key not in against}
-        errors |= against  # without a status 30 and 31 prove nothing
+        errors |= against
+    if seen.is_streaming:
+        values[SERIAL_OUTPUT.key] = True
     rate = opened.connection.baud_rate
     if not is_socket(args.port):  # behind a plain socket nobody here knows it
         values[BAUD_RATE.key] = rate
-    for key in (*STATUS_KEYS, *LIVE_KEYS, *SETTING_KEYS):
-        if key not in values and key not in _UNREADABLE and key not in errors:
-            why = message(NO_REPLY) if ended is None else ended.message
-            errors.setdefault("status" if key in STATUS_KEYS else key, why)
+    if ended is not None:
+        for key in (*STATUS_KEYS, *LIVE_KEYS, *SETTING_KEYS):
+            if key not in values and key not in _UNREADABLE and key not in errors:
+                errors.setdefault("status" if key in STATUS_KEYS else key, ended.message)
     unread = sorted(errors)
     if ended is not None or is_doubled:
         errors[LINE] = ANSWERED_TWICE if ended is None else ended.message
@@ -85,17 +74,18 @@ def run(args: argparse.Namespace) -> int:
         answer = reading_object(
             port=args.port,
             baud_rate=rate,
-            round_trip_s=round_trip_s,
+            round_trip_s=seen.lag_s,
             values=values,
             errors=errors,
         )
         console.emit(args, answer, ())
     else:
         page = [tr("{port}, {rate} baud", port=args.port, rate=rate)]
-        if round_trip_s is not None:
-            page = [join_names((*page, f"{1000 * round_trip_s:.1f} ms"))]
+        if seen.lag_s is not None:
+            page = [join_names((*page, f"{1000 * seen.lag_s:.1f} ms"))]
         live_keys = (*STATUS_KEYS, "cell_voltage_v", "charging", "light_v", "boot_count")
-        rows = console.columns([_row(key, values, errors) for key in (*live_keys, *SETTING_KEYS)], indent=2)
+        lines = console.columns([_row(key, values, errors) for key in (*live_keys, *SETTING_KEYS)])
+        rows = [f"  {line}" for line in lines]
         page += ["", tr("Status"), *rows[: len(live_keys)], "", tr("Settings"), *rows[len(live_keys) :]]
         console.emit(args, None, page)
     if ended is not None:
@@ -117,11 +107,11 @@ def is_answered_twice(first_at: float | None = None) -> Procedure[bool]:
     return view.lasting.is_answered_twice(view.now)
 
 
-def _no_reply(attempts: int, waited_s: float) -> UserMessage:
-    if attempts <= 1:
+def _no_reply(unanswered: Unanswered) -> UserMessage:
+    if unanswered.attempts <= 1:
         return message(NO_REPLY)
     text = marked("no reply within {seconds:.1f} s, asked {attempts} times")
-    return message(text, seconds=waited_s, attempts=attempts)
+    return message(text, seconds=unanswered.waited_s, attempts=unanswered.attempts)
 
 
 def _row(key: str, values: Mapping[str, Value], errors: Mapping[str, UserMessage]) -> tuple[str, str]:

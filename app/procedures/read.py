@@ -84,9 +84,8 @@ class Readings:
         self.answered_at: float | None = None  # when the first question was, in seconds of the session's clock
         self.values: dict[str, Value] = {}  # by key ("light_threshold_v"), in the field's unit
         self.status: StatusSample | None = None
+        self.state: dict[str, Value] = {}  # the answers to 30 and 31, which prove nothing without the status
         self.errors: dict[str, Unanswered] = {}  # what the module, though it is there, did not answer, by key
-        # Where 30 or 31 and the status do not agree: what both say, by the key of the status, which is unknown then.
-        self.contradictions: Mapping[str, UserMessage] = {}
 
     @property
     def boot_count(self) -> int | None:
@@ -97,15 +96,16 @@ class Readings:
     def is_complete(self) -> bool:
         return not self.errors
 
+    @property
+    def contradictions(self) -> Mapping[str, UserMessage]:
+        """Where 30 or 31 and the status do not agree: what both say, by the key of the status, unknown then."""
+        return contradictions(self.state.get(ACTIVE.key), self.state.get(TRIGGERED.key), self.status)
+
 
 def read_everything(readings: Readings | None = None) -> Procedure[Readings]:
     """Ask once for everything that can be asked for. `readings`: has what was read so far, also if this ends with
     `Interrupted`."""
-    read = yield from _ask_each(READABLE, readings or Readings())
-    read.contradictions = contradictions(
-        read.values.pop(ACTIVE.key, None), read.values.pop(TRIGGERED.key, None), read.status
-    )
-    return read
+    return (yield from _ask_each(READABLE, readings or Readings()))
 
 
 def read_settings() -> Procedure[Readings]:
@@ -124,7 +124,7 @@ def _ask_each(commands: Sequence[Command], read: Readings) -> Procedure[Readings
         if read.answered_at is None:
             read.answered_at = outcome.at
         if isinstance(answer := outcome.messages[0], Reading):
-            read.values[command.key] = answer.value
+            (read.state if command in (ACTIVE, TRIGGERED) else read.values)[command.key] = answer.value
         elif isinstance(answer, Status):
             read.status = StatusSample(outcome.at, *answer)
     return read
