@@ -37,8 +37,7 @@ def run(args: argparse.Namespace) -> int:
         second, head, missing = settings_of_profile(args.other), str(args.other), "–"
         names = list({**first, **second})
     else:
-        module = read_module(args.port, args.baud)
-        second, head, missing = module.values, module.port, tr("unknown")
+        second, head, missing = read_module(args).values, args.port, tr("unknown")
         # What the profile leaves open is no difference.
         names = list(first)
     unequal = [name for name in names if first.get(name) != second.get(name)]

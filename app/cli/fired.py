@@ -52,7 +52,7 @@ class FiredJson(Result):
     longest_fall_s: float | None
     not_judged_s: float | None
     problems: list[str]
-    answer: Literal["fires", "does_not_fire", "not_judged", "unreadable"]
+    answer: Answer
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -93,9 +93,9 @@ def run(args: argparse.Namespace) -> int:
             console.notify(labelled(log.path, log.why_not.translated()))
     # One that fires outweighs all that were not read: it is certain.
     answers = {result.answer for result, _ in judged}
-    if "fires" in answers:
+    if Answer.FIRES in answers:
         return console.PARTIAL
-    return console.SUCCESS if answers == {"does_not_fire"} else console.USAGE_ERROR
+    return console.SUCCESS if answers == {Answer.DOES_NOT_FIRE} else console.USAGE_ERROR
 
 
 def limits_of(given: Mapping[str, SettingValue]) -> TriggerLimits:
@@ -111,31 +111,24 @@ def limits_of(given: Mapping[str, SettingValue]) -> TriggerLimits:
 
 def _judged(log: SummarisedLog, limits: TriggerLimits) -> tuple[FiredJson, list[UserMessage]]:
     """The answer in English, and its problems: why it cannot be read or not be judged."""
-    flight, answer, problems = log.flight, Answer.UNREADABLE, [] if log.why_not is None else [log.why_not]
-    fires: list[FireJson] | None = None
-    tilt_max_deg = longest_fall_s = not_judged_s = math.nan
+    flight, why_not = log.flight, log.why_not
+    result = FiredJson(str(log.path), None, None, None, None, [], Answer.UNREADABLE)
+    problems = [] if flight is None else list(flight.problems)
     if flight is not None:
-        answer, why_not, *_ = flight.outcome(limits)
-        tilt_max_deg, not_judged_s = flight.tilt_max_deg, flight.not_judged_s
+        result.answer, why_not, *_ = flight.outcome(limits)
+        result.not_judged_s = round(flight.not_judged_s, 2)
+        if math.isfinite(flight.tilt_max_deg):
+            result.tilt_max_deg = round(flight.tilt_max_deg, 1)
         if flight.has_acceleration:
-            longest_fall_s = max(0.0, flight.longest_fall_s(limits))
-        if answer is not Answer.NOT_JUDGED:
-            fires = [
+            result.longest_fall_s = max(0.0, round(flight.longest_fall_s(limits), 2))
+        if result.answer is not Answer.NOT_JUDGED:
+            result.fires = [
                 FireJson(round(at_s, 3), _SOURCES[source], int(tilt_deg) if math.isfinite(tilt_deg) else None)
                 for at_s, source, tilt_deg in flight.firings(limits)
             ]
-        problems = list(flight.problems)
-        if why_not is not None:
-            problems.append(why_not)
-    result = FiredJson(
-        log=str(log.path),
-        fires=fires,
-        tilt_max_deg=round(tilt_max_deg, 1) if math.isfinite(tilt_max_deg) else None,
-        longest_fall_s=round(longest_fall_s, 2) if math.isfinite(longest_fall_s) else None,
-        not_judged_s=round(not_judged_s, 2) if math.isfinite(not_judged_s) else None,
-        problems=[problem.in_english() for problem in problems],
-        answer=answer.value,
-    )
+    if why_not is not None:
+        problems.append(why_not)
+    result.problems = [problem.in_english() for problem in problems]
     return result, problems
 
 
@@ -143,7 +136,7 @@ def _page(names: Sequence[str], judged: Sequence[tuple[FiredJson, list[UserMessa
     rows: list[tuple[str, ...]] = [(tr("Log"), tr("Fires"), tr("Largest tilt"), tr("Longest fall"), tr("Not judged"))]
     remarks: list[str] = []
     for name, (result, problems) in zip(names, judged, strict=True):
-        fires = {"unreadable": tr("not read"), "not_judged": tr("not judged")}.get(result.answer, tr("no"))
+        fires = {Answer.UNREADABLE: tr("not read"), Answer.NOT_JUDGED: tr("not judged")}.get(result.answer, tr("no"))
         if result.fires:
             first = result.fires[0]
             tilted = tr("attitude, {tilt:.0f}°", tilt=first.tilt_deg or 0)
@@ -151,7 +144,7 @@ def _page(names: Sequence[str], judged: Sequence[tuple[FiredJson, list[UserMessa
             fires = tr("at {time:.2f} s: {why}", time=first.t_s, why=why)
         figures = ((result.tilt_max_deg, "°"), (result.longest_fall_s, " s"), (result.not_judged_s, " s"))
         rows.append((name, fires, *("–" if value is None else f"{value:g}{unit}" for value, unit in figures)))
-        if result.answer != "unreadable":
+        if result.answer is not Answer.UNREADABLE:
             remarks += [labelled(name, problem.translated()) for problem in problems]
     firing = sum(bool(result.fires) for result, _ in judged)
     unknown = sum(result.fires is None for result, _ in judged)

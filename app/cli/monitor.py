@@ -10,14 +10,12 @@ import argparse
 import logging
 import math
 from collections.abc import Callable
-from contextlib import ExitStack
 from typing import Final
 
 from app.diagnosis.causes import PortEvidence
 from app.diagnosis.silence import Silence
 from app.engine.conversation import Interrupted, StatusSample, reason_message
 from app.engine.procedure import Job
-from app.engine.target import is_simulated
 from app.engine.worker import Batch
 from app.procedures.stream import LISTEN_S, StreamSwitch, watch
 from app.safety.last_known import was_heard_active
@@ -82,11 +80,7 @@ def run(args: argparse.Namespace) -> int:
 
 
 def watch_port(
-    args: argparse.Namespace,
-    on_batch: Callable[[Batch], object],
-    *,
-    reads_all: bool = False,
-    goes_on: Callable[[], bool] = lambda: True,
+    args: argparse.Namespace, on_batch: Callable[[Batch], object], *, goes_on: Callable[[], bool] = lambda: True
 ) -> None:
     """Give all that comes from a port to `on_batch`, in order and through the ends of conversations, which are told;
     until a signal, or for `--seconds` from the first status, and while `goes_on`. Raises one of `LOST`, and `Signalled`
@@ -112,20 +106,16 @@ def watch_port(
                 console.notify(join_sentences((why, tr("Another module may answer from now on."))))
 
     try:
-        with ExitStack() as stack:
-            memory = StreamMemory()
-            if not is_simulated(args.port):  # it is remembered that the serial output is switched on
-                memory = StreamMemory(stack.enter_context(CommandStore()), adapter_of(args.port) or args.port)
-            opened = stack.enter_context(connected(args.port, args.baud, on_batch=take))
+        with CommandStore() as store, connected(args.port, args.baud, on_batch=take) as opened:
+            # It is remembered that the serial output is switched on.
+            memory = StreamMemory(store, adapter_of(args.port) or args.port)
             try:
                 while steady_time() < ends_at and goes_on():
                     opened.wait()
                     if opened.connection.trouble is not None:
                         raise opened.connection.trouble
-                    if job is not None and job.is_done:
-                        if not isinstance(job.error, Interrupted):
-                            job.outcome()  # raises what it ended with
-                        job = None
+                    if job is not None and job.is_done and not isinstance(job.error, Interrupted):
+                        job.outcome()  # raises what it ended with
                     conversation = opened.conversation
                     if conversation.is_going and conversation.number != number:
                         # A module that answers after a break is not made to stream, but a stream of this program is
@@ -133,7 +123,7 @@ def watch_port(
                         listen_s = LISTEN_S if number == 0 else math.inf
                         number = conversation.number
                         _log.debug("watching conversation %d", number)
-                        procedure = watch(StreamSwitch(), read_all=reads_all, memory=memory, listen_s=listen_s)
+                        procedure = watch(StreamSwitch(), memory=memory, listen_s=listen_s)
                         job = opened.worker.submit(Job(procedure, conversation=number))
                     if conversation.ended is not None and steady_time() - conversation.ended.at > SILENT_FOR_S:
                         was_active = was_heard_active(conversation)

@@ -30,7 +30,7 @@ def run(args: argparse.Namespace) -> int:
     lost: Exception | None = None
     try:
         # Where nothing more is recorded it ends: said now, not after the flight.
-        monitor.watch_port(args, recorder.on_batch, reads_all=True, goes_on=lambda: recorder.trouble is None)
+        monitor.watch_port(args, recorder.on_batch, goes_on=lambda: recorder.trouble is None)
     except LOST as error:
         lost = error
     finally:

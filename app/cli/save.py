@@ -5,7 +5,6 @@ if the file exists and --force is missing; 3 without a link; 4 if some were not 
 """
 
 import argparse
-from collections.abc import Mapping
 from datetime import datetime
 from pathlib import Path
 from typing import NamedTuple
@@ -21,7 +20,7 @@ from app.terminal.connection import adapter_of, connected
 from app.terminal.results import Result, SettingName, Value
 from app.text.i18n import tr
 from app.text.messages import clean, join_names
-from protocol.catalogue import READABLE_SETTINGS
+from protocol.catalogue import BAUD_RATE
 from protocol.fields import Value as SettingValue
 
 
@@ -37,29 +36,27 @@ class SaveJson(Result):
 class ModuleSettings(NamedTuple):
     """The settings of a module by key. `missing`: those that were not read, and why, in English."""
 
-    port: str
-    baud_rate: int
     boot_count: int | None
-    values: Mapping[str, SettingValue]
-    missing: Mapping[str, str]
+    values: dict[str, SettingValue]
+    missing: dict[str, str]
 
     def notify_missing(self) -> int:
-        """Say which readable settings were not read; returns the exit code."""
-        names = [command.key for command in READABLE_SETTINGS if command.key in self.missing]
+        """Say which settings were not answered; returns the exit code."""
+        names = [key for key, why in self.missing.items() if why == NO_REPLY]
         if names:
             console.notify(tr("Could not read: {names}. Read again or check the wiring.", names=join_names(names)))
         return console.PARTIAL if names else console.SUCCESS
 
 
-def read_module(port: str, baud_rate: int | None) -> ModuleSettings:
+def read_module(args: argparse.Namespace) -> ModuleSettings:
     """Read the settings of the module. Raises `Interrupted` where the conversation ended meanwhile."""
-    with connected(port, baud_rate) as opened:
+    with connected(args.port, args.baud) as opened:
         reading = opened.run(read_settings())
-    rate = opened.connection.baud_rate
-    values = {key: value for key, value in reading.values.items() if key in SETTING_KEYS} | {"baud_rate": rate}
+    values = {key: value for key, value in reading.values.items() if key in SETTING_KEYS}
+    values[BAUD_RATE.key] = opened.connection.baud_rate
     unread = [key for key in SETTING_KEYS if key not in values]
     missing = {key: NO_REPLY if key in reading.errors else "cannot be read" for key in unread}
-    return ModuleSettings(port, rate, reading.boot_count, values, missing)
+    return ModuleSettings(reading.boot_count, values, missing)
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -70,14 +67,14 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def run(args: argparse.Namespace) -> int:
     path: Path = args.file
     console.refuse_existing(path, is_forced=args.force)
-    module = read_module(args.port, args.baud)
+    module = read_module(args)
     # A file says for itself where its values come from: it is carried to other computers.
-    code, adapter = fingerprint(module.values), adapter_of(module.port)
+    code, adapter = fingerprint(module.values), adapter_of(args.port)
     origin = [
         f"Settings as read by dps-s save, {datetime.now().astimezone().isoformat(' ', 'seconds')}",
-        f"Port: {clean(module.port)}, {module.baud_rate} baud",
+        f"Port: {clean(args.port)}, {module.values[BAUD_RATE.key]} baud",
         f"Adapter: {clean(adapter)}" if adapter else "",
-        "SIMULATED MODULE" if is_simulated(module.port) else "",
+        "SIMULATED MODULE" if is_simulated(args.port) else "",
         f"Boot count: {'unknown' if module.boot_count is None else module.boot_count}",
         f"Settings code: {code}" if code else "",
         *(f"{key}: {why}" for key, why in module.missing.items()),
@@ -85,6 +82,6 @@ def run(args: argparse.Namespace) -> int:
     text = "".join(f"# {line}\n" for line in origin if line)
     text += profile_text(Profile(name=clean(path.stem, longest=MAX_NAME_LENGTH), settings=module.values))
     is_written = console.wrote(path, lambda: write_whole(path, text.encode()))
-    answer = SaveJson(str(path), is_written, dict(module.values), dict(module.missing))
+    answer = SaveJson(str(path), is_written, dict(module.values), module.missing)
     console.emit(args, answer, [tr("Saved to {path}.", path=path)] if is_written else [])
     return module.notify_missing() if is_written else console.PARTIAL

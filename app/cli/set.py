@@ -114,7 +114,7 @@ def warn(wishes: Sequence[SettingChange]) -> None:
 
 def _show(wishes: Sequence[SettingChange], args: argparse.Namespace) -> int:
     # Sends queries only.
-    module = read_module(args.port, args.baud)
+    module = read_module(args)
     answer, rows = SetJson({}), list[tuple[str, str]]()
     for wish in wishes:
         key, before = wish.command.key, module.values.get(wish.command.key)

@@ -54,16 +54,13 @@ class StreamSwitch:
         return self.is_wanted or self.is_recorded
 
 
-def watch(
-    switch: StreamSwitch, *, read_all: bool = True, memory: StreamMemory | None = None, listen_s: float = LISTEN_S
-) -> Procedure[None]:
-    """Go on until it is cancelled or interrupted. `read_all`: ask for everything first. `memory`: of streams that were
-    left on. `listen_s`: how long to listen before the stream is switched on; a slower one that was on is then switched
-    off at the end, too."""
+def watch(switch: StreamSwitch, *, memory: StreamMemory | None = None, listen_s: float = LISTEN_S) -> Procedure[None]:
+    """Ask for everything, and go on until it is cancelled or interrupted. `memory`: of streams that were left on.
+    `listen_s`: how long to listen before the stream is switched on; a slower one that was on is then switched off at
+    the end, too."""
     stream = _Stream(switch, memory or StreamMemory(), listen_s)
     try:
-        if read_all:
-            yield from read_everything()
+        yield from read_everything()
         view: EngineView = yield Inspect()
         # One after the other, so that together they never hold up a report for long.
         due = {request: view.now + number * APART_S for number, request in enumerate(_EVERY_S)}
