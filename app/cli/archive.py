@@ -6,6 +6,7 @@ Exit code 0 done; 1 there is no such module; 2 no archive file, or an invalid ad
 
 import argparse
 from datetime import UTC, date, datetime
+from functools import partial
 from typing import Any
 
 from msgspec import field
@@ -81,33 +82,23 @@ class ServicedJson(Result):
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    kinds, day = [kind.value for kind in ServiceKind], dict[str, Any](type=date.fromisoformat, metavar="YYYY-MM-DD")
     commands = parser.add_subparsers(metavar="COMMAND", required=True)
-    for function, word, summary in (
-        (run_sync, "sync", "exchange with a server or a file, in both directions"),
-        (run_status, "status", "show what is in the archive"),
-        (run_module, "module", "print the history of a module"),
-        (run_service, "service", "record a service of a module"),
-        (run_report, "report", "print all modules"),
-    ):
-        command = commands.add_parser(word, help=summary)
-        form = command.add_mutually_exclusive_group()
-        console.add_flags(form, "--json")
-        console.add_everywhere(command)
-        command.set_defaults(function=function)
-        if word == "sync":
-            where = f"{SERVER}; default: as set in the window"
-            command.add_argument("place", nargs="?", metavar="URL|FILE", help=where)
-        elif word == "report":
-            form.add_argument("--csv", action="store_true", help="print a table as CSV")
-        elif word in ("module", "service"):
-            command.add_argument("module", type=console.name, metavar="NAME")
-        if word == "service":
-            command.add_argument("--what", choices=kinds, required=True)
-            command.add_argument("--on", help="day on which it was done (default: today)", **day)
-            command.add_argument("--due", help="day on which it is due again", **day)
-            command.add_argument("--who", required=True, metavar="WHO", help="who did it")
-            command.add_argument("--note", default="", metavar="TEXT", help="note")
+    add = partial(console.add_command, commands)
+    synced = add(run_sync, "sync", "exchange with a server or a file, in both directions")
+    synced.add_argument("place", nargs="?", metavar="URL|FILE", help=f"{SERVER}; default: as set in the window")
+    add(run_status, "status", "show what is in the archive")
+    module = add(run_module, "module", "print the history of a module")
+    service = add(run_service, "service", "record a service of a module")
+    for command in (module, service):
+        command.add_argument("module", type=console.name, metavar="NAME")
+    day = dict[str, Any](type=date.fromisoformat, metavar="YYYY-MM-DD")
+    service.add_argument("--what", choices=[kind.value for kind in ServiceKind], required=True)
+    service.add_argument("--on", help="day on which it was done (default: today)", **day)
+    service.add_argument("--due", help="day on which it is due again", **day)
+    service.add_argument("--who", required=True, metavar="WHO", help="who did it")
+    service.add_argument("--note", default="", metavar="TEXT", help="note")
+    reported = add(run_report, "report", "print all modules")
+    reported.form.add_argument("--csv", action="store_true", help="print a table as CSV")
 
 
 def run(args: argparse.Namespace) -> int:

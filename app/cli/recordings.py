@@ -75,21 +75,13 @@ def add_export(parser: argparse.ArgumentParser) -> None:
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     commands = parser.add_subparsers(metavar="COMMAND", required=True)
-    for function, word, summary in (
-        (run_list, "list", "list all recordings"),
-        (run_export, "export", "write one to a file"),
-        (run_delete, "delete", "delete one permanently"),
-    ):
-        command = commands.add_parser(word, help=summary)
-        if word != "list":
-            command.add_argument("name", metavar="NAME", help="name of the recording, or latest")
-        if word == "export":
-            add_export(command)
-        if word == "delete":
-            console.add_flags(command, "--yes")
-        console.add_flags(command, "--json")
-        console.add_everywhere(command)
-        command.set_defaults(function=function)
+    console.add_command(commands, run_list, "list", "list all recordings")
+    exported = console.add_command(commands, run_export, "export", "write one to a file")
+    deleted = console.add_command(commands, run_delete, "delete", "delete one permanently")
+    for command in (exported, deleted):
+        command.add_argument("name", metavar="NAME", help="name of the recording, or latest")
+    add_export(exported)
+    console.add_flags(deleted, "--yes")
 
 
 def run(args: argparse.Namespace) -> int:

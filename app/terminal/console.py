@@ -185,6 +185,16 @@ def add_everywhere(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--quiet", action="store_true", default=argparse.SUPPRESS, help=text)
 
 
+def add_command(commands: Any, function: Callable[..., int], word: str, summary: str) -> Any:
+    """A command of a command, whose `args.function` does it. Its group takes --json or another form."""
+    command = commands.add_parser(word, help=summary)
+    command.set_defaults(function=function)
+    command.form = command.add_mutually_exclusive_group()
+    add_flags(command.form, "--json")
+    add_everywhere(command)
+    return command
+
+
 _FLAGS: Final = {
     "--json": "print JSON; see dps-s schema",
     "--yes": "do it; without it the command only says what it would do",
