@@ -13,7 +13,6 @@ import argparse
 import sys
 from collections.abc import Iterable
 from contextlib import ExitStack, suppress
-from itertools import chain
 from pathlib import Path
 from typing import Any, Literal
 
@@ -64,7 +63,7 @@ DecodedFrameJson = msgspec.defstruct(
     tag_field="kind",
     tag="frame",
 )
-DecodedJson = DecodedFrameJson | RejectedJson
+DecodeJson = DecodedFrameJson | RejectedJson
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -81,33 +80,38 @@ def run(args: argparse.Namespace) -> int:
     path = Path(words[0]) if words and _names_file(words[0]) else None
     if not words or (path is not None and len(words) > 1):
         raise console.Refused(tr("expected {expected}", expected="41 75 32, FILE, -"))
-    asked = BY_NAME.get(args.asked)
+    asked, faults = BY_NAME.get(args.asked), list[str]()
     try:
-        if path is not None and path.suffix.lower() == ".mcap":
-            from app.recordings.session_file import SessionFile
-
-            explainer, recorded = Explainer(asked), SessionFile(path)
-            is_whole = _print_rows(map(explainer.feed, recorded.traffic()), explainer, is_json=args.json)
-            if recorded.damage is not None:
-                console.notify(recorded.damage.translated())
-            return console.SUCCESS if is_whole and recorded.damage is None else console.PARTIAL
         with ExitStack() as files:
-            lines: Iterable[str] = [" ".join(words)]
-            if path is not None:
-                lines = lines_in(files.enter_context(path.open(encoding="utf-8-sig")))
+            reader: TextReader | Explainer = TextReader(asked)
+            parts: Iterable[Any] = [" ".join(words)]
+            if path is not None and path.suffix.lower() == ".mcap":
+                from app.recordings.session_file import SessionFile
+
+                recorded = SessionFile(path)
+                reader, parts = Explainer(asked), recorded.traffic()
+            elif path is not None:
+                parts = lines_in(files.enter_context(path.open(encoding="utf-8-sig")))
             elif words == ["-"]:
-                lines = lines_in(sys.stdin)
-            reader = TextReader(asked)
-            is_whole = _print_rows(map(reader.feed, lines), reader, is_json=args.json)
+                parts = lines_in(sys.stdin)
+            is_whole = True
+            for part in parts:  # each is printed as it comes
+                is_whole &= _print_rows(reader.feed(part), is_json=args.json)
+            is_whole &= _print_rows(reader.end(), is_json=args.json)
     except NotHex as error:
         raise console.Refused(tr("{word}: neither hex nor a file", word=error)) from error
     except UnicodeDecodeError as error:
         raise console.unreadable(words[0], UserError(marked("unknown kind of file"))) from error
     except (OSError, UserError) as error:
         raise console.unreadable(words[0], error) from error
-    for number in reader.faults:
-        console.notify(tr("Line {number} is left out: no time, direction and bytes.", number=number))
-    return console.SUCCESS if is_whole and not reader.faults else console.PARTIAL
+    if isinstance(reader, TextReader):
+        text = marked("Line {number} is left out: no time, direction and bytes.")
+        faults = [tr(text, number=number) for number in reader.faults]
+    elif recorded.damage is not None:
+        faults = [recorded.damage.translated()]
+    for fault in faults:
+        console.notify(fault)
+    return console.SUCCESS if is_whole and not faults else console.PARTIAL
 
 
 def _names_file(word: str) -> bool:
@@ -119,13 +123,10 @@ def _names_file(word: str) -> bool:
     return bool(path.suffix) or path.name != word or path.exists()
 
 
-def _print_rows(steps: Iterable[list[Explained]], reader: Explainer | TextReader, *, is_json: bool) -> bool:
-    # Print the rows of each step as it comes; whether every byte is part of a frame.
-    is_whole = True
-    for rows in chain(steps, (reader.end() for _ in range(1))):  # the end only when all else was printed
-        is_whole &= all(isinstance(row.piece, Frame) for row in rows)
-        console.write_lines(console.as_json(_as_json(row)) if is_json else _line(row) for row in rows)
-    return is_whole
+def _print_rows(rows: list[Explained], *, is_json: bool) -> bool:
+    # Whether every byte is part of a frame.
+    console.write_lines(console.as_json(_as_json(row)) if is_json else _line(row) for row in rows)
+    return all(isinstance(row.piece, Frame) for row in rows)
 
 
 def _as_json(row: Explained) -> Struct:

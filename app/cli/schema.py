@@ -10,33 +10,25 @@ import msgspec
 from app.terminal import console
 
 # Module and structure of each, by command, or by what it prints; the module is loaded when its schema is asked for.
-SCHEMAS: Final = {
+_OF_COMMANDS: Final = (
+    *("decode", "diff", "find", "fired", "history", "monitor", "ports", "preflight", "provision", "recordings"),
+    *("save", "serve", "set", "verify"),
+)
+_OTHERS: Final = {
     "act": ("app.cli.act", "ActJson"),
     "archive_module": ("app.cli.archive", "ModuleHistoryJson"),
     "archive_report": ("app.cli.archive", "ArchiveReportJson"),
     "archive_service": ("app.cli.archive", "ServicedJson"),
     "archive_status": ("app.archive.archive", "ArchiveStatus"),
     "archive_sync": ("app.archive.archive", "Synced"),
-    "decode": ("app.cli.decode", "DecodedJson"),
     "deleted": ("app.cli.recordings", "DeletedJson"),
-    "diff": ("app.cli.diff", "DiffJson"),
     "error": ("app.terminal.results", "ErrorJson"),
     "export": ("app.cli.recordings", "ExportJson"),
-    "find": ("app.cli.find", "FindJson"),
-    "fired": ("app.cli.fired", "FiredJson"),
-    "history": ("app.cli.history", "HistoryJson"),
-    "monitor": ("app.cli.monitor", "MonitorJson"),
-    "ports": ("app.cli.ports", "PortsJson"),
-    "preflight": ("app.cli.preflight", "PreflightJson"),
-    "provision": ("app.cli.provision", "ProvisionJson"),
     "read": ("app.preflight.reading_object", "ReadJson"),
     "record": ("app.records.record", "SignedDocument"),
-    "recordings": ("app.cli.recordings", "RecordingsJson"),
-    "save": ("app.cli.save", "SaveJson"),
-    "serve": ("app.cli.serve", "ServeJson"),
-    "set": ("app.cli.set", "SetJson"),
-    "verify": ("app.cli.verify", "VerifyJson"),
 }
+_NAMED: Final = {name: (f"app.cli.{name}", f"{name.capitalize()}Json") for name in _OF_COMMANDS}
+SCHEMAS: Final = dict(sorted((_NAMED | _OTHERS).items()))
 
 
 def schema_of(name: str) -> dict[str, Any]:
