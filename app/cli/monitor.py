@@ -7,15 +7,14 @@ answered for five seconds; 4 if no status was received.
 """
 
 import argparse
-import logging
 import math
 from collections.abc import Callable
 from typing import Final
 
 from app.diagnosis.causes import PortEvidence
 from app.diagnosis.silence import Silence
-from app.engine.conversation import Interrupted, StatusSample, reason_message
-from app.engine.procedure import Job
+from app.engine.conversation import reason_message
+from app.engine.procedure import Procedure
 from app.engine.worker import Batch
 from app.procedures.stream import LISTEN_S, StreamSwitch, watch
 from app.safety.last_known import was_heard_active
@@ -29,11 +28,8 @@ from app.text.i18n import tr
 from app.text.messages import join_sentences, labelled
 from protocol.events import Ended, EndReason
 
-_log = logging.getLogger(__name__)
-LINE_EVERY_S: Final = 0.1
 SILENT_FOR_S: Final = 5.0  # nobody answers for so long: it ends
 WITHOUT_STATUS_S: Final = 5.0  # with a time limit: additional time to wait for the first status
-CANCEL_LIMIT_S: Final = 1.5  # how long switching the stream off may take at the end
 
 
 class MonitorJson(Result):
@@ -52,21 +48,17 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(args: argparse.Namespace) -> int:
     first_at: float | None = None
-    last: StatusSample | None = None
 
     def show(batch: Batch) -> None:
-        nonlocal first_at, last
+        nonlocal first_at
         lines: list[str] = []
-        for sample in batch.samples:
+        # For people one of each batch: they come ten times a second, and at once where triggered or active changes.
+        for sample in batch.samples if args.json else batch.samples[-1:]:
             first_at = sample.at if first_at is None else first_at
             t_s = sample.at - first_at
             if args.json:
                 lines.append(console.as_json(MonitorJson.of(sample, t_s=round(t_s, 3))))
-                continue
-            # For people: ten a second at most, and each where triggered or active changes.
-            is_change = last is not None and (sample.triggered, sample.active) != (last.triggered, last.active)
-            if last is None or is_change or sample.at - last.at >= LINE_EVERY_S:
-                last = sample
+            else:
                 fired = tr("TRIGGERED") if sample.triggered else tr("not triggered")
                 words = f"{t_s:8.1f} s   {tr('Tilt')} {sample.tilt_deg:3}°   {sample.acceleration_g:4.1f} g   {fired}"
                 lines.append(f"{words}   {tr('active') if sample.active else tr('locked')}")
@@ -89,8 +81,7 @@ def watch_port(
     In the first conversation the module is made to stream, and its serial output is switched off again at the end.
     After a break another module may answer: from then on the status is only polled.
     """
-    job: Job[None] | None = None
-    number = 0  # of the conversation that is watched
+    conversations = 0
     has_status = False
     ends_at = steady_time() + args.seconds + WITHOUT_STATUS_S
 
@@ -105,35 +96,26 @@ def watch_port(
                 why = reason_message(event.reason, event.contradiction).translated()
                 console.notify(join_sentences((why, tr("Another module may answer from now on."))))
 
+    def background() -> Procedure[None]:
+        nonlocal conversations
+        conversations += 1
+        # A module that answers after a break is not made to stream, but a stream of this program is switched off.
+        return watch(StreamSwitch(), memory=memory, listen_s=LISTEN_S if conversations == 1 else math.inf)
+
     try:
-        with CommandStore() as store, connected(args.port, args.baud, on_batch=take) as opened:
+        with CommandStore() as store:
             # It is remembered that the serial output is switched on.
             memory = StreamMemory(store, adapter_of(args.port) or args.port)
-            try:
+            with connected(args.port, args.baud, on_batch=take, background=background) as opened:
                 while steady_time() < ends_at and goes_on():
                     opened.wait()
                     if opened.connection.trouble is not None:
                         raise opened.connection.trouble
-                    if job is not None and job.is_done and not isinstance(job.error, Interrupted):
-                        job.outcome()  # raises what it ended with
-                    conversation = opened.conversation
-                    if conversation.is_going and conversation.number != number:
-                        # A module that answers after a break is not made to stream, but a stream of this program is
-                        # switched off.
-                        listen_s = LISTEN_S if number == 0 else math.inf
-                        number = conversation.number
-                        _log.debug("watching conversation %d", number)
-                        procedure = watch(StreamSwitch(), memory=memory, listen_s=listen_s)
-                        job = opened.worker.submit(Job(procedure, conversation=number))
-                    if conversation.ended is not None and steady_time() - conversation.ended.at > SILENT_FOR_S:
-                        was_active = was_heard_active(conversation)
+                    ended = opened.conversation.ended
+                    if ended is not None and steady_time() - ended.at > SILENT_FOR_S:
+                        was_active = was_heard_active(opened.conversation)
                         silence = Silence.NOTHING
                         raise no_link(PortEvidence(args.port, silence=silence, was_online=True, was_active=was_active))
-            finally:
-                if job is not None:  # it undoes what it changed
-                    job.cancel()
-                    job.wait(CANCEL_LIMIT_S)
-                opened.drain()
     except console.Signalled:
         if not has_status:
             raise

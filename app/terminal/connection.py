@@ -41,6 +41,7 @@ STOP_LIMIT_S: Final = 1.0
 WAIT_S: Final = 0.1
 
 Result = TypeVar("Result")
+Background = Callable[[], Procedure[None]] | None
 
 
 class NoLink(Refused):
@@ -96,14 +97,14 @@ class OpenPort:
         # Of the conversation that this command is about; 0 before the module was greeted.
         self.number = 0
 
-    def open(self, port: str, baud_rate: int) -> None:
+    def open(self, port: str, baud_rate: int, background: Background = None) -> None:
         """Open the port. Raises `PortError`, or `NoLink` if it does not open within two seconds."""
         self.worker.start()
         if self._journal is not None:
             # LOCK is owed at this adapter, whatever its name is by then.
             self._adapter = adapter_of(port)
             self._return.request(Target(port, baud_rate, self._adapter))
-        self.worker.open(port, baud_rate, adapter=self._adapter or port)
+        self.worker.open(port, baud_rate, background, adapter=self._adapter or port)
         if not self.wait_until(lambda: self.connection.state is PortState.OPEN, OPENING_LIMIT_S):
             late = tr("{port} does not open within {seconds:.0f} s.", port=port, seconds=OPENING_LIMIT_S)
             raise NoLink(join_sentences((late, tr("Plug the adapter in again, or check the address."))))
@@ -236,15 +237,17 @@ def connected(
     baud_rate: int | None,
     *,
     on_batch: Callable[[Batch], None] | None = None,
+    background: Background = None,
     is_greeted: bool = True,
     journal: "Journal | None" = None,
 ) -> Iterator[OpenPort]:
     """Open `port`, make sure that a module answers on it, and close it afterwards. `baud_rate` None tries all rates.
-    Without `is_greeted` nobody is waited for. Raises `PortError`, `NoLink`, `Signalled`."""
+    `background` makes what runs in each conversation. Without `is_greeted` nobody is waited for. Raises `PortError`,
+    `NoLink`, `Signalled`."""
     with signals_noted():
         opened = OpenPort(on_batch, journal)
         try:
-            opened.open(port, baud_rate or USUAL_RATE)
+            opened.open(port, baud_rate or USUAL_RATE, background)
             # Else a person would wonder why every command but a question is refused.
             if is_shared(port):
                 note(tr(SHARED))

@@ -14,7 +14,6 @@ from unittest.mock import patch
 import app.__main__ as program
 from app.cli.commands import ENTRIES
 from app.engine import transport
-from app.engine.procedure import Job
 from app.engine.transport import Line
 from app.port_urls.protocol_sim import open_bench
 from app.simulator.bench import SimulatedBench
@@ -85,13 +84,6 @@ class VirtualCli:
                 opened._receive(opened._batches.get_nowait())
             vars(connection)["check_signals"]()  # a test may have put another one there
 
-        def job_wait(job: Job[Any], limit_s: float) -> bool:
-            """As `Job.wait`, in the one thread that there is."""
-            ends_s = self.clock.now_s + limit_s
-            while not job.is_done and self.clock.now_s < ends_s and sum(worker.turn() for worker in workers):
-                pass
-            return job.is_done
-
         def write(store: Store, work: Callable[[Facts], Any]) -> "Future[Any]":
             """While the disk is at work no time passes."""
             writing = written(store, work)
@@ -99,10 +91,9 @@ class VirtualCli:
             return writing
 
         def make_worker(callback: Any, make_lock: Any = None) -> ThreadlessWorker:
-            workers.append(ThreadlessWorker(callback, self.clock, make_lock))
-            return workers[-1]
+            return ThreadlessWorker(callback, self.clock, make_lock)
 
-        workers, written, really_open = list[ThreadlessWorker](), Store.write, transport.open_line
+        written, really_open = Store.write, transport.open_line
         for entry in ENTRIES:
             entry.load()  # so that none of them keeps this clock
         steady = clock.steady_time
@@ -116,7 +107,6 @@ class VirtualCli:
                 patch("app.simulator.bench._benches", self._simulated),
                 patch.dict(SimulatedBench.__init__.__kwdefaults__ or {}, clock=self.clock),
                 patch("app.engine.worker.open_line", open_line),
-                patch.object(Job, "wait", job_wait),
                 patch.object(Store, "write", write),
                 patch("app.terminal.connection.Worker", make_worker),
             ):
