@@ -41,10 +41,6 @@ def main(argv: Sequence[str] | None = None) -> int:
         atexit.register(gc.freeze)  # looking through all objects at the end takes another tenth
     _prepare_output()
     set_language(system_language())
-    try:
-        Path.home()
-    except RuntimeError:  # as in a container: nothing can be made below this, and LOCK and all else go on
-        os.environ["HOME"] = os.devnull
     console.start(argparse.Namespace())
     try:
         code = _run(words)

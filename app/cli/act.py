@@ -56,21 +56,16 @@ def refuse_without_yes(args: argparse.Namespace, act: Act) -> None:
 
 
 def print_outcome(args: argparse.Namespace, act: Act, done: Performed | Locked) -> int:
-    code = console.ANSWER_NO
+    is_done = done.outcome is Outcome.CONFIRMED
     if isinstance(done, Locked):
-        if done.is_locked:
-            code = console.SUCCESS
-        elif done.is_port_lost or not done.is_heard:
-            code = console.NO_LINK
-    elif done.outcome is Outcome.CONFIRMED:
-        if act is not Act.ZERO or done.is_level:
-            code = console.SUCCESS
-    elif any(refusal.condition is Interlock.ONLINE for refusal in done.refusals) or (
-        done.outcome is Outcome.NOT_SENT and done.interrupted is not None
-    ):
-        code = console.NO_LINK
-    if args.json or code == console.SUCCESS:
+        is_lost = done.is_port_lost or not done.is_heard
+    else:
+        is_done = is_done and (act is not Act.ZERO or done.is_level)
+        is_lost = done.outcome is Outcome.NOT_SENT and done.interrupted is not None
+        is_lost |= any(refusal.condition is Interlock.ONLINE for refusal in done.refusals)
+    if args.json or is_done:
         console.emit(args, ActJson(act.value, done.outcome, done.sentence), [done.sentence])
-    if code != console.SUCCESS:
-        console.notify(done.sentence)
-    return code
+    if is_done:
+        return console.SUCCESS
+    console.notify(done.sentence)
+    return console.NO_LINK if is_lost else console.ANSWER_NO

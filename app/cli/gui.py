@@ -1,8 +1,6 @@
 """`dps-s [gui]`: the window, connected to a port or to a built-in simulated module, or on a file."""
 
 import argparse
-import errno
-import os
 from typing import Any
 
 from app.terminal import console
@@ -24,9 +22,11 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(args: argparse.Namespace) -> int:
     # Said in the terminal, where it was typed: the window would begin without a word about it.
-    if args.file is not None and not args.file.is_file():
-        number = errno.EISDIR if args.file.is_dir() else errno.ENOENT
-        raise console.unreadable(args.file, OSError(number, os.strerror(number)))
+    if args.file is not None:
+        try:
+            args.file.open("rb").close()
+        except OSError as error:
+            raise console.unreadable(args.file, error) from error
     from app.system.libraries import window_obstacle
 
     obstacle = window_obstacle()

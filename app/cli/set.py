@@ -57,11 +57,9 @@ class SetJson(Result):
     results: dict[SettingName, SetResultJson]
 
 
-WISHES = f"{', '.join(SETTING_KEYS)}; triggers and output: true or false"
-
-
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    parser.add_argument("wishes", nargs="*", metavar="NAME=VALUE", help=WISHES)
+    names = f"{', '.join(SETTING_KEYS)}; triggers and output: true or false"
+    parser.add_argument("wishes", nargs="*", metavar="NAME=VALUE", help=names)
     console.add_file(parser, "--profile", metavar="FILE", help="write all settings of this profile")
     console.add_flags(parser, "--accept-risk")
     parser.add_argument("--dry-run", action="store_true", help="only show what would change")
@@ -146,9 +144,6 @@ def _write(wishes: Sequence[SettingChange], args: argparse.Namespace) -> tuple[W
         for wish in wishes:
             if wish.command is BAUD_RATE:
                 report.results = [*report.results, _write_rate(wish, report, store.journal, opened)]
-    # They were written in the order that is safe, and are told in the order that was typed.
-    as_typed = [wish.command for wish in wishes]
-    report.results = sorted(report.results, key=lambda written: as_typed.index(written.command))
     return report, is_doubled
 
 

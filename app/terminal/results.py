@@ -4,7 +4,7 @@ The structure that a command prints with --json stands beside it. A value that i
 in them. A field that is only there sometimes is left out where it has nothing to say (`UNSET`).
 """
 
-from typing import TYPE_CHECKING, Annotated, Any, Literal, Self
+from typing import Annotated, Any, Self
 
 from msgspec import Meta, Struct
 
@@ -16,12 +16,8 @@ Byte = Annotated[int, Meta(ge=0, le=255)]
 Count = Annotated[int, Meta(ge=0)]
 Hex = Annotated[str, Meta(pattern=r"^([0-9A-F]{2}( [0-9A-F]{2})*)?$")]
 Time = Annotated[str, Meta(extra_json_schema={"format": "date-time"})]  # ISO 8601 with an offset
-if TYPE_CHECKING:
-    SettingName = str
-    CommandName = str
-else:
-    SettingName = Literal[tuple(command.key for command in SETTINGS)]
-    CommandName = Literal[tuple(BY_NAME)]
+SettingName = Annotated[str, Meta(pattern=f"^({'|'.join(command.key for command in SETTINGS)})$")]
+CommandName = Annotated[str, Meta(pattern=f"^({'|'.join(BY_NAME)})$")]
 
 
 class Result(Struct, forbid_unknown_fields=True):
