@@ -7,7 +7,7 @@ import argparse
 import math
 from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import Annotated, Literal
+from typing import Annotated, Any, Literal
 
 from msgspec import Meta
 
@@ -20,7 +20,6 @@ from app.terminal.results import Result
 from app.terminal.setting_words import parse_settings, typed
 from app.text.i18n import tr
 from app.text.messages import UserMessage, join_names, join_sentences, labelled
-from protocol.fields import Value as SettingValue
 from protocol.messages import Source
 
 # As `TriggerLimits` orders them.
@@ -98,15 +97,14 @@ def run(args: argparse.Namespace) -> int:
     return console.SUCCESS if answers == {Answer.DOES_NOT_FIRE} else console.USAGE_ERROR
 
 
-def limits_of(given: Mapping[str, SettingValue]) -> TriggerLimits:
+def limits_of(given: Mapping[str, Any]) -> TriggerLimits:
     """The vendor's defaults, replaced by these. Raises `Refused`."""
-    values = {**dict(zip(THRESHOLDS, TriggerLimits(), strict=True)), **given}
-    tilt_deg, acceleration_g, time_s = (float(values[name]) for name in THRESHOLDS[:3])
-    if acceleration_g > MAX_ACCELERATION_G:
+    fields = dict(zip(THRESHOLDS, TriggerLimits._fields, strict=True))
+    limits = TriggerLimits()._replace(**{fields[name]: value for name, value in given.items()})
+    if limits.freefall_acceleration_g > MAX_ACCELERATION_G:
         expected = tr("expected {expected}", expected=f"≤ {MAX_ACCELERATION_G}")
         raise console.Refused(f"freefall_acceleration_g: {expected}")
-    attitude, freefall = (bool(values[name]) for name in THRESHOLDS[3:])
-    return TriggerLimits(tilt_deg, acceleration_g, time_s, attitude, freefall)
+    return limits
 
 
 def _judged(log: SummarisedLog, limits: TriggerLimits) -> tuple[FiredJson, list[UserMessage]]:

@@ -8,6 +8,7 @@ that are left. Exit code 0 if all names are given, 1 if not, 4 if the labels cou
 
 import argparse
 import time
+from functools import partial
 from typing import Final
 
 from app.cli.set import warn
@@ -97,32 +98,26 @@ def run(args: argparse.Namespace) -> int:
     if not args.enable_triggers and not enables_triggers:
         console.refuse_without("--enable-triggers")
     person = Person(who=args.who, are_records_reviewed=args.records_reviewed)
-    trouble: BaseException | None = None
     with CommandStore(args.port) as store:
         bench = BatchRun(args.names, profile, store, person, is_enabling=args.enable_triggers, are_all_new=args.all_new)
+        code = console.PARTIAL
         try:
             _take_each(bench, store, args)
-        except (KeyboardInterrupt, StoreError, console.OutputLost) as error:
-            trouble = error
-        rows = store.read(bench.rows)
-        paper = PAPERS[args.tape]
-        is_written = args.labels is None or console.wrote(
-            args.labels, lambda: write_batch_labels(args.labels, rows, paper, args.printer)
-        )
-        answer = ProvisionJson([], not any(row.result == OPEN for row in rows))
-        cells: list[tuple[str, ...]] = []
-        for row in rows:
-            answer.modules.append(ProvisionedJson(row.name, row.result, row.why.in_english()))
-            cells.append((row.name, tr(row.result), row.code, row.why.translated()))
-        console.emit(args, answer, ["", *console.columns(cells)])
-    if isinstance(trouble, StoreError):
-        say_not_kept(trouble)
-        return console.PARTIAL
-    if trouble is not None:
-        raise trouble
-    if not is_written:
-        return console.PARTIAL
-    return console.SUCCESS if answer.complete else console.ANSWER_NO
+            code = console.SUCCESS
+        except StoreError as trouble:
+            say_not_kept(trouble)
+        finally:  # what is done is told also after Ctrl-C
+            rows = store.read(bench.rows)
+            labels = partial(write_batch_labels, args.labels, rows, PAPERS[args.tape], args.printer)
+            if args.labels is not None and not console.wrote(args.labels, labels):
+                code = console.PARTIAL
+            answer = ProvisionJson([], not any(row.result == OPEN for row in rows))
+            cells: list[tuple[str, ...]] = []
+            for row in rows:
+                answer.modules.append(ProvisionedJson(row.name, row.result, row.why.in_english()))
+                cells.append((row.name, tr(row.result), row.code, row.why.translated()))
+            console.emit(args, answer, ["", *console.columns(cells)])
+    return console.ANSWER_NO if code == console.SUCCESS and not answer.complete else code
 
 
 def _take_each(bench: BatchRun, store: CommandStore, args: argparse.Namespace) -> None:
@@ -168,7 +163,6 @@ def _take_each(bench: BatchRun, store: CommandStore, args: argparse.Namespace) -
             asked_for = ""
         except LOST as error:
             console.notify_once(console.failure_of(error).sentence)
-            console.check_signals()
             # No port is open, so nothing is missed meanwhile.
             time.sleep(LOOK_EVERY_S)
         console.check_signals()
