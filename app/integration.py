@@ -73,5 +73,5 @@ def opened(port: str, baud_rate: int = DEFAULT_BAUD_RATE) -> Iterator[OpenModule
     next call, as nothing breaks off a frame.
     """
     console.start(argparse.Namespace(quiet=True))
-    with CommandStore(port) as store, connected(port, baud_rate) as line:
+    with console.signals_noted(), CommandStore(port) as store, connected(port, baud_rate) as line:
         yield OpenModule(line, store)

@@ -67,10 +67,7 @@ DecodeJson = DecodedFrameJson | RejectedJson
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    words, asked = (
-        "hex bytes, a recording or a capture, or - for standard input",
-        f"what was asked: {', '.join(BY_NAME)}",
-    )
+    words, asked = "hex bytes, a recording or capture, or - for standard input", f"what was asked: {', '.join(BY_NAME)}"
     console.add_file(parser, "hex", metavar="HEX", help=words, nargs="*", type=str)
     parser.add_argument("--asked", metavar="NAME", choices=sorted(BY_NAME), help=asked)
 

@@ -52,15 +52,14 @@ class PreflightJson(Result):
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    profile, done = "profile that says how the module should be set", "manual item N of the profile is in order"
-    console.add_file(parser, "--profile", metavar="FILE", help=profile)
+    console.add_file(parser, "--profile", metavar="FILE", help="profile that says how the module should be set")
     parser.add_argument("--enable-triggers", action="store_true", help="enable both automatic triggers first")
     parser.add_argument("--activate", action="store_true", help="enable, check, activate if READY, and read again: GO")
     console.add_file(parser, "--report", metavar="FILE.pdf", help="write the report, and the record beside it")
     console.add_module(parser, "name of the module")
     parser.add_argument("--aircraft", default="", metavar="NAME", help="aircraft")
     parser.add_argument("--who", default="", metavar="NAME", help="who checks")
-    parser.add_argument("--done", type=int, action="append", metavar="N", help=done)
+    parser.add_argument("--done", type=int, action="append", metavar="N", help="item N of the profile is in order")
     console.add_flags(parser, "--yes", "--records-reviewed")
 
 

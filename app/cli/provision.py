@@ -66,17 +66,13 @@ def _names(text: str) -> tuple[str, ...]:
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    new, tape = (
-        "all modules are new, also those that resemble a known one",
-        "paper of the labels: width in mm, or sheets",
-    )
     console.add_file(parser, "--profile", metavar="FILE", help="write all settings of this profile", required=True)
     parser.add_argument("--names", type=_names, required=True, metavar=EXAMPLE, help="names, one for each module")
     parser.add_argument("--enable-triggers", action="store_true", help="enable both automatic triggers")
-    parser.add_argument("--all-new", action="store_true", help=new)
+    parser.add_argument("--all-new", action="store_true", help="all modules are new, also those like a known one")
     parser.add_argument("--who", default="", metavar="NAME", help="who checks")
     console.add_file(parser, "--labels", metavar="FILE.pdf", help="print labels into this file")
-    parser.add_argument("--tape", choices=tuple(PAPERS), default="A4", help=tape)
+    parser.add_argument("--tape", choices=tuple(PAPERS), default="A4", help="paper: width of the tape in mm, or sheets")
     console.add_flags(parser, "--yes", "--accept-risk", "--records-reviewed")
 
 

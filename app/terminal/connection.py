@@ -23,7 +23,7 @@ from app.procedures.find import WAIT_S as MODULE_LIMIT_S
 from app.procedures.find import find_rate
 from app.safety.last_known import LAST_HEARD_ACTIVE, keep_away, was_heard_active
 from app.system.clock import steady_time
-from app.terminal.console import USUAL_RATE, Refused, check_signals, note, notify, signals_noted, state
+from app.terminal.console import USUAL_RATE, Refused, check_signals, note, notify, state
 from app.text.i18n import tr
 from app.text.messages import ErrorCode, UserError, join_sentences
 from protocol.events import Counters, EndReason, Sent
@@ -244,40 +244,39 @@ def connected(
     """Open `port`, make sure that a module answers on it, and close it afterwards. `baud_rate` None tries all rates.
     `background` makes what runs in each conversation. Without `is_greeted` nobody is waited for. Raises `PortError`,
     `NoLink`, `Signalled`."""
-    with signals_noted():
-        opened = OpenPort(on_batch, journal)
-        try:
-            opened.open(port, baud_rate or USUAL_RATE, background)
-            # Else a person would wonder why every command but a question is refused.
-            if is_shared(port):
-                note(tr(SHARED))
-            if is_greeted:
-                _greet(opened, port, baud_rate)
-            yield opened
-        except LOST as error:
-            _log.debug("%s: %r", port, error)
-            if was_heard_active(opened.conversation):
-                notify(join_sentences((tr(LAST_HEARD_ACTIVE), keep_away())))
-            trouble = opened.connection.trouble
-            if trouble is not None and isinstance(error, Interrupted) and error.reason is EndReason.PORT_LOST:
-                raise trouble from error  # which names the port
-            raise
-        except KeyboardInterrupt:
-            # Who breaks an activation off wants no module that fires.
-            is_locking = journal is not None and opened.lock_what_was_broken_off()
-            opened.close()  # which tells the rest of what was sent
-            if opened.has_left and not is_locking:
-                notify(tr("Interrupted; may have been carried out."))
-            raise
-        finally:
-            opened.close()
-            if opened.has_seen_triggered:
-                # For the next module that is named at this port: what was said of it before does not hold any more.
-                from app.store.acts import note_triggered
-                from app.terminal.records import CommandStore
+    opened = OpenPort(on_batch, journal)
+    try:
+        opened.open(port, baud_rate or USUAL_RATE, background)
+        # Else a person would wonder why every command but a question is refused.
+        if is_shared(port):
+            note(tr(SHARED))
+        if is_greeted:
+            _greet(opened, port, baud_rate)
+        yield opened
+    except LOST as error:
+        _log.debug("%s: %r", port, error)
+        if was_heard_active(opened.conversation):
+            notify(join_sentences((tr(LAST_HEARD_ACTIVE), keep_away())))
+        trouble = opened.connection.trouble
+        if trouble is not None and isinstance(error, Interrupted) and error.reason is EndReason.PORT_LOST:
+            raise trouble from error  # which names the port
+        raise
+    except KeyboardInterrupt:
+        # Who breaks an activation off wants no module that fires.
+        is_locking = journal is not None and opened.lock_what_was_broken_off()
+        opened.close()  # which tells the rest of what was sent
+        if opened.has_left and not is_locking:
+            notify(tr("Interrupted; may have been carried out."))
+        raise
+    finally:
+        opened.close()
+        if opened.has_seen_triggered:
+            # For the next module that is named at this port: what was said of it before does not hold any more.
+            from app.store.acts import note_triggered
+            from app.terminal.records import CommandStore
 
-                with CommandStore() as store:
-                    store.write(lambda facts: note_triggered(facts, port=port, adapter=adapter_of(port)))
+            with CommandStore() as store:
+                store.write(lambda facts: note_triggered(facts, port=port, adapter=adapter_of(port)))
 
 
 def _greet(opened: OpenPort, port: str, baud_rate: int | None) -> None:

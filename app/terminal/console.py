@@ -71,7 +71,6 @@ class _Run:
     verbosity = 0  # -1 with --quiet, else how often -v was given
     has_result = False  # something was written to standard output
     signal: int | None = None  # the first one that was noted
-    is_noting = False
     is_writing = False
 
     def __init__(self) -> None:
@@ -223,10 +222,9 @@ def refuse_existing(path: Path, *, is_forced: bool) -> None:
 
 @contextmanager
 def signals_noted() -> Iterator[None]:
-    """Only note signals from now on, until the outermost block ends; `check_signals` raises them. So none interrupts
-    the switching off of a stream. Only printing is broken off, as nobody may read the pipe. It does nothing in other
-    threads."""
-    if state.is_noting or threading.current_thread() is not threading.main_thread():
+    """Only note signals until the block ends; `check_signals` raises them. So none interrupts the switching off of a
+    stream. Only printing is broken off, as nobody may read the pipe. It does nothing in other threads."""
+    if threading.current_thread() is not threading.main_thread():
         yield
         return
 
@@ -240,11 +238,10 @@ def signals_noted() -> Iterator[None]:
         number = getattr(signal, name, None)  # not all platforms have all of them
         if number is not None and signal.getsignal(number) is not signal.SIG_IGN:
             before[number] = signal.signal(number, note)
-    state.is_noting = True
     try:
         yield
     finally:
-        state.is_noting, state.signal = False, None
+        state.signal = None
         for number, former in before.items():
             signal.signal(number, former)
 
