@@ -182,7 +182,8 @@ class OpenPort:
         return self.has_activated
 
     def _await_lock(self) -> None:
-        ends_at, locked = steady_time() + OWED_LIMIT_S, None
+        ends_at = steady_time() + OWED_LIMIT_S
+        locked: Locked | None = None
         try:
             while steady_time() < ends_at and not (self._owed is not None and self._owed.is_done):
                 self._reopen_if_lost()

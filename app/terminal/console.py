@@ -223,7 +223,8 @@ def refuse_existing(path: Path, *, is_forced: bool) -> None:
 @contextmanager
 def signals_noted() -> Iterator[None]:
     """Only note signals until the block ends; `check_signals` raises them. So none interrupts the switching off of a
-    stream. Only printing is broken off, as nobody may read the pipe. It does nothing in other threads."""
+    stream. Only what goes to standard output is broken off, as nobody may read the pipe. It does nothing in other
+    threads."""
     if threading.current_thread() is not threading.main_thread():
         yield
         return
@@ -294,16 +295,18 @@ def write(text: str) -> None:
     """Write `text` to standard output unchanged, and flush. Raises `OutputLost`. Text from outside, which may contain
     control characters, goes through `write_lines`."""
     state.has_result |= bool(text)
+    state.is_writing = True
     try:
         _print(sys.stdout, text)
     except OSError as error:
         # Windows reports a reader that has ended as an invalid argument.
         has_no_reader = error.errno in (errno.EPIPE, errno.EINVAL)
         raise OutputLost("" if has_no_reader else error_text(error)) from error
+    finally:
+        state.is_writing = False
 
 
 def _print(stream: Any, text: str) -> None:
-    state.is_writing = True
     try:
         stream.write(text)
         stream.flush()
@@ -314,8 +317,6 @@ def _print(stream: Any, text: str) -> None:
             os.dup2(nowhere, stream.fileno())
             os.close(nowhere)
         raise
-    finally:
-        state.is_writing = False
 
 
 def write_lines(lines: Iterable[Line]) -> None:
