@@ -95,9 +95,6 @@ def _run(words: list[str]) -> int:
         if args.port is not None:
             _refuse_address(args.port)
         return run(args)
-    if getattr(args, "json", False) and isinstance(sys.stdout, io.TextIOWrapper):
-        # JSON is always UTF-8; bytes of a file name that are not are written as JSON escapes.
-        sys.stdout.reconfigure(encoding="utf-8", errors="backslashreplace")
     if not hasattr(args, "port"):
         return run(args)
     with console.signals_noted():  # so that a signal keeps no result from being printed, once nothing is sent any more
@@ -199,9 +196,9 @@ def _prepare_output() -> None:
             setattr(sys, name, Path(os.devnull).open(mode, encoding="utf-8"))  # noqa: SIM115
     for stream in (sys.stdout, sys.stderr):
         if isinstance(stream, io.TextIOWrapper):
-            stream.reconfigure(errors="replace")  # "?" for characters that the console lacks
-            if sys.platform == "win32" and not stream.isatty() and "PYTHONIOENCODING" not in os.environ:
-                stream.reconfigure(encoding="utf-8")  # the ANSI code page lacks "…" in one country and "°" in another
+            # "?" for what a console lacks. Where it is redirected it is UTF-8, as the contract says.
+            is_console = stream.isatty() or "PYTHONIOENCODING" in os.environ
+            stream.reconfigure(encoding=None if is_console else "utf-8", errors="replace")
 
 
 if __name__ == "__main__":
