@@ -76,9 +76,7 @@ ENTRIES: Final = (
     SubCommand("fired", "Would it have fired? Exit code 4: yes", "flights/ --must-not", has_port=False),
     SubCommand("decode", "Explain captured bytes", "41 75 32 07 0A 00 01 44", has_port=False),
     SubCommand(WINDOW, "Open the window", "--demo", has_port=False, has_json=False),
-    SubCommand(
-        "simulate", "Run a simulated module until Ctrl-C", "--tcp 127.0.0.1:7000", has_port=False, has_json=False
-    ),
+    SubCommand("simulate", "Run a simulated module until Ctrl-C", "--cell 3.6", has_port=False, has_json=False),
     SubCommand("completion", "Print a shell completion script", "bash", has_port=False, has_json=False),
     SubCommand("schema", "Print the JSON Schema of an output", "read", has_port=False, has_json=False),
 )

@@ -165,23 +165,18 @@ def contract_of(assessment: Assessment) -> PreflightJson:
 
 def _result_of(judged: Judged) -> CheckJson:
     check, finding = judged
-    found = finding.shown.in_english().removesuffix(".")
-    return CheckJson(
-        id=check.id,
-        result=finding.result,
-        measured=None if finding.result is CheckResult.UNKNOWN else finding.measured,
-        limit=finding.limit.in_english(),
-        why=check.why if finding.result is CheckResult.PASS else f"{check.why} Found: {found}.",
-        do=judged.do.in_english(),
-    )
+    measured = None if finding.result is CheckResult.UNKNOWN else finding.measured
+    why = check.why
+    if finding.result is not CheckResult.PASS:
+        why += f" Found: {finding.shown.in_english().removesuffix('.')}."
+    return CheckJson(check.id, finding.result, measured, finding.limit.in_english(), why, judged.do.in_english())
 
 
 def _result_of_item(number: int, item: ManualLine) -> CheckJson:
     result, measured = CheckResult.UNKNOWN if blocks_go(item) else CheckResult.WARN, "skipped"
     if item.is_done is not None:
         result, measured = (CheckResult.PASS, "done") if item.is_done else (CheckResult.FAIL, "not in order")
-    why, do = clean(item.text), "Look at it and tick it."
-    return CheckJson(id=f"manual_{number}", result=result, measured=measured, limit="done", why=why, do=do)
+    return CheckJson(f"manual_{number}", result, measured, "done", clean(item.text), "Look at it and tick it.")
 
 
 def page_of(filed: Filed) -> list[console.Line]:

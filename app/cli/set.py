@@ -82,13 +82,9 @@ def run(args: argparse.Namespace) -> int:
     answer, rows = SetJson({}), list[tuple[str, str]]()
     for written in report.results:
         key, why = written.command.key, why_not_verified(written, report)
-        answer.results[key] = SetResultJson(
-            wanted=written.target,
-            acknowledged=None if why is None and not written.is_sent else written.is_acknowledged,
-            read_back=written.read_back,
-            verified=written.verified,
-            error=None if why is None else why.in_english(),
-        )
+        acknowledged = None if why is None and not written.is_sent else written.is_acknowledged
+        error = None if why is None else why.in_english()
+        answer.results[key] = SetResultJson.of(written, wanted=written.target, acknowledged=acknowledged, error=error)
         rows.append((key, _sentence(written, report.before.get(key), why)))
     console.emit(args, answer, console.columns(rows))
     if report.interrupted is not None:

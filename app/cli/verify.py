@@ -6,7 +6,7 @@ was altered or contradicts itself; 2 if it is no record or cannot be read.
 
 import argparse
 from datetime import datetime
-from typing import Annotated, Any, Literal
+from typing import Annotated, Literal
 
 from msgspec import Meta, field
 
@@ -62,15 +62,15 @@ def run(args: argparse.Namespace) -> int:
     signed_by = "known_station" if signers else "unknown_key"
     if is_altered or found.is_own:
         signed_by = "nobody" if is_altered else "this_station"
-    told: dict[str, Any] = {
-        "state": found.state,
-        "report": found.is_report,
-        "contradictions": [against.in_english() for against in found.contradictions],
-        "signed_by": signed_by,
-        "names": signers,
-        "signer": None if is_altered else shown_key(found.signer),
-    }
-    answer = VerifyJson(**told) if found.record is None else VerifyJson.of(found.record, **told)
+    answer = VerifyJson.of(
+        found.record,
+        state=found.state,
+        report=found.is_report,
+        contradictions=[against.in_english() for against in found.contradictions],
+        signed_by=signed_by,
+        names=signers,
+        signer=None if is_altered else shown_key(found.signer),
+    )
     page = [sentence.translated() for sentence in found.sentences()]
     code = console.SUCCESS if found.state is RecordState.INTACT else console.ANSWER_NO
     return console.emit(args, answer, page, code)

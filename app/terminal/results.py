@@ -25,8 +25,8 @@ class Result(Struct, forbid_unknown_fields=True):
 
     @classmethod
     def of(cls, source: object, **values: Any) -> Self:
-        """Take the fields that are not among `values` from the attributes of `source`."""
-        missing = (name for name in cls.__struct_fields__ if name not in values)
+        """Take the fields that are not among `values` from the attributes of `source`, if there is one."""
+        missing = [] if source is None else [name for name in cls.__struct_fields__ if name not in values]
         return cls(**{name: getattr(source, name) for name in missing}, **values)
 
 
