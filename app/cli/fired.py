@@ -40,10 +40,8 @@ class FireJson(Result):
 
 
 class FiredJson(Result):
-    """`fires` has the first firing of each trigger, and is null where nobody can know whether it fires.
-
-    `not_judged_s` covers the whole length of the log.
-    """
+    """`fires` has the first firing of each trigger, and is null where nobody can know whether it fires. `not_judged_s`
+    covers the whole length of the log."""
 
     log: str
     fires: list[FireJson] | None

@@ -9,6 +9,7 @@ answered for five seconds; 4 if no status was received.
 import argparse
 import math
 from collections.abc import Callable
+from contextlib import suppress
 from typing import Final
 
 from app.diagnosis.causes import PortEvidence
@@ -29,7 +30,7 @@ from app.text.messages import join_sentences, labelled
 from protocol.events import Ended, EndReason
 
 SILENT_FOR_S: Final = 5.0  # nobody answers for so long: it ends
-WITHOUT_STATUS_S: Final = 5.0  # with a time limit: additional time to wait for the first status
+FIRST_STATUS_S: Final = 5.0  # how long the first status is waited for
 
 
 class MonitorJson(Result):
@@ -75,21 +76,15 @@ def watch_port(
     args: argparse.Namespace, on_batch: Callable[[Batch], object], *, goes_on: Callable[[], bool] = lambda: True
 ) -> None:
     """Give all that comes from a port to `on_batch`, in order and through the ends of conversations, which are told;
-    until a signal, or for `--seconds` from the first status, and while `goes_on`. Raises one of `LOST`, and `Signalled`
-    if no status had come.
+    until a signal, or for `--seconds` from the first status, and while `goes_on`. Raises one of `LOST`.
 
     In the first conversation the module is made to stream, and its serial output is switched off again at the end.
     After a break another module may answer: from then on the status is only polled.
     """
     conversations = 0
-    has_status = False
-    ends_at = steady_time() + args.seconds + WITHOUT_STATUS_S
 
     def take(batch: Batch) -> None:
-        nonlocal has_status, ends_at
-        if batch.samples and not has_status:
-            has_status, ends_at = True, batch.samples[0].at + args.seconds
-        on_batch(batch._replace(samples=tuple(sample for sample in batch.samples if sample.at <= ends_at)))
+        on_batch(batch)
         for event in batch.events:
             # An end of the port is said otherwise.
             if isinstance(event, Ended) and event.reason not in (EndReason.CLOSED, EndReason.PORT_LOST):
@@ -102,20 +97,19 @@ def watch_port(
         # A module that answers after a break is not made to stream, but a stream of this program is switched off.
         return watch(StreamSwitch(), memory=memory, listen_s=LISTEN_S if conversations == 1 else math.inf)
 
-    try:
-        with CommandStore() as store:
-            # It is remembered that the serial output is switched on.
-            memory = StreamMemory(store, adapter_of(args.port) or args.port)
-            with connected(args.port, args.baud, on_batch=take, background=background) as opened:
-                while steady_time() < ends_at and goes_on():
-                    opened.wait()
-                    if opened.connection.trouble is not None:
-                        raise opened.connection.trouble
-                    ended = opened.conversation.ended
-                    if ended is not None and steady_time() - ended.at > SILENT_FOR_S:
-                        was_active = was_heard_active(opened.conversation)
-                        silence = Silence.NOTHING
-                        raise no_link(PortEvidence(args.port, silence=silence, was_online=True, was_active=was_active))
-    except console.Signalled:
-        if not has_status:
-            raise
+    def is_over() -> bool:
+        ended = opened.conversation.ended
+        if ended is not None and steady_time() - ended.at > SILENT_FOR_S:
+            was_active = was_heard_active(opened.conversation)
+            raise no_link(PortEvidence(args.port, silence=Silence.NOTHING, was_online=True, was_active=was_active))
+        return not goes_on()
+
+    with CommandStore() as store:
+        # It is remembered that the serial output is switched on.
+        memory = StreamMemory(store, adapter_of(args.port) or args.port)
+        with (
+            connected(args.port, args.baud, on_batch=take, background=background) as opened,
+            suppress(console.Signalled),
+        ):
+            opened.wait_until(lambda: "tilt_deg" in opened.conversation.values, FIRST_STATUS_S)
+            opened.wait_until(is_over, args.seconds)

@@ -140,7 +140,6 @@ def _take_each(bench: BatchRun, store: CommandStore, args: argparse.Namespace) -
             why = store.write_in_time(lambda facts: bench.keep(facts, name, evidence, said, store.where.adapter))
             aside = "" if why is None else labelled(tr(SET_ASIDE), why.translated())
             console.notify(aside or labelled(name, tr(READY)))
-            console.check_signals()
             if next_name():
                 console.notify(tr("UNPLUG, NEXT"))
                 if evidence.void is not None:

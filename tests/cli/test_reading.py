@@ -40,7 +40,7 @@ def test_monitor_switches_the_stream_on_and_off_unless_it_was_on(
     assert 50 < len(lines) < 300  # polled there are 12
     times = [line["t_s"] for line in lines]
     assert times == sorted(times)
-    assert 0.6 < times[-1] <= 1.2
+    assert 0.6 < times[-1] < 1.5
     sets = [frame for frame in wire if frame[2] == SERIAL_OUTPUT.code]
     assert sets == ([] if was_on else [SERIAL_OUTPUT.set(True).encode(), SERIAL_OUTPUT.set(False).encode()])
     assert open_bench(port).module.is_streaming is was_on
