@@ -5,7 +5,6 @@ arguments than those that most commands share. `args.command` is the command's n
 """
 
 import argparse
-import re
 from importlib import import_module
 from pathlib import Path
 from typing import Any, Final, NamedTuple
@@ -85,9 +84,8 @@ BY_NAME: Final = {entry.name: entry for entry in ENTRIES}
 
 def is_file_name(word: str) -> bool:
     """Whether `word` names a file, as in `dps-s FILE`, and not a command."""
-    path = Path(word)
     # A command wins: a file of its name in the folder must not change what it does.
-    return word not in BY_NAME and (bool(re.fullmatch(r"\.[A-Za-z0-9]{1,8}", path.suffix)) or path.exists())
+    return word not in BY_NAME and (bool(Path(word).suffix) or Path(word).exists())
 
 
 def whole_parser(*, is_complete: bool) -> console.Parser:

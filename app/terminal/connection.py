@@ -91,8 +91,7 @@ class OpenPort:
         # Of the port while it was open.
         self.counters, self.noise = Counters(), b""
         self.has_seen_triggered = False
-        # A procedure runs, and a set or an act of it has left.
-        self._is_running = self.has_left = False
+        self.has_left = False  # a set or an act, of a procedure that has not ended
         self._jobs: list[Job[Any]] = []
         # Of the conversation that this command is about; 0 before the module was greeted.
         self.number = 0
@@ -115,12 +114,11 @@ class OpenPort:
         exception, such as `Interrupted`, and `Signalled`. `outlives`: it belongs to the port, not to a conversation."""
         job = self.worker.submit(Job(procedure, conversation=None if outlives else self.number))
         self._jobs.append(job)
-        self._is_running = True
         while not job.is_done:
             self.wait()
         # What the procedure saw is taken in before its result is used.
         self.drain()
-        self._is_running = self.has_left = False
+        self.has_left = False
         return job.outcome()
 
     def wait_until(self, holds: Callable[[], bool], limit_s: float) -> bool:
@@ -226,8 +224,7 @@ class OpenPort:
         self._is_lock_owed |= batch.is_lock_owed
         is_reported = batch.conversation.reported[0] is True
         self.has_seen_triggered |= is_reported or any(sample.triggered for sample in batch.samples)
-        if self._is_running:
-            self.has_left |= any(isinstance(event, Sent) and not event.request.is_repeatable for event in batch.events)
+        self.has_left |= any(isinstance(event, Sent) and not event.request.is_repeatable for event in batch.events)
         for on_batch in self.listeners:
             on_batch(batch)
 
