@@ -7,7 +7,6 @@ checked one after the other.
 """
 
 import argparse
-import logging
 
 from app.cli.act import permit_for, refuse_without_yes
 from app.engine.conversation import Interrupted
@@ -30,8 +29,6 @@ from app.terminal.records import CommandStore, refuse_another, say_not_kept
 from app.terminal.results import Result, Value
 from app.text.i18n import tr
 from app.text.messages import UserMessage, clean, in_brackets, join_names
-
-_log = logging.getLogger(__name__)
 
 
 class CheckJson(Result):
@@ -106,9 +103,7 @@ def _check(args: argparse.Namespace, profile: Profile, store: CommandStore) -> i
 
     def judge(found: Evidence, past: Past | None = None) -> Filed:
         """And keep it. `past`: the module's history before the check, where it was read already."""
-        filed = file_check(found, profile, person, store=store, adapter=store.where.adapter, past=past)
-        _log.debug("%s: %s", store.port, filed.assessment.verdict)
-        return filed
+        return file_check(found, profile, person, store=store, adapter=store.where.adapter, past=past)
 
     filed: Filed | None = None
     is_refused = False
