@@ -144,14 +144,13 @@ def _left_here(facts: Facts, port: str, module: str | None) -> list[LeftActive]:
     """Return what was left ACTIVE under this name or, where it or the module has none, on this adapter."""
     entries = all_left(facts)
     adapter = adapter_of(port) if any(left.adapter for left in entries) else ""
-    here: list[LeftActive] = []
-    for left in entries:
-        is_here = left.adapter == adapter if left.adapter and adapter else left.port == port
+
+    def is_here(left: LeftActive) -> bool:
         if module and left.module:
-            is_here = left.module == module
-        if is_here:
-            here.append(left)
-    return here
+            return left.module == module
+        return left.adapter == adapter if left.adapter and adapter else left.port == port
+
+    return [left for left in entries if is_here(left)]
 
 
 # --module NAME: a person's word for this conversation
