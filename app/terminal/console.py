@@ -14,7 +14,7 @@ import sys
 import threading
 import unicodedata
 from collections.abc import Callable, Iterable, Iterator, Sequence
-from contextlib import contextmanager, suppress
+from contextlib import ExitStack, contextmanager, suppress
 from itertools import zip_longest
 from pathlib import Path
 from types import FrameType
@@ -234,17 +234,13 @@ def signals_noted() -> Iterator[None]:
         if state.is_writing:
             raise Signalled(state.signal)
 
-    before: dict[int, Any] = {}
-    for name in ("SIGINT", "SIGTERM", "SIGHUP", "SIGBREAK"):
-        number = getattr(signal, name, None)  # not all platforms have all of them
-        if number is not None and signal.getsignal(number) is not signal.SIG_IGN:
-            before[number] = signal.signal(number, note)
-    try:
+    state.signal = None
+    with ExitStack() as handlers:
+        for name in ("SIGINT", "SIGTERM", "SIGHUP", "SIGBREAK"):
+            number = getattr(signal, name, None)  # not all platforms have all of them
+            if number is not None and signal.getsignal(number) is not signal.SIG_IGN:
+                handlers.callback(signal.signal, number, signal.signal(number, note))
         yield
-    finally:
-        state.signal = None
-        for number, former in before.items():
-            signal.signal(number, former)
 
 
 def check_signals() -> None:
