@@ -48,11 +48,10 @@ def permit_for(act: Act, opened: OpenPort) -> Permit:
 
 def refuse_without_yes(args: argparse.Namespace, act: Act) -> None:
     """Say what the act would do, and raise `Refused`, where --yes is missing."""
-    if not args.yes:
-        # With --json standard output holds one object, which is the refusal.
-        if not args.json:
-            console.write_lines([tr(EFFECTS[act])])
-        console.refuse_without("--yes")
+    # With --json standard output holds one object, which is the refusal.
+    if not args.yes and not args.json:
+        console.write_lines([tr(EFFECTS[act])])
+    console.require("--yes", is_given=args.yes)
 
 
 def print_outcome(args: argparse.Namespace, act: Act, done: Performed | Locked) -> int:

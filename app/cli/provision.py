@@ -84,15 +84,12 @@ def run(args: argparse.Namespace) -> int:
         console.notify(tr("The profile's {rate} baud is left out: a batch does not change it.", rate=rate))
     if args.labels is not None:
         check_target(args.labels, FORMAT)
-    if not args.yes:
-        console.refuse_without("--yes")
+    console.require("--yes", is_given=args.yes)
     warn(changes)
-    if any(change.risks for change in changes) and not args.accept_risk:
-        console.refuse_without("--accept-risk")
+    console.require("--accept-risk", is_given=args.accept_risk or not any(change.risks for change in changes))
     # Without both triggers no module is READY.
     enables_triggers = all(profile.settings.get(command.key) is True for command in TRIGGER_FLAGS)
-    if not args.enable_triggers and not enables_triggers:
-        console.refuse_without("--enable-triggers")
+    console.require("--enable-triggers", is_given=args.enable_triggers or enables_triggers)
     person = Person(who=args.who, are_records_reviewed=args.records_reviewed)
     with CommandStore(args.port) as store:
         bench = BatchRun(args.names, profile, store, person, is_enabling=args.enable_triggers, are_all_new=args.all_new)

@@ -57,20 +57,13 @@ class DeletedJson(Result):
     deleted: list[str]
 
 
-def _export_path(text: str) -> Path:
-    path = Path(text)
-    if path.suffix.lower() in (MCAP, CSV) or path == STANDARD_OUTPUT:
-        return path
-    raise console.expected(f"{MCAP}, {CSV}, {STANDARD_OUTPUT}")
-
-
 def add_export(parser: argparse.ArgumentParser) -> None:
     """The file, and what becomes of one that is there; also of `dps-s record`."""
     existing = parser.add_mutually_exclusive_group()
     existing.add_argument("--append", action="store_true", help="add to the file (only .csv)")
     console.add_flags(existing, "--force")
     where = ".mcap, .csv, or - for a table on standard output"
-    console.add_file(parser, "file", metavar="FILE", help=where, type=_export_path)
+    console.add_file(parser, "file", metavar="FILE", help=where)
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -112,8 +105,7 @@ def run_export(args: argparse.Namespace, library: RecordingLibrary) -> int:
 
 def run_delete(args: argparse.Namespace, library: RecordingLibrary) -> int:
     entry = _recording(library, args.name)
-    if not args.yes:
-        console.refuse_without("--yes")
+    console.require("--yes", is_given=args.yes)
     try:
         library.delete(entry)
     except (UserError, OSError) as error:
@@ -139,6 +131,8 @@ def refuse_unwritable(args: argparse.Namespace) -> None:
         if args.json:  # there is one standard output
             raise console.Refused(tr("expected {expected}", expected="FILE --json | -"))
         return
+    if path.suffix.lower() not in (MCAP, CSV):
+        raise console.Refused(tr("expected {expected}", expected=f"{MCAP}, {CSV}, {STANDARD_OUTPUT}"))
     if not path.parent.is_dir():
         raise console.Refused(tr("There is no folder {folder}.", folder=path.parent))
     if args.append and path.suffix.lower() == MCAP:

@@ -76,8 +76,7 @@ def run(args: argparse.Namespace) -> int:
     warn(wishes)
     if args.dry_run:
         return _show(wishes, args)
-    if any(wish.risks for wish in wishes) and not args.accept_risk:
-        console.refuse_without("--accept-risk")
+    console.require("--accept-risk", is_given=args.accept_risk or not any(wish.risks for wish in wishes))
     report, is_doubled = _write(wishes, args)
     answer, rows = SetJson({}), list[tuple[str, str]]()
     for written in report.results:

@@ -203,8 +203,9 @@ _FLAGS: Final = {
 }
 
 
-def refuse_without(option: str) -> NoReturn:
-    raise Refused(message(marked("Nothing was done. Add {option} to do it."), option=option))
+def require(option: str, *, is_given: bool) -> None:
+    if not is_given:
+        raise Refused(message(marked("Nothing was done. Add {option} to do it."), option=option))
 
 
 def unreadable(file: object, error: Exception) -> Refused:
