@@ -6,7 +6,6 @@ Exit code 4 if one or more would have fired, else 2 if one cannot be read or not
 import argparse
 import math
 from collections.abc import Mapping, Sequence
-from pathlib import Path
 from typing import Annotated, Any, Literal
 
 from msgspec import Meta
@@ -54,7 +53,7 @@ class FiredJson(Result):
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     names = ", ".join(THRESHOLDS)
-    console.add_file(parser, "logs", metavar="LOG", help="flight log, recording or folder", nargs="*", type=str)
+    console.add_file(parser, "logs", metavar="LOG", help="flight log, recording or folder", nargs="*")
     parser.add_argument("--thresholds", nargs="+", action="extend", metavar="NAME=VALUE", help=names)
     column = "column of a table: roll_deg=ATT.Roll"
     parser.add_argument("--column", action="append", metavar="ROLE=COLUMN", help=column)
@@ -67,7 +66,7 @@ def run(args: argparse.Namespace) -> int:
     given = {wish.command.key: wish.value for wish in parse_settings(args.thresholds or (), THRESHOLDS)}
     limits = limits_of(given)
     columns = parse_choice(args.column) if args.column else None
-    paths = list(find_logs(map(Path, args.logs)))
+    paths = list(find_logs(args.logs))
     if not paths:
         raise console.Refused(tr("No flight log."))
     logs = [summarise_log(path, columns) for path in paths]

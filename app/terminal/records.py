@@ -96,9 +96,8 @@ def say_left_active(ports: Sequence[str], module: str | None) -> None:
     store = Store()
     try:
         left = store.write(lambda facts: [one for port in ports for one in _left_here(facts, port, module)])
-        # Several ports may have one adapter's entry in common.
-        for one in dict.fromkeys(left.result(READ_LIMIT_S)):
-            notify(one.sentence)
+        for one in left.result(READ_LIMIT_S):
+            notify_once(one.sentence)  # several ports may have one adapter in common
     except TimeoutError:
         notify(tr("What was left ACTIVE is not known: the disk is too slow."))
     except UserError:
