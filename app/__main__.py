@@ -143,19 +143,18 @@ def _usual_port() -> str:
     """Choose and print the port. Raises `Refused`."""
     from app.engine.ports import list_ports
 
+    # What is said of each port.
     named = os.environ.get(PORT, "").strip()
-    if named:
-        console.note(tr("Port {port} ({name})", port=named, name=PORT))
-        return named
-    adapters = [port for port in list_ports() if port.vid is not None]
-    if not adapters:
+    found = {named: PORT}
+    if not named:
+        found = {port.device: port.description or port.identity for port in list_ports() if port.vid is not None}
+    if not found:
         raise console.Refused(tr("There is no USB adapter. Plug it in, or give --port."), ErrorCode.NO_PORT)
-    if len(adapters) > 1:
-        names = join_names(port.device for port in adapters)
-        raise console.Refused(tr("There are several adapters: {names}. Give --port.", names=names))
-    adapter = adapters[0]
-    console.note(tr("Port {port} ({name})", port=adapter.device, name=adapter.description or adapter.identity))
-    return adapter.device
+    if len(found) > 1:
+        raise console.Refused(tr("There are several adapters: {names}. Give --port.", names=join_names(found)))
+    ((port, name),) = found.items()
+    console.note(tr("Port {port} ({name})", port=port, name=name))
+    return port
 
 
 def _say_left_active(args: argparse.Namespace) -> None:
