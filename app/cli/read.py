@@ -10,21 +10,17 @@ from collections.abc import Mapping
 from app.engine.conversation import STATUS_KEYS, ConversationView, Interrupted
 from app.engine.procedure import EngineView, Inspect, Pause, Procedure
 from app.engine.target import is_socket
-from app.procedures.read import ANSWERED_TWICE, LIVE_KEYS, NO_REPLY, SETTING_KEYS, Readings, read_everything
+from app.procedures.read import ANSWERED_TWICE, LIVE_KEYS, SETTING_KEYS, Readings, read_everything
 from app.terminal import console
 from app.terminal.connection import connected
 from app.text.i18n import tr
 from app.text.messages import UserMessage, in_brackets, join_names, message
-from protocol.catalogue import BAUD_RATE, BY_NAME, SERIAL_OUTPUT, SETTINGS, STATUS_PARTS
-from protocol.events import Unanswered
+from protocol.catalogue import BAUD_RATE, BY_NAME, READABLE_SETTINGS, SERIAL_OUTPUT, STATUS_PARTS
 from protocol.fields import Choice, Value
 from protocol.translatable import marked
 
 # Longer than two modules that hear the same question are apart.
 SECOND_ANSWER_S = 0.05
-# The key of what is said of the line, or of the conversation.
-LINE = "link"
-_UNREADABLE = {command.key for command in SETTINGS if not command.reads_back}
 _COMMANDS = [command for command in BY_NAME.values() if command.reply is not None]
 _FIELDS = {command.key: command.reply for command in _COMMANDS} | {part.name: part.field for part in STATUS_PARTS}
 _TITLES = {command.key: command.title for command in _COMMANDS} | {
@@ -50,7 +46,8 @@ def run(args: argparse.Namespace) -> int:
     if ended is not None and ended.contradiction is not None:
         values.pop(ended.contradiction.before.command.key, None)  # which of the two holds nobody knows
     # Why a value is not known, by its key; "status" stands for all of the status.
-    errors = {key: _no_reply(unanswered) for key, unanswered in read.errors.items()}
+    late = marked("no reply within {seconds:.1f} s, asked {attempts} times")
+    errors = {key: message(late, seconds=one.waited_s, attempts=one.attempts) for key, one in read.errors.items()}
     if read.status is not None:
         against = read.contradictions
         values |= {key: getattr(read.status, key) for key in STATUS_KEYS if key not in against}
@@ -61,12 +58,12 @@ def run(args: argparse.Namespace) -> int:
     if not is_socket(args.port):  # behind a plain socket nobody here knows it
         values[BAUD_RATE.key] = rate
     if ended is not None:
-        for key in (*STATUS_KEYS, *LIVE_KEYS, *SETTING_KEYS):
-            if key not in values and key not in _UNREADABLE and key not in errors:
+        for key in (*STATUS_KEYS, *LIVE_KEYS, *(command.key for command in READABLE_SETTINGS)):
+            if key not in values and key not in errors:
                 errors.setdefault("status" if key in STATUS_KEYS else key, ended.message)
     unread = sorted(errors)
     if ended is not None or is_doubled:
-        errors[LINE] = ANSWERED_TWICE if ended is None else ended.message
+        errors["link"] = ANSWERED_TWICE if ended is None else ended.message
 
     if args.json:
         from app.preflight.reading_object import reading_object
@@ -105,13 +102,6 @@ def is_answered_twice(first_at: float | None = None) -> Procedure[bool]:
     yield Pause((view.now if first_at is None else first_at) + SECOND_ANSWER_S - view.now)
     view = yield Inspect()
     return view.lasting.is_answered_twice(view.now)
-
-
-def _no_reply(unanswered: Unanswered) -> UserMessage:
-    if unanswered.attempts <= 1:
-        return message(NO_REPLY)
-    text = marked("no reply within {seconds:.1f} s, asked {attempts} times")
-    return message(text, seconds=unanswered.waited_s, attempts=unanswered.attempts)
 
 
 def _row(key: str, values: Mapping[str, Value], errors: Mapping[str, UserMessage]) -> tuple[str, str]:
