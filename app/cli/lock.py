@@ -7,7 +7,6 @@ now reports that it is locked, at most for ten seconds. Exit code 0 it reports L
 import argparse
 
 from app.cli.act import print_outcome
-from app.engine.conversation import ConversationView
 from app.procedures.lock import lock
 from app.safety.journal import Act
 from app.terminal import console
@@ -22,13 +21,14 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def run(args: argparse.Namespace) -> int:
-    locked: ConversationView | None = None
+    is_locked = False
     # The first LOCK is sent before the store opens any file, and the exit code does not depend on one.
     with CommandStore(args.port, starts_late=True) as store:
         try:
             with connected(args.port, args.baud, is_greeted=False) as opened:
                 done = opened.run(lock(store.journal), outlives=True)
-                locked = opened.conversation if done.is_locked else None
+                is_locked = done.is_locked is True
                 return print_outcome(args, Act.LOCK, done)
         finally:
-            conclude_lock(store, args, locked)
+            # The conversation may have begun only after LOCK was confirmed: it is that which the port ended with.
+            conclude_lock(store, args, opened.conversation if is_locked else None)
