@@ -44,7 +44,6 @@ def main(argv: Sequence[str] | None = None) -> int:
     console.start(argparse.Namespace())
     try:
         code = _run(words)
-        console.write("")  # flushes what argparse printed
     except SystemExit:  # from argparse, which printed the help
         code = console.SUCCESS
     except KeyboardInterrupt as interrupted:
@@ -65,7 +64,7 @@ def main(argv: Sequence[str] | None = None) -> int:
 
 def _run(words: list[str]) -> int:
     if words[:1] in (["-h"], ["--help"]):
-        whole_parser(is_complete=False).print_help()
+        console.write(whole_parser(is_complete=False).format_help())
         return console.SUCCESS
     if words[:1] == ["--version"]:
         from app import version

@@ -12,7 +12,7 @@ from contextlib import suppress
 from typing import Any, Literal
 
 from app.engine.procedure import Job
-from app.engine.worker import Batch, PortState
+from app.engine.worker import PortState
 from app.procedures.lock import Locked, lock
 from app.sharing import Event, Sharing, listen_at
 from app.terminal import console
@@ -44,7 +44,6 @@ def run(args: argparse.Namespace) -> int:
         listener, address, warning = listen_at(host, number)
     except OSError as error:
         raise console.Refused(labelled(f"{host}:{number}", error_text(error)), ErrorCode.NO_PORT) from error
-    endings: dict[Job[Any], Callable[[Job[Any]], None]] = {}
     locking: Job[Locked] | None = None
 
     def tell(event: Event, reader: str, sentence: str) -> None:
@@ -58,24 +57,14 @@ def run(args: argparse.Namespace) -> int:
         if warning:
             console.notify(warning)
 
-        def submit(job: Job[Any], then: Callable[[Job[Any]], None], *, is_urgent: bool = False) -> None:
-            endings[job] = then
-            opened.worker.submit(job, is_urgent=is_urgent)
-
         def send_lock(then: Callable[[Locked], None]) -> None:
             nonlocal locking
             if locking is None or locking.is_done:
                 locking = Job(lock(store.journal), conversation=None)
-                submit(locking, lambda job: then(job.outcome()), is_urgent=True)
+                opened.submit(locking, lambda job: then(job.outcome()), is_urgent=True)
 
-        def on_batch(batch: Batch) -> None:
-            sharing.take_in(batch)
-            for job in batch.finished:
-                if job in endings:
-                    endings.pop(job)(job)
-
-        sharing = Sharing(listener, submit, send_lock, tell)
-        opened.listeners.append(on_batch)
+        sharing = Sharing(listener, opened.submit, send_lock, tell)
+        opened.listeners.append(sharing.take_in)
         # A reader waits for its answer; a window or a person would not notice.
         opened.worker.publish_every_s = LOOK_EVERY_S
         with suppress(console.Signalled):

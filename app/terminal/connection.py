@@ -79,6 +79,7 @@ class OpenPort:
         if state.verbosity > 0:
             self.listeners.append(_trace())
         self._batches: queue.SimpleQueue[Batch] = queue.SimpleQueue()
+        self._endings: dict[Job[Any], Callable[[Job[Any]], object]] = {}
         self._journal = journal
         # After an interruption: LOCK is owed, and its job once it is sent.
         self._is_lock_owed = False
@@ -108,6 +109,11 @@ class OpenPort:
             late = tr("{port} does not open within {seconds:.0f} s.", port=port, seconds=OPENING_LIMIT_S)
             raise NoLink(join_sentences((late, tr("Plug the adapter in again, or check the address."))))
         self._reopen_if_lost()  # learns whether there are two adapters of its kind
+
+    def submit(self, job: Job[Any], then: Callable[[Job[Any]], object], *, is_urgent: bool = False) -> None:
+        """Run a job, and call back when it has ended, behind the listeners."""
+        self._endings[job] = then
+        self.worker.submit(job, is_urgent=is_urgent)
 
     def run(self, procedure: Procedure[Result], *, outlives: bool = False) -> Result:
         """Run a procedure, in the conversation in which the module was greeted, and return its result. Raises its
@@ -227,6 +233,8 @@ class OpenPort:
         self.has_left |= any(isinstance(event, Sent) and not event.request.is_repeatable for event in batch.events)
         for on_batch in self.listeners:
             on_batch(batch)
+        for job in self._endings.keys() & batch.finished:
+            self._endings.pop(job)(job)
 
 
 @contextmanager
@@ -285,8 +293,7 @@ def _greet(opened: OpenPort, port: str, baud_rate: int | None) -> None:
         from app.diagnosis.causes import PortEvidence
         from app.diagnosis.silence import what_came
 
-        # What came instead of an answer. An address is of no adapter, and listing takes time.
-        counters, adapter = opened.counters, "" if "://" in port else adapter_of(port)
+        counters, adapter = opened.counters, adapter_of(port)
         silence = what_came(counters, opened.noise)
         raise no_link(PortEvidence(port, baud_rate, silence=silence, counters=counters, adapter=adapter))
     opened.bind()
