@@ -37,7 +37,6 @@ def run(args: argparse.Namespace) -> int:
     refuse_without_yes(args, act)
     with CommandStore(args.port) as store, connected(args.port, args.baud, journal=store.journal) as opened:
         done = opened.run(perform(act, store.journal, permit=permit_for(act, opened)))
-        opened.pay_owed_lock()
     return print_outcome(args, act, done)
 
 

@@ -91,8 +91,7 @@ def run(args: argparse.Namespace) -> int:
 def _check(args: argparse.Namespace, profile: Profile, store: CommandStore) -> int:
     """Check the module at one port, judge, keep and print it; returns the exit code. Raises what keeps a conversation
     from beginning."""
-    evidence, journal = Evidence(port=store.port), store.journal
-    is_enabling = args.enable_triggers or args.activate
+    evidence, is_enabling = Evidence(port=store.port), args.enable_triggers or args.activate
     person = Person(
         who=args.who,
         module=args.module,
@@ -107,20 +106,19 @@ def _check(args: argparse.Namespace, profile: Profile, store: CommandStore) -> i
 
     filed: Filed | None = None
     is_refused = False
-    with connected(store.port, args.baud, journal=journal if args.activate else None) as opened:
+    with connected(store.port, args.baud, journal=store.journal) as opened:
         refuse_another(opened.conversation, store, args)
         try:
-            opened.run(run_preflight(evidence, is_enabling=is_enabling, journal=journal))
+            opened.run(run_preflight(evidence, is_enabling=is_enabling, journal=store.journal))
             if args.activate:
                 # READY is kept, then the module is activated and judged again. Anything but READY sends nothing.
                 filed = judge(evidence)  # the store may be slow; the conversation goes on meanwhile
                 ready = filed.assessment
                 if ready.verdict is Verdict.READY:
                     permit = permit_for(Act.ACTIVATE, opened)
-                    performed, evidence = opened.run(activate_ready(ready, journal, permit))
+                    performed, evidence = opened.run(activate_ready(ready, store.journal, permit))
                     say = console.note if performed.outcome is Outcome.CONFIRMED else console.notify
                     say(performed.sentence)
-                    opened.pay_owed_lock()
                     is_refused = performed.outcome is Outcome.NOT_SENT
                     if evidence is not ready.case.evidence:
                         filed = judge(evidence, ready.case.past)

@@ -259,6 +259,7 @@ def connected(
         if is_greeted:
             _greet(opened, port, baud_rate)
         yield opened
+        opened.pay_owed_lock()
     except LOST as error:
         _log.debug("%s: %r", port, error)
         if was_heard_active(opened.conversation):
