@@ -33,5 +33,4 @@ def run(args: argparse.Namespace) -> int:
     if obstacle is not None:
         console.notify(obstacle)
         return console.NO_LINK
-    code: int = args.open_window(args)
-    return code
+    return int(args.open_window(args))

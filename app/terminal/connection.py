@@ -151,9 +151,8 @@ class OpenPort:
 
     def drain(self) -> None:
         # Take all batches that are there, without waiting.
-        with suppress(queue.Empty):
-            while True:
-                self._receive(self._batches.get_nowait())
+        while not self._batches.empty():
+            self._receive(self._batches.get())
 
     def pay_owed_lock(self) -> None:
         """After an activation that was interrupted when its frame had left: wait until a module answers on the same
