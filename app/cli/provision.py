@@ -127,6 +127,7 @@ def _take_each(bench: BatchRun, store: CommandStore, args: argparse.Namespace) -
     def take(name: str) -> None:
         evidence = Evidence(port=args.port)
         said: UserMessage | None = None
+        store.renew()
         with connected(args.port, args.baud) as opened:
             console.notify(tr("A module answers: leave it plugged in."))
             try:

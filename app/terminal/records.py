@@ -46,6 +46,11 @@ class CommandStore(Store):
         # For the adapter's USB identity it may take seconds: the journal asks in the store's thread.
         return Where(self.port, ORIGIN, adapter_of(self.port), self.module, self.run)
 
+    def renew(self) -> None:
+        """Another conversation begins at the port, where another adapter may be by now."""
+        self.run = os.urandom(4).hex()
+        vars(self).pop("where", None)
+
     def keep_as_found(self, settings: Mapping[str, Value], boot_count: int | None) -> "Future[Row]":
         # The future ends when it is on disk or has failed; a failure does not prevent changing a setting.
         return self.write(partial(store_as_found, settings=settings, boot_count=boot_count, port=self.port))
