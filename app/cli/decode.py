@@ -112,12 +112,10 @@ def run(args: argparse.Namespace) -> int:
 
 
 def _names_file(word: str) -> bool:
-    # Also one that is not there, a folder, or a pipe.
     with suppress(NotHex):
         hex_bytes(word)
         return False
-    path = Path(word)
-    return bool(path.suffix) or path.name != word or path.exists()
+    return word != "-"
 
 
 def _print_rows(rows: list[Explained], *, is_json: bool) -> bool:
