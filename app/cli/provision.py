@@ -58,16 +58,16 @@ class ProvisionJson(Result):
     complete: bool
 
 
-def _names(text: str) -> tuple[str, ...]:
-    names = counted_names(text)
-    if names is None:
-        raise console.expected(EXAMPLE)
-    return names
+def names(text: str) -> tuple[str, ...]:
+    counted = counted_names(text)
+    if counted is None:
+        raise ValueError
+    return counted
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     console.add_file(parser, "--profile", metavar="FILE", help="write all settings of this profile", required=True)
-    parser.add_argument("--names", type=_names, required=True, metavar=EXAMPLE, help="names, one for each module")
+    parser.add_argument("--names", type=names, required=True, metavar=EXAMPLE, help="names, one for each module")
     parser.add_argument("--enable-triggers", action="store_true", help="enable both automatic triggers")
     parser.add_argument("--all-new", action="store_true", help="all modules are new, also those like a known one")
     parser.add_argument("--who", default="", metavar="NAME", help="who checks")

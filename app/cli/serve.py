@@ -12,6 +12,7 @@ from contextlib import suppress
 from typing import Any, Literal
 
 from app.engine.procedure import Job
+from app.engine.target import host_and_port
 from app.engine.worker import PortState
 from app.procedures.lock import Locked, lock
 from app.sharing import Event, Sharing, listen_at
@@ -33,7 +34,7 @@ class ServeJson(Result):
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    address: dict[str, Any] = {"type": console.tcp_address, "default": ("127.0.0.1", 0), "metavar": "HOST:PORT"}
+    address: dict[str, Any] = {"type": host_and_port, "default": ("127.0.0.1", 0), "metavar": "HOST:PORT"}
     where = "where readers connect (default: a free port of this computer)"
     parser.add_argument("--tcp", help=where, **address)
 

@@ -17,6 +17,7 @@ from typing import Any, get_args
 
 import msgspec
 
+from app.engine.target import host_and_port
 from app.simulator.bench import SimulatedBench
 from app.simulator.endpoints import PtyEndpoint, TcpEndpoint, serve
 from app.simulator.setup import Setup, parse_options
@@ -29,7 +30,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.usage = "%(prog)s [--link PATH | --tcp HOST:PORT] [--OPTION VALUE …]"
     way = parser.add_mutually_exclusive_group()
     console.add_file(way, "--link", metavar="PATH", help="symbolic link to the pseudo-terminal")
-    way.add_argument("--tcp", type=console.tcp_address, metavar="HOST:PORT")
+    way.add_argument("--tcp", type=host_and_port, metavar="HOST:PORT")
     module = parser.add_argument_group("module, line and world")
     for option in msgspec.structs.fields(Setup):
         # The last of its annotations describes it. A switch needs no value.
