@@ -48,7 +48,7 @@ def main(argv: Sequence[str] | None = None) -> int:
         code = console.SUCCESS
     except KeyboardInterrupt as interrupted:
         # As a shell reports it: 130 for Ctrl-C, 143 for SIGTERM.
-        code = 128 + getattr(interrupted, "number", 2)
+        code = 128 + (interrupted.args[0] if interrupted.args else 2)
         if "--json" in words and not console.state.has_result:  # else nothing is said: who pressed Ctrl-C knows
             console.fail(console.Refused(tr("Interrupted."), ErrorCode.CANCELLED), is_json=True)
     except console.OutputLost as error:

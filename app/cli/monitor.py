@@ -107,9 +107,7 @@ def watch_port(
     with CommandStore() as store:
         # It is remembered that the serial output is switched on.
         memory = StreamMemory(store, adapter_of(args.port) or args.port)
-        with (
-            connected(args.port, args.baud, on_batch=take, background=background) as opened,
-            suppress(console.Signalled),
-        ):
+        opening = connected(args.port, args.baud, on_batch=take, background=background)
+        with opening as opened, suppress(KeyboardInterrupt):
             opened.wait_until(lambda: "tilt_deg" in opened.conversation.values, FIRST_STATUS_S)
             opened.wait_until(is_over, args.seconds)

@@ -21,14 +21,10 @@ from protocol.translatable import marked
 
 # Longer than two modules that hear the same question are apart.
 SECOND_ANSWER_S = 0.05
-_COMMANDS = [command for command in BY_NAME.values() if command.reply is not None]
-_FIELDS = {command.key: command.reply for command in _COMMANDS} | {part.name: part.field for part in STATUS_PARTS}
-_TITLES = {command.key: command.title for command in _COMMANDS} | {
-    "tilt_deg": marked("Tilt"),
-    "acceleration_g": marked("Acceleration"),
-    "triggered": marked("Triggered"),
-    "active": marked("Active"),
-}
+_STATUS_TITLES = (marked("Tilt"), marked("Acceleration"), marked("Triggered"), marked("Active"))
+# Title and field of each value.
+_SHOWN = {one.key: (one.title, one.reply) for one in BY_NAME.values() if one.reply is not None}
+_SHOWN |= {part.name: (title, part.field) for part, title in zip(STATUS_PARTS, _STATUS_TITLES, strict=True)}
 
 
 def run(args: argparse.Namespace) -> int:
@@ -108,13 +104,13 @@ def _row(key: str, values: Mapping[str, Value], errors: Mapping[str, UserMessage
     from app.limits.limits import cell_outside
     from app.settings.profiles import NO_PROFILE
 
-    title, value, field = tr(_TITLES[key]), values.get(key), _FIELDS[key]
-    if value is None or field is None:
+    value, (title, field) = values.get(key), _SHOWN[key]
+    if value is None:
         why = errors.get(key) or errors.get("status" if key in STATUS_KEYS else key)
-        return title, tr("unknown") + in_brackets(tr("cannot be read") if why is None else why.translated())
+        return tr(title), tr("unknown") + in_brackets(tr("cannot be read") if why is None else why.translated())
     text = field.text(field.encode(value))
     shown = f"{value} {tr(field.unit)}" if isinstance(field, Choice) else tr(text)
     if key == "cell_voltage_v":
         outside = cell_outside(float(value), NO_PROFILE, is_charging=values.get("charging"))
         shown = shown if outside is None else outside.beside(shown)
-    return title, shown
+    return tr(title), shown

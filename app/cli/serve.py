@@ -68,7 +68,7 @@ def run(args: argparse.Namespace) -> int:
         opened.listeners.append(sharing.take_in)
         # A reader waits for its answer; a window or a person would not notice.
         opened.worker.publish_every_s = LOOK_EVERY_S
-        with suppress(console.Signalled):
+        with suppress(KeyboardInterrupt):
             try:
                 while opened.connection.state is PortState.OPEN:
                     sharing.turn(LOOK_EVERY_S)

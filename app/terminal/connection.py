@@ -116,8 +116,8 @@ class OpenPort:
         self.worker.submit(job, is_urgent=is_urgent)
 
     def run(self, procedure: Procedure[Result], *, outlives: bool = False) -> Result:
-        """Run a procedure, in the conversation in which the module was greeted, and return its result. Raises its
-        exception, such as `Interrupted`, and `Signalled`. `outlives`: it belongs to the port, not to a conversation."""
+        """Run a procedure, in the conversation in which the module was greeted, and return its result. Raises what the
+        procedure raises, and KeyboardInterrupt. `outlives`: it belongs to the port, not to a conversation."""
         job = self.worker.submit(Job(procedure, conversation=None if outlives else self.number))
         self._jobs.append(job)
         while not job.is_done:
@@ -143,7 +143,7 @@ class OpenPort:
         _log.debug("bound to conversation %d", self.number)
 
     def wait(self) -> None:
-        """Wait for a batch, at most a tenth of a second. Raises `Signalled`."""
+        """Wait for a batch, at most a tenth of a second. Raises KeyboardInterrupt."""
         check_signals()
         with suppress(queue.Empty):
             self._receive(self._batches.get(timeout=WAIT_S))
@@ -248,7 +248,7 @@ def connected(
 ) -> Iterator[OpenPort]:
     """Open `port`, make sure that a module answers on it, and close it afterwards. `baud_rate` None tries all rates.
     `background` makes what runs in each conversation. Without `is_greeted` nobody is waited for. Raises `PortError`,
-    `NoLink`, `Signalled`."""
+    `NoLink`, KeyboardInterrupt."""
     opened = OpenPort(on_batch, journal)
     try:
         opened.open(port, baud_rate or USUAL_RATE, background)

@@ -52,14 +52,6 @@ class Refused(UserError):
         self.code, self.what, self.hint = code, what, hint
 
 
-class Signalled(KeyboardInterrupt):
-    """A signal asks the command to end. `number` is the signal's."""
-
-    def __init__(self, number: int) -> None:
-        super().__init__(f"signal {number}")
-        self.number = number
-
-
 class OutputLost(Exception):
     """Standard output takes nothing more; the text says why, and is empty where its reader has ended."""
 
@@ -222,7 +214,7 @@ def signals_noted() -> Iterator[None]:
     def note(number: int, _frame: FrameType | None) -> None:
         state.signal = state.signal or number
         if state.is_writing:
-            raise Signalled(state.signal)
+            raise KeyboardInterrupt(state.signal)
 
     state.signal = None
     with ExitStack() as handlers:
@@ -234,8 +226,9 @@ def signals_noted() -> Iterator[None]:
 
 
 def check_signals() -> None:
+    # Raises KeyboardInterrupt with the number of the signal.
     if state.signal is not None:
-        raise Signalled(state.signal)
+        raise KeyboardInterrupt(state.signal)
 
 
 # Messages on standard error

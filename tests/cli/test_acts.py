@@ -24,7 +24,6 @@ from app.simulator.bench import SimulatedBench
 from app.simulator.endpoints import TcpEndpoint
 from app.store.fact_store import FILE_NAME, open_file, utc_now
 from app.system.files import data_folder
-from app.terminal.console import Signalled
 from protocol.catalogue import BY_NAME
 from tests.support.cli_line import Program, sets
 from tests.support.line.frames import lose
@@ -209,7 +208,7 @@ def test_interrupted_it_says_what_may_have_been_carried_out(
 
     def check() -> None:
         if len(wire) > frames and len(sets(wire)) == sent:
-            raise Signalled(2)
+            raise KeyboardInterrupt(2)
 
     monkeypatch.setattr("app.terminal.connection.check_signals", check)
     printed = dps_s([*words.split(), "--port", port, *(["--json"] if is_json else [])], 130)
