@@ -29,8 +29,7 @@ from app.text.i18n import tr
 from app.text.messages import join_sentences, labelled
 from protocol.events import Ended, EndReason
 
-SILENT_FOR_S: Final = 5.0  # nobody answers for so long: it ends
-FIRST_STATUS_S: Final = 5.0  # how long the first status is waited for
+SILENT_FOR_S: Final = 5.0  # nobody answers for so long, or no status comes
 
 
 class MonitorJson(Result):
@@ -109,5 +108,5 @@ def watch_port(
         memory = StreamMemory(store, adapter_of(args.port) or args.port)
         opening = connected(args.port, args.baud, on_batch=take, background=background)
         with opening as opened, suppress(KeyboardInterrupt):
-            opened.wait_until(lambda: "tilt_deg" in opened.conversation.values, FIRST_STATUS_S)
+            opened.wait_until(lambda: "tilt_deg" in opened.conversation.values, SILENT_FOR_S)
             opened.wait_until(is_over, args.seconds)

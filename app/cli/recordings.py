@@ -19,7 +19,6 @@ from app.terminal.results import Count, Result, Time
 from app.text.i18n import tr
 from app.text.messages import ErrorCode, UserError, error_text, labelled, not_written, saved_text, stopwatch
 
-LATEST = "latest"
 CSV, MCAP = ".csv", ".mcap"
 STANDARD_OUTPUT = Path("-")
 
@@ -114,11 +113,10 @@ def run_delete(args: argparse.Namespace, library: RecordingLibrary) -> int:
 
 
 def _recording(library: RecordingLibrary, name: str) -> RecordingEntry:
-    entries = library.entries()
-    found = list(entries[:1]) if name == LATEST else [entry for entry in entries if entry.name == name]
-    if not found:
-        raise console.Refused(tr("No recording is named “{name}”.", name=name))
-    return found[0]
+    for entry in library.entries():  # the newest first
+        if name in (entry.name, "latest"):
+            return entry
+    raise console.Refused(tr("No recording is named “{name}”.", name=name))
 
 
 # Export, also of what `dps-s record` has recorded
