@@ -6,9 +6,6 @@ Of a module only the settings of the profile are compared; what it cannot tell i
 
 import argparse
 from collections.abc import Mapping
-from typing import Annotated
-
-from msgspec import Meta
 
 from app.cli.save import read_module
 from app.terminal import console
@@ -21,7 +18,7 @@ from protocol.fields import Value as SettingValue
 class DiffJson(Result):
     """Settings that differ, each with both values; null where one of them has none."""
 
-    differences: dict[SettingName, Annotated[list[Value], Meta(min_length=2, max_length=2)]]
+    differences: dict[SettingName, tuple[Value, Value]]
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -47,7 +44,7 @@ def run(args: argparse.Namespace) -> int:
 
     rows = [("", str(args.file), head), *((name, shown(first, name), shown(second, name)) for name in unequal)]
     page = console.columns(rows) if unequal else [tr("The settings are equal.")]
-    console.emit(args, DiffJson({name: [first.get(name), second.get(name)] for name in unequal}), page)
+    console.emit(args, DiffJson({name: (first.get(name), second.get(name)) for name in unequal}), page)
     if not unequal:
         return console.SUCCESS
     is_only_unknown = args.other is None and all(name not in second for name in unequal)

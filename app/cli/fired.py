@@ -52,11 +52,9 @@ class FiredJson(Result):
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    names = ", ".join(THRESHOLDS)
     console.add_file(parser, "logs", metavar="LOG", help="flight log, recording or folder", nargs="*")
-    parser.add_argument("--thresholds", nargs="+", action="extend", metavar="NAME=VALUE", help=names)
-    column = "column of a table: roll_deg=ATT.Roll"
-    parser.add_argument("--column", action="append", metavar="ROLE=COLUMN", help=column)
+    parser.add_argument("--thresholds", nargs="+", action="extend", metavar="NAME=VALUE", help=", ".join(THRESHOLDS))
+    parser.add_argument("--column", action="append", metavar="ROLE=COLUMN", help="of a table: roll_deg=ATT.Roll")
     side = parser.add_mutually_exclusive_group()
     side.add_argument("--must-not", action="store_true", help="do the vendor's defaults fire in none of them?")
     side.add_argument("--must", action="store_true", help="do the vendor's defaults fire in all of them, in time?")

@@ -61,8 +61,7 @@ def add_export(parser: argparse.ArgumentParser) -> None:
     existing = parser.add_mutually_exclusive_group()
     existing.add_argument("--append", action="store_true", help="add to the file (only .csv)")
     console.add_flags(existing, "--force")
-    where = ".mcap, .csv, or - for a table on standard output"
-    console.add_file(parser, "file", metavar="FILE", help=where)
+    console.add_file(parser, "file", metavar="FILE", help=".mcap, .csv, or - for a table on standard output")
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:

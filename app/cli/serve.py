@@ -9,7 +9,7 @@ authentication, so whoever reaches it reads, and may LOCK. Exit code 0 after Ctr
 import argparse
 from collections.abc import Callable
 from contextlib import suppress
-from typing import Any, Literal
+from typing import Literal
 
 from app.engine.procedure import Job
 from app.engine.target import host_and_port
@@ -34,9 +34,8 @@ class ServeJson(Result):
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    address: dict[str, Any] = {"type": host_and_port, "default": ("127.0.0.1", 0), "metavar": "HOST:PORT"}
     where = "where readers connect (default: a free port of this computer)"
-    parser.add_argument("--tcp", help=where, **address)
+    parser.add_argument("--tcp", type=host_and_port, default=("127.0.0.1", 0), metavar="HOST:PORT", help=where)
 
 
 def run(args: argparse.Namespace) -> int:

@@ -363,8 +363,8 @@ def fail(error: Exception, *, is_json: bool) -> int:
     if is_json:
         from app.terminal.results import ErrorJson, FailureJson
 
-        what = failure.what or failure.sentence
-        write_lines([as_json(ErrorJson(error=FailureJson(code=failure.code, message=what, hint=failure.hint)))])
+        told = FailureJson.of(failure, message=failure.what or failure.sentence)
+        write_lines([as_json(ErrorJson(told))])
     return failure.code.exit_code
 
 
