@@ -9,11 +9,14 @@ import threading
 from collections.abc import Callable, Iterator
 from contextlib import ExitStack, contextmanager, suppress
 from dataclasses import dataclass
+from functools import partial
 from importlib import import_module
+from itertools import islice
 from pathlib import Path
 from types import FrameType
 from typing import TYPE_CHECKING, Final, NamedTuple
 
+from PySide6 import QtCore, QtGui, QtWidgets
 from PySide6.QtCore import QEvent, QObject, Qt, QTimer
 from PySide6.QtWidgets import QApplication, QWidget
 
@@ -48,6 +51,7 @@ _log = logging.getLogger(__name__)
 # A window that is not painted (started minimised) gets its pages after this time.
 PAINT_LIMIT_MS: Final = 1000
 _STORE_LIMIT_S: Final = 5.0
+_CLASSES_AT_ONCE: Final = 100
 
 
 class WindowOptions(NamedTuple):
@@ -65,13 +69,14 @@ class WindowOptions(NamedTuple):
 
 
 def _page(key: str, title: str, picture: Icon, chapter: str = "", *, wants_stream: bool = False) -> PageEntry:
-    """The entry of the page in `ui/pages/<key>`, whose module is imported when the page is made."""
+    """The entry of the page in `ui/pages/<key>`, whose module is imported after the first paint."""
+    module = f"ui.pages.{key}.page"
 
     def make(services: Services) -> "Page":
-        page: Page = getattr(import_module(f"ui.pages.{key}.page"), f"{key.capitalize()}Page")(services)
+        page: Page = getattr(import_module(module), f"{key.capitalize()}Page")(services)
         return page
 
-    return PageEntry(key, title, picture, make, chapter or title, wants_stream)
+    return PageEntry(key, title, picture, make, chapter or title, wants_stream, partial(import_module, module))
 
 
 PAGES: tuple[PageEntry, ...] = (
@@ -87,13 +92,14 @@ PAGES: tuple[PageEntry, ...] = (
 
 
 def _load_libraries() -> None:
-    """Imports what the pages need and is slow to load, but nothing that knows Qt: where another thread makes a class of
-    Qt's while the event loop runs, PySide6 6.11 ends the program now and then (null `TypeUserData` in
-    `SignalManager::retrieveMetaObject`)."""
+    """Imports what the pages need and is slow to load, with what pyqtgraph needs of the standard library, but nothing
+    that knows Qt: where another thread makes a class of Qt's while the event loop runs, PySide6 6.11 ends the program
+    now and then (null `TypeUserData` in `SignalManager::retrieveMetaObject`)."""
     import platform
 
     _log.info("DPS-S Configurator %s on %s, Python %s", version(), platform.platform(), platform.python_version())
-    for module in ("app.recordings.recording", "app.trigger_records.history"):
+    of_pyqtgraph = ("multiprocessing.connection", "pydoc", "subprocess", "xml.etree.ElementTree")
+    for module in ("app.recordings.recording", "app.trigger_records.history", *of_pyqtgraph):
         import_module(module)
 
 
@@ -152,12 +158,11 @@ def start(assembly: Assembly, options: WindowOptions) -> None:
     opening: BackgroundTask[object] = BackgroundTask("dps-s opening", window)
 
     def fill() -> None:
-        # With those that it is derived from it would else be made where a report is first printed, which is in another
-        # thread too: PySide makes a class when it is first named or returned.
-        from PySide6.QtWidgets import QPlainTextDocumentLayout  # noqa: F401
-
-        loading.run(lambda _running: assembly.load(), make_pages, fail)  # slow: it imports numpy
         assembly.watcher.refresh()
+        _ClassesOfQt(window, load)
+
+    def load() -> None:
+        loading.run(lambda _running: assembly.load(), make_pages, fail)  # slow: it imports numpy
 
     def fail(error: Exception) -> None:
         make_pages(error)
@@ -165,6 +170,7 @@ def start(assembly: Assembly, options: WindowOptions) -> None:
 
     def make_pages(_outcome: object) -> None:
         window.make_pages()
+        import_module("pyqtgraph")  # it knows Qt, so that no other thread may import it
         # No port waits for it.
         opening.run(lambda _running: storage.open_store(), on_store_opened)
         if target is not None:
@@ -184,6 +190,30 @@ def start(assembly: Assembly, options: WindowOptions) -> None:
         QTimer.singleShot(0, window, window.toggle_panel)
     _AfterPaint(window, fill)
     window.show()
+
+
+class _ClassesOfQt(QTimer):
+    """Names every class of Qt, some at a time, then calls `act`.
+
+    PySide makes a class when it is first named, and pyqtgraph names all of them when it is imported, for which the
+    window would stand still. Those of printing would else be made in another thread, where a report is printed.
+    """
+
+    def __init__(self, window: QWidget, act: Callable[[], None]) -> None:
+        super().__init__(window, interval=0)
+        self._act = act
+        self._names = iter([(library, name) for library in (QtCore, QtGui, QtWidgets) for name in dir(library)])
+        self.timeout.connect(self._name_some)
+        self.start()
+
+    def _name_some(self) -> None:
+        some = list(islice(self._names, _CLASSES_AT_ONCE))
+        for library, name in some:
+            getattr(library, name)
+        if not some:
+            self.stop()
+            self.deleteLater()
+            self._act()
 
 
 class _AfterPaint(QObject):

@@ -57,8 +57,8 @@ class Services:
 
 
 class PageEntry(NamedTuple):
-    """One line of the navigation. `title` is English, marked. `make` is called when the page is first wanted, or when
-    the window is idle."""
+    """One line of the navigation. `title` is English, marked. `load` imports what `make` needs, a step of its own as
+    either takes long."""
 
     key: str
     title: str
@@ -68,3 +68,4 @@ class PageEntry(NamedTuple):
     chapter: str = ""
     # While it is in sight the module streams its status.
     wants_stream: bool = False
+    load: Callable[[], object] = bool

@@ -64,11 +64,13 @@ class MainWindow(QMainWindow):
         self._services, self._remembered = services, services.preferences
         self._ports = ports = services.ports
         self._entries = {entry.key: entry for entry in entries}
-        self._unmade = list(entries)
         self._pages: dict[str, Page] = {}
         self.has_pages = False
-        self._making = QTimer(self, interval=1)  # with 0 Qt would process no other events between two pages
-        self._making.timeout.connect(self._make_page)
+        # The page that was made last and is not among the others yet.
+        self._made: Page | None = None
+        self._steps: list[Callable[[], object]] = []
+        self._making = QTimer(self, interval=1)  # with 0 Qt would process no other events between two steps
+        self._making.timeout.connect(self._take_step)
         self._filter: ApplicationFilter | None = None
         self._waiting_target: Target | None = None
         self._is_leaving = self._is_over = False
@@ -202,21 +204,25 @@ class MainWindow(QMainWindow):
         self._filter = ApplicationFilter(self._ports.lock, self)
         self.files = FileOpener(self, self._pages, self.go_to, preferences=self._remembered)
         self.menus["open"].triggered.connect(self.files.ask)
+        for entry in self._entries.values():
+            self._steps += (entry.load, partial(self._make_page, entry), partial(self._add_page, entry))
+        self._steps.append(self._end_making)
         self._making.start()
 
-    def _make_page(self) -> None:
-        if not self._unmade:
-            self._making.stop()
-            self.has_pages = True
-            self.setAcceptDrops(True)  # not before: a file would find no page that opens it
-            self.pages_made.emit()
-            if self._waiting_target is not None:
-                self.connect_to(self._waiting_target)
+    def _take_step(self) -> None:
+        step = self._steps.pop(0)
+        step()
+
+    def _make_page(self, entry: PageEntry) -> None:
+        self._made = entry.make(self._services)
+        self._made.setAccessibleName(tr(entry.title))
+        self._made.show_module(self._ports.module)
+
+    def _add_page(self, entry: PageEntry) -> None:
+        page, self._made = self._made, None
+        if page is None:  # it could not be made
             return
-        entry = self._unmade.pop(0)
-        page = self._pages[entry.key] = entry.make(self._services)
-        page.setAccessibleName(tr(entry.title))
-        page.show_module(self._ports.module)
+        self._pages[entry.key] = page
         self._ports.shown.connect(page.show_module)
         self.area.add(page)
         self.notice_bar.order_tabs()
@@ -225,6 +231,14 @@ class MainWindow(QMainWindow):
         page.ports_wanted.connect(self.panel.show)
         if entry.key == self.navigation.chosen:
             self.stack.setCurrentWidget(page)
+
+    def _end_making(self) -> None:
+        self._making.stop()
+        self.has_pages = True
+        self.setAcceptDrops(True)  # not before: a file would find no page that opens it
+        self.pages_made.emit()
+        if self._waiting_target is not None:
+            self.connect_to(self._waiting_target)
 
     # Actions
 

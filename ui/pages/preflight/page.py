@@ -436,6 +436,7 @@ class PreflightPage(Page):
         self._announced = Standing.NOT_CHECKED
         self.guided.show_module(module)
         super().show_module(module)
+        self.list.show_check()  # also out of sight: its rows take long to make
 
     def _slots(self, module: ShownModule) -> tuple[tuple[Any, Callable[..., None]], ...]:
         own = ((module.named, self._on_named), (module.check_changed, self._on_work))
