@@ -105,6 +105,7 @@ def _check(args: argparse.Namespace, profile: Profile, store: CommandStore) -> i
         return file_check(found, profile, person, store=store, adapter=store.where.adapter, past=past)
 
     filed: Filed | None = None
+    past: Past | None = None
     is_refused = False
     with connected(store.port, args.baud, journal=store.journal) as opened:
         refuse_another(opened.conversation, store, args)
@@ -121,14 +122,15 @@ def _check(args: argparse.Namespace, profile: Profile, store: CommandStore) -> i
                     say(performed.sentence)
                     is_refused = performed.outcome is Outcome.NOT_SENT
                     if evidence is not ready.case.evidence:
-                        filed = judge(evidence, ready.case.past)
-                        if filed.assessment.verdict is Verdict.GO:
-                            store.write(lambda facts: note_go(facts, store.run))
+                        filed, past = None, ready.case.past
         # READY said nothing about whoever answers now, so the check is judged anew, with its interruption.
         except Interrupted as ended:
             evidence.note_error(ended)
             filed = None
-    filed = filed or judge(evidence)
+    if filed is None:  # only now, as LOCK that is owed does not wait for the store
+        filed = judge(evidence, past)
+        if filed.assessment.verdict is Verdict.GO:
+            store.write(lambda facts: note_go(facts, store.run))
 
     def write_files(filed: Filed = filed) -> None:
         console.note(join_names(map(str, write_report(args.report, filed.exported, args.printer))))

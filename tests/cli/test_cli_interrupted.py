@@ -5,6 +5,7 @@ import signal
 from collections.abc import Callable
 from contextlib import closing
 from pathlib import Path
+from typing import Any
 
 import pytest
 
@@ -12,6 +13,7 @@ from app.engine.conversation import Interrupted
 from app.modules.names import modules
 from app.port_urls.protocol_sim import open_bench
 from app.procedures.history import read_history
+from app.records.filing import Filed, file_check
 from app.safety.journal import Act, Outcome
 from app.simulator.bench import SimulatedBench
 from app.simulator.setup import Setup
@@ -130,6 +132,26 @@ def test_an_activation_that_was_interrupted_is_followed_by_lock(
     assert not bench.module.state.is_active
     assert "LOCK was sent after the interruption. The module that answers now reports LOCKED." in printed.err
     assert f"Sent, not confirmed: treat the module as ACTIVE. {reason}" in printed.err
+
+
+@pytest.mark.promise("l")
+def test_an_owed_lock_does_not_wait_until_the_check_is_kept(
+    port: str, dps_s: Program, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Where the port was lost it is opened again for LOCK; the disk may take seconds."""
+    told: list[str] = []
+
+    def keep(*check: Any, **more: Any) -> Filed:
+        told.append("kept")
+        return file_check(*check, **more)
+
+    monkeypatch.setattr("app.cli.preflight.file_check", keep)
+    monkeypatch.setattr("app.terminal.connection.notify", told.append)
+    bench = open_bench(port)
+    at_frame(bench, 1, lambda: at(bench, "active", exchange), code=BY_NAME["activation"].code)
+    dps_s(["preflight", "--activate", "--records-reviewed", "--port", port, "--yes"], 1)
+    locked = "LOCK was sent after the interruption. The module that answers now reports LOCKED."
+    assert told == ["kept", locked, "kept"], "READY, then what came of it"
 
 
 def ignore_lock(bench: SimulatedBench) -> None:
