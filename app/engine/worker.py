@@ -107,8 +107,8 @@ class Worker:
         # Triggered and active, by the last report.
         self._reported: tuple[bool, bool] | None = None
         self._is_stopping = False
-        # The interval of batches without news. Any thread may set it.
-        self.publish_every_s = PUBLISH_EVERY_S
+        # The interval of batches without news. Any thread may set it, and the limit.
+        self.publish_every_s, self.closing_limit_s = PUBLISH_EVERY_S, CLOSING_LIMIT_S
 
     def start(self) -> None:
         """Also sets how often the threads of the program take turns."""
@@ -288,7 +288,7 @@ class Worker:
         if session is None:
             return
         session.cancel_all()
-        deadline = self._clock() + CLOSING_LIMIT_S
+        deadline = self._clock() + self.closing_limit_s
         try:
             while session.is_busy and self._clock() < deadline:
                 session.step()

@@ -38,6 +38,7 @@ OPENING_LIMIT_S: Final = 2.0
 # How long the command line waits for the module that it owes LOCK.
 OWED_LIMIT_S: Final = 10.0
 STOP_LIMIT_S: Final = 1.0
+UNDO_LIMIT_S: Final = 0.8  # of that: three times "stream off"
 WAIT_S: Final = 0.1
 
 Result = TypeVar("Result")
@@ -87,6 +88,7 @@ class OpenPort:
         self._adapter = ""  # where LOCK may be owed
         self._return = Reconnection()
         self.worker = Worker(self._batches.put, make_lock=None if journal is None else self._make_lock)
+        self.worker.closing_limit_s = UNDO_LIMIT_S
         self.connection = Connection()
         self.conversation = ConversationView()
         # Of the port while it was open.

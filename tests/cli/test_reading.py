@@ -10,6 +10,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from app.port_urls.protocol_sim import Serial as SimulatedPort
 from app.port_urls.protocol_sim import open_bench
 from app.recordings.library import RecordingLibrary
 from app.recordings.session_file import SessionFile, SessionWriter
@@ -44,6 +45,25 @@ def test_monitor_switches_the_stream_on_and_off_unless_it_was_on(
     sets = [frame for frame in wire if frame[2] == SERIAL_OUTPUT.code]
     assert sets == ([] if was_on else [SERIAL_OUTPUT.set(True).encode(), SERIAL_OUTPUT.set(False).encode()])
     assert open_bench(port).module.is_streaming is was_on
+
+
+def test_monitor_switches_the_stream_off_also_where_that_is_lost_twice(
+    port: str, dps_s: Program, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """As where it collides with the stream on a half-duplex line."""
+    left = [SERIAL_OUTPUT.set(False).encode()] * 2
+    send = SimulatedPort.write
+
+    def write(line: SimulatedPort, data: bytes) -> int:
+        if left and bytes(data) == left[0]:
+            left.pop()
+            return len(data)
+        return send(line, data)
+
+    monkeypatch.setattr(SimulatedPort, "write", write)
+    dps_s(["monitor", "--port", port, "--seconds", "1.2", "--json"])
+    assert not left
+    assert not open_bench(port).module.is_streaming
 
 
 # `dps-s record`, and `dps-s decode` of what it wrote.
