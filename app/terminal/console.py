@@ -96,6 +96,7 @@ class Parser(argparse.ArgumentParser):
         unknown = re.search(r"unrecognized arguments: .*?(--?[^\s=]+)", message)
         if unknown is not None:
             message += did_you_mean(unknown[1], re.findall(r"--[a-z][a-z-]*", self.format_help()))
+        message = re.sub(r"invalid \S+ value: ", "invalid value: ", message)  # argparse names the function
         raise Refused(UserMessage(f"{self.format_usage()}{self.prog}: error: {message}"), what=message)
 
 
@@ -120,8 +121,8 @@ def name(text: str) -> str:
 def baud_rate(text: str) -> int | None:
     if text.lower() == AUTO:
         return None
-    if int(text) not in RATES:
-        raise ValueError
+    if text not in map(str, RATES):
+        raise argparse.ArgumentTypeError(f"expected {', '.join(map(str, (*RATES, AUTO)))}")
     return int(text)
 
 
