@@ -327,6 +327,8 @@ class DataflashFile:
         for line in BytesIO(data):
             place += len(line)
             name, _, rest = line.decode("latin-1").partition(",")
+            if name not in tables:
+                self.read_until = place
             if name in tables and line.endswith(b"\n"):
                 width, places, numbers = tables[name]
                 cells = rest.split(",")
@@ -364,7 +366,7 @@ def _by_sensor(table: Table) -> list[Table]:
 
 
 # Telemetry: MAVLink 1 and 2, each message behind the time of its arrival. Times are the vehicle's own. Messages that
-# are asked for are known by their checksum; what stands between them, others or damage, is not looked at.
+# are asked for are known by their checksum; of others, or of damage, only where they stand is looked at.
 
 # Microseconds since 1970 before each message, the most significant byte first: the years 2000 to 2100.
 _STAMP_BYTES: Final = 8
@@ -415,8 +417,8 @@ def is_telemetry(start: bytes) -> bool:
 
 
 def _messages(data: bytes) -> Iterator[tuple[int, tuple[int, int], tuple[float, ...]]]:
-    """Yields of each message that is asked for where it ends; its vehicle and number; when it arrived, and the numbers
-    in it."""
+    """Yields of each message where it ends; its vehicle and number; and, of one that is asked for, when it arrived, and
+    the numbers in it."""
     end = 0
     for first in _FIRST_BYTE.finditer(data, _STAMP_BYTES):
         head_at = first.start()
@@ -431,6 +433,7 @@ def _messages(data: bytes) -> Iterator[tuple[int, tuple[int, int], tuple[float, 
             vehicle, component, number = head[5], head[6], int.from_bytes(head[7:10], "little")
         kind = _TLOG_KINDS.get(number)
         if kind is None or component != _AUTOPILOT:
+            yield payload_end + _CHECKSUM_BYTES, (vehicle, number), ()
             continue
         # MAVLink's checksum is the one of the standard library, which is fast, with the bits of all bytes reversed.
         checked = data[head_at + 1 : payload_end] + bytes((kind.checksum_end,))
@@ -448,8 +451,9 @@ def read_telemetry(data: bytes) -> RawLog:
     found: dict[tuple[int, int], list[tuple[float, ...]]] = {}
     read_until = 0
     for end, source, values in _messages(data):
-        read_until = end
-        found.setdefault(source, []).append(values)
+        read_until = min(end, len(data))
+        if values:
+            found.setdefault(source, []).append(values)
     vehicles = {vehicle for vehicle, number in found if number == _ATTITUDE}
     if len(vehicles) > 1:
         raise unreadable(marked("more than one vehicle in one file"))

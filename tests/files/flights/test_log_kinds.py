@@ -225,6 +225,19 @@ def test_a_lost_end_is_not_judged(tmp_path: Path) -> None:
         assert 2.0 < log.not_judged_s < 5.0
 
 
+def test_what_others_say_at_the_end_is_no_lost_end(tmp_path: Path) -> None:
+    """As the ground station itself, where the vehicle is out of reach or switched off."""
+    beats = (made.telemetry("HEARTBEAT", at_s, 0, 6, 8, 0, 4, 3, system=255, component=190) for at_s in range(60))
+    lines = "MSG, 0, a text\r\n" * 2000
+    for data in (
+        made.telemetry_bytes(STAMPS, LEVEL, REST) + made.in_order(beats),
+        made.dataflash_text(STAMPS, LEVEL, REST) + lines.encode(),
+    ):
+        log = read(tmp_path / "log", data)
+        assert answer(log) is Answer.DOES_NOT_FIRE
+        assert (log.duration_s, log.problems) == (pytest.approx(7.96, abs=0.01), ())
+
+
 def test_a_damaged_message_of_telemetry_is_no_measurement(tmp_path: Path) -> None:
     data = bytearray(made.telemetry_bytes(TIMES, LEVEL, REST))
     _, message = made.telemetry("ATTITUDE", TIMES[60], TIMES[60] * 1e3, np.radians(5.0), 0, 1.2, 0, 0, 0)
