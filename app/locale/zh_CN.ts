@@ -4374,8 +4374,8 @@
         <translation>{limit}；模块未命名</translation>
     </message>
     <message>
-        <source>{limit}; {module}, named by a person in this conversation</source>
-        <translation>{limit}；{module}，本次通信中由人员指定</translation>
+        <source>{limit}; {module}, named by a person</source>
+        <translation>{limit}；{module}，由人员指定</translation>
     </message>
     <message>
         <source>{lost} of {asked}</source>

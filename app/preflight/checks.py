@@ -118,7 +118,7 @@ class Case:
         """A limit that comes from what is kept under the module's name; it says by what the module is known."""
         if not self.past.module:
             return message(marked("{limit}; module not named"), limit=limit)
-        text = marked("{limit}; {module}, named by a person in this conversation")
+        text = marked("{limit}; {module}, named by a person")
         return message(text, limit=limit, module=self.past.module)
 
 

@@ -332,7 +332,7 @@ def test_what_is_overdue_is_a_warning_or_not_met_as_the_profile_says() -> None:
 
 
 @pytest.mark.parametrize(("name", "known"), [
-    ("M-07", "M-07, named by a person in this conversation"),
+    ("M-07", "M-07, named by a person"),
     (None, "module not named"),
 ])  # fmt: skip
 @pytest.mark.promise("a")
