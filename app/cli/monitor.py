@@ -75,7 +75,8 @@ def watch_port(
     args: argparse.Namespace, on_batch: Callable[[Batch], object], *, goes_on: Callable[[], bool] = lambda: True
 ) -> None:
     """Give all that comes from a port to `on_batch`, in order and through the ends of conversations, which are told;
-    until a signal, or for `--seconds` from the first status, and while `goes_on`. Raises one of `LOST`.
+    until a signal, or for `--seconds` from the first status, and while `goes_on`. Raises one of `LOST`, and the signal
+    that comes before a status.
 
     In the first conversation the module is made to stream, and its serial output is switched off again at the end.
     After a break another module may answer: from then on the status is only polled.
@@ -106,7 +107,7 @@ def watch_port(
     with CommandStore() as store:
         # It is remembered that the serial output is switched on.
         memory = StreamMemory(store, adapter_of(args.port) or args.port)
-        opening = connected(args.port, args.baud, on_batch=take, background=background)
-        with opening as opened, suppress(KeyboardInterrupt):
+        with connected(args.port, args.baud, on_batch=take, background=background) as opened:
             opened.wait_until(lambda: "tilt_deg" in opened.conversation.values, SILENT_FOR_S)
-            opened.wait_until(is_over, args.seconds)
+            with suppress(KeyboardInterrupt):
+                opened.wait_until(is_over, args.seconds)

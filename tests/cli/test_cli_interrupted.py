@@ -18,7 +18,7 @@ from app.safety.journal import Act, Outcome
 from app.simulator.bench import SimulatedBench
 from app.simulator.setup import Setup
 from app.terminal.connection import connected
-from protocol.catalogue import BY_NAME
+from protocol.catalogue import BY_NAME, STATUS
 from tests.support.cli_line import Program, faults, sets
 from tests.support.line.frames import at_frame, lose
 from tests.support.records.stored import audit, open_store
@@ -236,6 +236,11 @@ def test_watching_goes_on_in_the_next_conversation(
         assert "silent" in events
     else:
         assert json.loads(printed.out.splitlines()[-1])["t_s"] > 7
+
+
+def test_ctrl_c_before_a_status_came_is_what_ended_it(port: str, dps_s: Program) -> None:
+    at_frame(open_bench(port), 1, lambda: signal.raise_signal(signal.SIGINT), code=STATUS.code)
+    dps_s(["monitor", "--port", port], 130)
 
 
 @pytest.mark.parametrize("words", ["monitor --json", "record FILE"])
