@@ -178,8 +178,10 @@ class TrafficFilter(QSortFilterProxyModel):
             return False
         if self._kind is Filter.WITHOUT_STREAM and is_streamed(row):
             return False
-        searched = Column.MEANING, Column.BYTES, Column.KIND
-        return not self._text or any(self._text in cell_text(row, column).lower() for column in searched)
+        if not self._text:
+            return True
+        entry = shown(row)
+        return self._text in f"{event_sentence(row)}\n{entry.raw.hex(' ')}\n{entry.kind}".lower()
 
 
 class TrafficView(QWidget):
