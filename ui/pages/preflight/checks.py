@@ -124,18 +124,17 @@ class CheckRow(_Row):
     """A check: before it is done what is checked and why, then what came of it. Made anew for each result, so that its
     button, a step, is dead for a moment: rows move, and what comes to lie under the pointer was not chosen."""
 
-    def __init__(self, check: Check, judged: Judged | None, remedy: Remedy | None, standing: Standing) -> None:
+    def __init__(
+        self, check: Check, judged: Judged | None = None, remedy: Remedy | None = None, *, is_void: bool = False
+    ) -> None:
         found = ("", "") if judged is None else (judged.finding.shown.translated(), judged.finding.limit.translated())
-        super().__init__(f"check_{check.id}", tr(check.title), *found)
+        super().__init__(f"{'planned' if judged is None else 'check'}_{check.id}", tr(check.title), *found)
         self.remedy = remedy
-        reason = tr(check.why)
+        reason, state, is_explained = tr(check.why), tr(Standing.NOT_CHECKED.value), True
         if judged is None:
-            is_checking = standing is Standing.CHECKING
-            state = tr(standing.value)  # for the eye the verdict says it
-            self.show_style(StateStyle(Icon.CONNECTING if is_checking else Icon.UNKNOWN, None), "", is_muted=True)
-            is_explained = not is_checking
+            self.show_style(StateStyle(Icon.UNKNOWN, None), "", is_muted=True)
         else:
-            result, is_void = judged.finding.result, standing is Standing.VOID
+            result = judged.finding.result
             is_explained = result is not CheckResult.PASS
             words = [tr(RESULT_WORDS[result]), *([tr("void")] if is_void else [])]
             state = " · ".join(words)
@@ -190,9 +189,9 @@ class ManualRow(_Row):
 
 
 class _Card(QFrame):
-    """Rows below a title; without rows neither is shown."""
+    """Rows below a title, if there is one; without rows neither is shown."""
 
-    def __init__(self, name: str, title: QWidget) -> None:
+    def __init__(self, name: str, title: QWidget | None = None) -> None:
         super().__init__()
         named(self, f"preflight_{name}_checks", "card")
         self.title, self._column = title, in_column(of=self, spacing=0, margins=1)
@@ -205,7 +204,8 @@ class _Card(QFrame):
         for row in rows:
             self._column.addWidget(row)
         for part in (self.title, self):
-            part.setVisible(bool(rows))
+            if part is not None:
+                part.setVisible(bool(rows))
 
 
 class CheckList(ScrollArea):
@@ -220,8 +220,12 @@ class CheckList(ScrollArea):
         self.setHorizontalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAlwaysOff)
         self._ports = services.ports
         self._profile: Profile | None = None
+        # What is checked and why; shown while there is no result. They are made once, as they take long.
+        self._planned = {check.id: CheckRow(check) for check in CHECKS}
+        # The rows in sight; those that passed are made when the fold is opened.
         self.rows: dict[str, CheckRow] = {}
         self.manual: list[ManualRow] = []
+        self._passed_checks: list[Judged] = []
         # What the rows were last made for.
         self._shown: tuple[object, ...] = ()
         self._failed_title = named(QLabel(), "preflight_failed_title", "caption")
@@ -229,11 +233,14 @@ class CheckList(ScrollArea):
         self.fold.setCheckable(True)
         self.fold.setToolButtonStyle(Qt.ToolButtonStyle.ToolButtonTextBesideIcon)
         self.fold.toggled.connect(self._show_fold)
-        self._failed, self._passed = _Card("failed", self._failed_title), _Card("passed", self.fold)
-        self._manual = _Card("manual", named(QLabel(tr("Manual checks")), "preflight_manual_title", "caption"))
+        self._failed, self._passed = _Card("failed", self._failed_title), _Card("passed")
+        self._plan = _Card("planned")
+        self._plan.fill(tuple(self._planned.values()))
+        manual_title = named(QLabel(tr("Manual checks")), "preflight_manual_title", "caption")
+        self._manual = _Card("manual", manual_title)
         content = named(QWidget(), "preflight_content")
         fold = (self.fold, Qt.AlignmentFlag.AlignLeft)
-        parts = (self._failed_title, self._failed, self._manual.title, self._manual, fold, self._passed)
+        parts = (self._failed_title, self._failed, manual_title, self._manual, self._plan, fold, self._passed)
         self.column = in_column(*parts, 1, of=content, spacing=Space.XS, margins=(Space.M, 0, Space.M, Space.S))
         self._manual.fill(())
         self.setWidget(content)
@@ -270,47 +277,53 @@ class CheckList(ScrollArea):
         shown = (assessment, standing, module.looked_at.copy())
         if shown != self._shown:
             self._shown = shown
-            judged = {} if assessment is None else {check.check.id: check for check in assessment.checks}
-            self.rows.clear()
-            for check in CHECKS:
-                one, mends = judged.get(check.id), None
-                # What is said of a void result would count for whatever module answers now.
-                if one is not None and assessment is not None and standing is not Standing.VOID:
-                    is_passed = one.finding.result is CheckResult.PASS
-                    mends = None if is_passed else remedy(one, assessment.case, module.looked_at)
-                self.rows[check.id] = CheckRow(check, one, mends, standing)
-            self._place(list(judged.values()))
+            self._place([] if assessment is None else assessment.checks)
+            self._plan.setVisible(assessment is None)
+            if assessment is None:
+                self.rows = dict(self._planned)
+                for row in self.rows.values():
+                    row.say(tr(standing.value), row.toolTip())  # for the eye the verdict says it
         self._manual.setEnabled(standing is not Standing.CHECKING)
+
+    def _row(self, judged: Judged) -> CheckRow:
+        module, mends = self._ports.module, None
+        standing, assessment, _void = module.check_state
+        is_void, is_passed = standing is Standing.VOID, judged.finding.result is CheckResult.PASS
+        # What is said of a void result would count for whatever module answers now.
+        if assessment is not None and not is_void and not is_passed:
+            mends = remedy(judged, assessment.case, module.looked_at)
+        return CheckRow(judged.check, judged, mends, is_void=is_void)
 
     def enable_acts(self) -> None:
         for row in self.rows.values():
             if row.act is not None and row.remedy is not None:
                 row.act.setEnabled((can_enable if row.remedy.is_enabling else can_check)(self._ports))
 
-    def _place(self, judged: list[Judged]) -> None:
+    def _place(self, judged: Sequence[Judged]) -> None:
         """Show what did not pass at the top, what is against GO first, and the rest below the fold."""
         failed = [check for check in judged if check.finding.result is not CheckResult.PASS]
         failed.sort(key=lambda check: not check.blocks_go)
-        not_passed = [self.rows[check.check.id] for check in failed]
-        passed = [row for row in self.rows.values() if row not in not_passed]
         against = sum(check.blocks_go for check in failed)
         titles = [tr("Not met: {names}", names=against)] if against else []
         if len(failed) > against:
             titles.append(tr("Warnings: {count}", count=len(failed) - against))
         self._failed_title.setText(" · ".join(titles))
-        self._failed.fill(not_passed)
-        self._passed.fill(passed)
+        self.rows = {check.check.id: self._row(check) for check in failed}
+        self._failed.fill(tuple(self.rows.values()))
         before: QWidget = self
-        for row in not_passed:
+        for row in self.rows.values():
             if row.act is not None:
                 row.act.chosen.connect(lambda wanted=row.remedy: self.mend_wanted.emit(wanted))
                 self.setTabOrder(before, row.act)
                 before = row.act
-        self.fold.setText(tr("{count} passed", count=len(passed)))
+        self._passed_checks = [check for check in judged if check not in failed]
+        self.fold.setText(tr("{count} passed", count=len(self._passed_checks)))
         self.fold.setVisible(bool(judged))
         self._show_fold()
 
     def _show_fold(self) -> None:
         is_open = self.fold.isChecked()
         self.fold.setIcon(icon(Icon.CHEVRON_DOWN if is_open else Icon.CHEVRON_RIGHT))
-        self._passed.setVisible(is_open or self.fold.isHidden())  # before a check they say what is checked
+        passed = {check.check.id: self._row(check) for check in self._passed_checks if is_open}
+        self._passed.fill(tuple(passed.values()))
+        self.rows |= passed

@@ -179,6 +179,7 @@ def test_what_voids_a_verdict(rereads: None, act: Callable[[Rig], None], why: st
     )  # whose results these are
     assert "GO" not in page.banner.accessibleName()
     assert (page.export.isEnabled(), page.signed) == (False, None)
+    one.click(page.list.fold)
     assert "void" in page.list.rows["tilt"].accessibleName()
 
 
