@@ -205,7 +205,8 @@ class MainWindow(QMainWindow):
         self.files = FileOpener(self, self._pages, self.go_to, preferences=self._remembered)
         self.menus["open"].triggered.connect(self.files.ask)
         for entry in self._entries.values():
-            self._steps += (entry.load, partial(self._make_page, entry), partial(self._add_page, entry))
+            make, add = partial(self._make_page, entry), partial(self._add_page, entry)
+            self._steps += (entry.load, make, self._fill_page, add)
         self._steps.append(self._end_making)
         self._making.start()
 
@@ -216,11 +217,14 @@ class MainWindow(QMainWindow):
     def _make_page(self, entry: PageEntry) -> None:
         self._made = entry.make(self._services)
         self._made.setAccessibleName(tr(entry.title))
-        self._made.show_module(self._ports.module)
+
+    def _fill_page(self) -> None:
+        if self._made is not None:  # else it could not be made
+            self._made.show_module(self._ports.module)
 
     def _add_page(self, entry: PageEntry) -> None:
         page, self._made = self._made, None
-        if page is None:  # it could not be made
+        if page is None:
             return
         self._pages[entry.key] = page
         self._ports.shown.connect(page.show_module)

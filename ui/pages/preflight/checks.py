@@ -221,7 +221,7 @@ class CheckList(ScrollArea):
         self._ports = services.ports
         self._profile: Profile | None = None
         # What is checked and why; shown while there is no result. They are made once, as they take long.
-        self._planned = {check.id: CheckRow(check) for check in CHECKS}
+        self._planned: dict[str, CheckRow] = {}
         # The rows in sight; those that passed are made when the fold is opened.
         self.rows: dict[str, CheckRow] = {}
         self.manual: list[ManualRow] = []
@@ -235,7 +235,6 @@ class CheckList(ScrollArea):
         self.fold.toggled.connect(self._show_fold)
         self._failed, self._passed = _Card("failed", self._failed_title), _Card("passed")
         self._plan = _Card("planned")
-        self._plan.fill(tuple(self._planned.values()))
         manual_title = named(QLabel(tr("Manual checks")), "preflight_manual_title", "caption")
         self._manual = _Card("manual", manual_title)
         content = named(QWidget(), "preflight_content")
@@ -280,10 +279,16 @@ class CheckList(ScrollArea):
             self._place([] if assessment is None else assessment.checks)
             self._plan.setVisible(assessment is None)
             if assessment is None:
-                self.rows = dict(self._planned)
-                for row in self.rows.values():
-                    row.say(tr(standing.value), row.toolTip())  # for the eye the verdict says it
+                self._show_plan(standing)
         self._manual.setEnabled(standing is not Standing.CHECKING)
+
+    def _show_plan(self, standing: Standing) -> None:
+        if not self._planned:
+            self._planned = {check.id: CheckRow(check) for check in CHECKS}
+            self._plan.fill(tuple(self._planned.values()))
+        self.rows = dict(self._planned)
+        for row in self.rows.values():
+            row.say(tr(standing.value), row.toolTip())  # for the eye the verdict says it
 
     def _row(self, judged: Judged) -> CheckRow:
         module, mends = self._ports.module, None
