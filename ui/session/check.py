@@ -125,9 +125,9 @@ class ModuleCheck(QObject):
             self.void = void
             self.changed.emit()
 
-    def drop(self) -> None:
+    def drop(self, void: Void = OVER) -> None:
         """Another check or another module has taken its place. Nothing that comes later changes one that is void."""
-        self.void = self.void or OVER
+        self.void = self.void or void
         for job in filter(None, (self._job, self._rereading)):
             job.cancel()
         self._job = self._rereading = None

@@ -301,8 +301,7 @@ class ShownModule(QObject):
         from ui.session.check import NEWER, ModuleCheck
 
         if self.check is not None:
-            self.check.set_void(NEWER)
-            self.check.drop()
+            self.check.drop(NEWER)
         self.check = ModuleCheck(self, self._storage, profile, person, is_enabling=is_enabling)
         self.check.changed.connect(self.check_changed)
         self.check_changed.emit()
