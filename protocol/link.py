@@ -126,9 +126,9 @@ class Link:
         self._events: list[Event] = []
         self._outgoing = bytearray()
         self._flight: _Flight | None = None
-        self.begin_anew(now)
+        self.reset(now)
 
-    def begin_anew(self, now: float) -> None:
+    def reset(self, now: float) -> None:
         """The port runs at another rate now: what was received at the old one is no part of a frame."""
         self.lasting = LastingValues()
         self._parser = StreamParser()

@@ -123,7 +123,7 @@ def _check(args: argparse.Namespace, profile: Profile, store: CommandStore) -> i
                     is_refused = performed.outcome is Outcome.NOT_SENT
                     if evidence is not ready.case.evidence:
                         filed, past = None, ready.case.past
-        # READY said nothing about whoever answers now, so the check is judged anew, with its interruption.
+        # READY said nothing about whoever answers now, so the check is judged again, with its interruption.
         except Interrupted as ended:
             evidence.note_error(ended)
             filed = None

@@ -217,7 +217,7 @@ class Session:
             _log.debug("%d baud", job.effect.baud_rate)
             self.line.use_rate(job.effect.baud_rate)
             self._end_conversation(EndReason.RATE_CHANGED, now)
-            self._link.begin_anew(now)
+            self._link.reset(now)
             job.resume(now, now)
             return True
         ask = job.pending_ask

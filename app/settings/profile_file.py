@@ -203,7 +203,7 @@ def profile_text(profile: Profile, source: str = "") -> str:
     wanted = {"format": FORMAT} | {key: value for key, value in tables.items() if value or key == "settings"}
     if source:
         try:
-            # What is the same stays as it is written; a part that changed is written anew.
+            # What is the same stays as it is written; a part that changed is written again.
             document = tomlkit.parse(source)
             before = document.unwrap()
             for key in before.keys() - wanted.keys():

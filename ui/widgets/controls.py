@@ -72,7 +72,7 @@ def set_look(look: str, *widgets: QWidget) -> None:
 
 
 def _polish(widget: QWidget) -> None:
-    """Has it drawn anew by the style sheet; what was not drawn by it yet will be."""
+    """Has it drawn again by the style sheet; what was not drawn by it yet will be."""
     if widget.testAttribute(Qt.WidgetAttribute.WA_StyleSheet):
         widget.style().polish(widget)
 

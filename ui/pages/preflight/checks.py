@@ -121,7 +121,7 @@ class _Row(QFrame):
 
 
 class CheckRow(_Row):
-    """A check: before it is done what is checked and why, then what came of it. Made anew for each result, so that its
+    """A check: before it is done what is checked and why, then what came of it. Made again for each result, so that its
     button, a step, is dead for a moment: rows move, and what comes to lie under the pointer was not chosen."""
 
     def __init__(

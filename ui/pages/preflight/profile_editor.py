@@ -22,7 +22,7 @@ from ui.widgets.number_line import NumberKind, NumberLine, WheelGuard
 
 
 class ProfileEditor(QWidget):
-    """The editor of a profile, made anew for each one. `closed` has the path it was saved to, or None."""
+    """The editor of a profile, made again for each one. `closed` has the path it was saved to, or None."""
 
     closed = Signal(object)
 
