@@ -1,5 +1,6 @@
 """Assembles and runs the window. Pages and ports are loaded after the first paint."""
 
+import ast
 import gc
 import logging
 import signal
@@ -11,7 +12,9 @@ from contextlib import ExitStack, contextmanager, suppress
 from dataclasses import dataclass
 from functools import partial
 from importlib import import_module
-from itertools import islice
+from importlib.abc import InspectLoader
+from importlib.util import find_spec, module_from_spec
+from itertools import chain
 from pathlib import Path
 from types import FrameType
 from typing import TYPE_CHECKING, Final, NamedTuple
@@ -33,6 +36,7 @@ from ui.core.background_task import BackgroundTask
 from ui.core.bridge import garbage_freed_here
 from ui.core.port_watcher import PortWatcher
 from ui.core.preferences import Preferences, has_font_for, use_language
+from ui.core.turns import Turns
 from ui.services.context import PageEntry, Services
 from ui.services.storage import Storage
 from ui.session.left_active import LeftActiveWatch
@@ -51,7 +55,6 @@ _log = logging.getLogger(__name__)
 # A window that is not painted (started minimised) gets its pages after this time.
 PAINT_LIMIT_MS: Final = 1000
 _STORE_LIMIT_S: Final = 5.0
-_CLASSES_AT_ONCE: Final = 100
 
 
 class WindowOptions(NamedTuple):
@@ -154,23 +157,26 @@ def start(assembly: Assembly, options: WindowOptions) -> None:
     target: Target | None = None
     if options.port is not None or options.demo:
         target = Target(options.port or SIMULATED_PORT, options.baud_rate)
+    turns = Turns(window)
     loading: BackgroundTask[object] = BackgroundTask("dps-s libraries", window)
     opening: BackgroundTask[object] = BackgroundTask("dps-s opening", window)
 
     def fill() -> None:
         assembly.watcher.refresh()
-        _ClassesOfQt(window, load)
+        turns.take(chain(_naming_classes(), [load]))
 
     def load() -> None:
-        loading.run(lambda _running: assembly.load(), make_pages, fail)  # slow: it imports numpy
+        loading.run(lambda _running: assembly.load(), load_plots, fail)  # slow: it imports numpy
 
     def fail(error: Exception) -> None:
-        make_pages(error)
+        load_plots(error)
         raise error
 
-    def make_pages(_outcome: object) -> None:
+    def load_plots(_outcome: object) -> None:
+        turns.take(chain(_importing_pyqtgraph(), [make_pages]))
+
+    def make_pages() -> None:
         window.make_pages()
-        import_module("pyqtgraph")  # it knows Qt, so that no other thread may import it
         # No port waits for it.
         opening.run(lambda _running: storage.open_store(), on_store_opened)
         if target is not None:
@@ -192,28 +198,29 @@ def start(assembly: Assembly, options: WindowOptions) -> None:
     window.show()
 
 
-class _ClassesOfQt(QTimer):
-    """Names every class of Qt, some at a time, then calls `act`.
+def _naming_classes() -> Iterator[Callable[[], object]]:
+    """Steps that name every class of Qt.
 
     PySide makes a class when it is first named, and pyqtgraph names all of them when it is imported, for which the
     window would stand still. Those of printing would else be made in another thread, where a report is printed.
     """
+    for library in (QtCore, QtGui, QtWidgets):
+        for name in dir(library):
+            yield partial(getattr, library, name)
 
-    def __init__(self, window: QWidget, act: Callable[[], None]) -> None:
-        super().__init__(window, interval=0)
-        self._act = act
-        self._names = iter([(library, name) for library in (QtCore, QtGui, QtWidgets) for name in dir(library)])
-        self.timeout.connect(self._name_some)
-        self.start()
 
-    def _name_some(self) -> None:
-        some = list(islice(self._names, _CLASSES_AT_ONCE))
-        for library, name in some:
-            getattr(library, name)
-        if not some:
-            self.stop()
-            self.deleteLater()
-            self._act()
+def _importing_pyqtgraph() -> Iterator[Callable[[], object]]:
+    """Steps that import pyqtgraph, each of them one statement of its `__init__`. It knows Qt, so that no other thread
+    may import it, and it imports a hundred modules, for which the window would stand still."""
+    name = "pyqtgraph"
+    spec = None if name in sys.modules else find_spec(name)
+    source = spec.loader.get_source(name) if spec is not None and isinstance(spec.loader, InspectLoader) else None
+    if spec is None or source is None:  # a bundle has no source
+        yield partial(import_module, name)
+        return
+    module = sys.modules[name] = module_from_spec(spec)
+    for statement in ast.parse(source).body:
+        yield partial(exec, compile(ast.Module([statement], []), name, "exec"), module.__dict__)
 
 
 class _AfterPaint(QObject):

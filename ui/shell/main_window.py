@@ -9,12 +9,12 @@ import os
 import sys
 import threading
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from contextlib import suppress
 from functools import partial
 from typing import TYPE_CHECKING, Final
 
-from PySide6.QtCore import QEvent, QMargins, QSize, Qt, QTimer, Signal
+from PySide6.QtCore import QEvent, QMargins, QSize, Qt, Signal
 from PySide6.QtGui import QAction, QCloseEvent, QFocusEvent, QFontMetrics, QKeyEvent, QKeySequence, QShortcut
 from PySide6.QtWidgets import QApplication, QLineEdit, QMainWindow, QMenu, QWidget
 
@@ -26,6 +26,7 @@ from ui.acts.confirm import Confirm
 from ui.connect.connect_panel import ConnectPanel
 from ui.core.background_task import BackgroundTask
 from ui.core.preferences import LastPort
+from ui.core.turns import Turns
 from ui.services.context import PageEntry, Services
 from ui.session.left_active import LeftActiveWatch
 from ui.session.shown_module import ShownModule
@@ -68,9 +69,7 @@ class MainWindow(QMainWindow):
         self.has_pages = False
         # The page that was made last and is not among the others yet.
         self._made: Page | None = None
-        self._steps: list[Callable[[], object]] = []
-        self._making = QTimer(self, interval=1)  # with 0 Qt would process no other events between two steps
-        self._making.timeout.connect(self._take_step)
+        self._making = Turns(self)
         self._filter: ApplicationFilter | None = None
         self._waiting_target: Target | None = None
         self._is_leaving = self._is_over = False
@@ -204,15 +203,15 @@ class MainWindow(QMainWindow):
         self._filter = ApplicationFilter(self._ports.lock, self)
         self.files = FileOpener(self, self._pages, self.go_to, preferences=self._remembered)
         self.menus["open"].triggered.connect(self.files.ask)
-        for entry in self._entries.values():
-            make, add = partial(self._make_page, entry), partial(self._add_page, entry)
-            self._steps += (entry.load, make, self._fill_page, add)
-        self._steps.append(self._end_making)
-        self._making.start()
+        self._making.take(self._steps_of_making())
 
-    def _take_step(self) -> None:
-        step = self._steps.pop(0)
-        step()
+    def _steps_of_making(self) -> Iterator[Callable[[], object]]:
+        for entry in self._entries.values():
+            yield entry.load
+            yield partial(self._make_page, entry)
+            yield self._fill_page
+            yield partial(self._add_page, entry)
+        yield self._end_making
 
     def _make_page(self, entry: PageEntry) -> None:
         self._made = entry.make(self._services)
@@ -237,7 +236,6 @@ class MainWindow(QMainWindow):
             self.stack.setCurrentWidget(page)
 
     def _end_making(self) -> None:
-        self._making.stop()
         self.has_pages = True
         self.setAcceptDrops(True)  # not before: a file would find no page that opens it
         self.pages_made.emit()
@@ -383,7 +381,8 @@ class MainWindow(QMainWindow):
         focused = self.focusWidget()
         if isinstance(focused, QLineEdit) and focused.isModified():  # keeps what is typed, while the store is open
             QApplication.sendEvent(focused, QFocusEvent(QEvent.Type.FocusOut, Qt.FocusReason.ActiveWindowFocusReason))
-        self._making.stop()
+        for turns in self.findChildren(Turns):
+            turns.stop()
         for work in self.findChildren(BackgroundTask):
             work.close()  # its thread must not outlive the window
         if self._filter is not None:

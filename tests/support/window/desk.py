@@ -68,6 +68,13 @@ def press_row(bench: Rig, id_: str) -> None:
     bench.click(act)
 
 
+def unfold(bench: Rig) -> None:
+    """What passed, of which a few rows come with each turn."""
+    rows = bench.preflight.list
+    bench.click(rows.fold)
+    bench.until(lambda: len(rows.rows) == len(given(bench.preflight.state.assessment).checks))
+
+
 def name_module(bench: Rig, name: str) -> None:
     edit = bench.find(QLineEdit, "preflight_module_edit")
     bench.until(edit.isEnabled)

@@ -1,4 +1,4 @@
-"""Work in the background and who is told of it: tasks, the bridge from the worker, the procedure of a page, garbage."""
+"""Work in the background or in turns, and who is told of it: tasks, the worker's bridge, a page's job, garbage."""
 
 import gc
 import threading
@@ -8,6 +8,7 @@ from functools import partial
 from pathlib import Path
 
 import pytest
+from PySide6.QtCore import QTimer
 from PySide6.QtWidgets import QApplication
 from pytestqt.qtbot import QtBot
 from shiboken6 import delete
@@ -23,6 +24,7 @@ from tests.support.window.rig import Rig
 from tests.support.window.steps import given
 from ui.core.background_task import BackgroundTask, ExportCancelled, Running
 from ui.core.bridge import Bridge, garbage_freed_here
+from ui.core.turns import Turns
 from ui.pages.logs.page import LogsPage
 from ui.session.page_job import PageJob
 from ui.style.theme import Meaning
@@ -277,3 +279,27 @@ def test_what_two_files_written_at_once_came_to_is_said_of_both(qtbot: QtBot) ->
     job.write_file(Path("M-12.pdf"), lambda: None, lambda _none: "Saved once more.")
     qtbot.wait_until(lambda: not job.is_busy)
     assert shown() == ["Saved once more."]
+
+
+def test_work_in_turns_lets_others_come_between(qtbot: QtBot, qapp: QApplication) -> None:
+    """A step that fails ends nothing but itself, and other steps end those before them."""
+    seen: list[str] = []
+    turns = Turns(qapp)
+
+    def long(name: str) -> None:
+        seen.append(name)
+        QTimer.singleShot(0, qapp, lambda: seen.append("another event"))
+        threading.Event().wait(0.02)
+
+    def fail() -> None:
+        raise LookupError("of a step")
+
+    with qtbot.capture_exceptions() as raised:
+        turns.take([partial(long, "first"), fail, partial(long, "last")])
+        qtbot.waitUntil(lambda: not turns.isActive())
+    assert [str(error) for _kind, error, _trace in raised] == ["of a step"]
+    assert seen == ["first", "another event", "last", "another event"]
+    turns.take([partial(turns.take, [partial(long, "other")]), partial(long, "never")])
+    qtbot.waitUntil(lambda: not turns.isActive())
+    assert "other" in seen
+    assert "never" not in seen

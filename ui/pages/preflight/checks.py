@@ -2,6 +2,7 @@
 
 from collections import Counter
 from collections.abc import Callable, Sequence
+from functools import partial
 from typing import TYPE_CHECKING, Final, NamedTuple
 
 from PySide6.QtCore import Qt, Signal
@@ -16,6 +17,7 @@ from app.settings.values import DEFAULTS
 from app.text.i18n import tr
 from app.text.messages import clean
 from protocol.translatable import marked
+from ui.core.turns import Turns
 from ui.pages.preflight.verdict import can_check, can_enable
 from ui.services.context import Services
 from ui.style.icons import Icon, StateStyle, icon
@@ -202,10 +204,13 @@ class _Card(QFrame):
             former.setParent(None)
             former.deleteLater()
         for row in rows:
-            self._column.addWidget(row)
+            self.add(row)
         for part in (self.title, self):
             if part is not None:
                 part.setVisible(bool(rows))
+
+    def add(self, row: _Row) -> None:
+        self._column.addWidget(row)
 
 
 class CheckList(ScrollArea):
@@ -226,6 +231,7 @@ class CheckList(ScrollArea):
         self.rows: dict[str, CheckRow] = {}
         self.manual: list[ManualRow] = []
         self._passed_checks: list[Judged] = []
+        self._unfolding = Turns(self)
         # What the rows were last made for.
         self._shown: tuple[object, ...] = ()
         self._failed_title = named(QLabel(), "preflight_failed_title", "caption")
@@ -329,6 +335,12 @@ class CheckList(ScrollArea):
     def _show_fold(self) -> None:
         is_open = self.fold.isChecked()
         self.fold.setIcon(icon(Icon.CHEVRON_DOWN if is_open else Icon.CHEVRON_RIGHT))
-        passed = {check.check.id: self._row(check) for check in self._passed_checks if is_open}
-        self._passed.fill(tuple(passed.values()))
-        self.rows |= passed
+        for check in self._passed_checks:
+            self.rows.pop(check.check.id, None)
+        self._passed.fill(())
+        self._passed.setVisible(is_open and bool(self._passed_checks))
+        self._unfolding.take(partial(self._add_passed, check) for check in self._passed_checks if is_open)
+
+    def _add_passed(self, judged: Judged) -> None:
+        row = self.rows[judged.check.id] = self._row(judged)
+        self._passed.add(row)

@@ -26,7 +26,7 @@ from app.text.messages import UserMessage
 from protocol.catalogue import BY_NAME
 from protocol.fields import Value
 from tests.support.records.stored import add
-from tests.support.window.desk import NOBODY, confirm_name, desk, kept, name_module, press_row, said
+from tests.support.window.desk import NOBODY, confirm_name, desk, kept, name_module, press_row, said, unfold
 from tests.support.window.fakes_ui import store_of
 from tests.support.window.rig import Rig
 from tests.support.window.steps import choosing, drop, find, given, notice_text
@@ -205,7 +205,7 @@ def test_changed_settings_are_approved_by_a_person_once_for_the_module(one: Rig)
     press_row(one, "fingerprint")
     one.wait_standing(Standing.READY, Standing.NO_GO)
     assert page.state.standing is Standing.READY
-    one.click(page.list.fold)
+    unfold(one)
     row = page.list.rows["fingerprint"]
     code = row.limit.text()  # the report said "none approved" of what was just approved
     assert row.measured.text() == f"{code}, confirmed by a person"
@@ -238,7 +238,7 @@ def test_what_a_profile_approves_is_changed_in_the_profile(tmp_path: Path, one: 
     profile.write_text(f"{text}[limits]\ntilt_max_deg = 4\n", encoding="utf-8")  # in a text editor
     one.wait(1.0)  # the button lies elsewhere since the verdict
     assert one.check() is Standing.NO_GO
-    one.click(page.list.fold)
+    unfold(one)
     assert page.list.rows["tilt"].limit.text() == "≤ 4°"
 
 

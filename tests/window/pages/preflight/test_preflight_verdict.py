@@ -19,7 +19,7 @@ from app.settings.profiles import NO_PROFILE
 from app.store.acts import note_triggered
 from protocol.events import Sent
 from tests.support.line.frames import lose
-from tests.support.window.desk import NOBODY, kept, name_module
+from tests.support.window.desk import NOBODY, kept, name_module, unfold
 from tests.support.window.fakes_ui import store_of
 from tests.support.window.rig import Rig
 from tests.support.window.screen_reader import announced
@@ -179,7 +179,7 @@ def test_what_voids_a_verdict(rereads: None, act: Callable[[Rig], None], why: st
     )  # whose results these are
     assert "GO" not in page.banner.accessibleName()
     assert (page.export.isEnabled(), page.signed) == (False, None)
-    one.click(page.list.fold)
+    unfold(one)
     assert "void" in page.list.rows["tilt"].accessibleName()
 
 
