@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-ROOT = Path(__file__).parent.parent.parent
+ROOT = Path(__file__).parents[3]
 LONGEST_S = 120.0
 _SYSTEMS_OWN = ("SYSTEMROOT", "TEMP", "TMP", "COMSPEC", "PATHEXT")
 """Required by every program on Windows."""
