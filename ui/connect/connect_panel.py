@@ -55,7 +55,8 @@ class PortRow(NamedTuple):
     def item(self) -> QListWidgetItem:
         badge = tr("connected") if self.is_connected else ""
         spoken = ", ".join(filter(None, (self.title, self.product, self.detail, badge)))
-        item = QListWidgetItem(f"{_listed(self.title, badge, self.product)}\n{self.detail}")
+        lines = (_listed(self.title, badge, self.product), self.detail)
+        item = QListWidgetItem("\n".join(filter(None, lines)))
         item.setIcon(icon(Icon.SIMULATOR if self.device == SIMULATED_PORT else Icon.PLUG))
         item.setData(Qt.ItemDataRole.AccessibleTextRole, spoken)
         item.setToolTip(spoken)

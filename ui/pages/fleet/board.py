@@ -3,9 +3,18 @@
 from collections.abc import Mapping
 from typing import Final, NamedTuple
 
-from PySide6.QtCore import QSize, Qt, Signal
+from PySide6.QtCore import QModelIndex, QPersistentModelIndex, QSize, Qt, Signal
 from PySide6.QtGui import QFontMetrics, QIcon, QKeyEvent
-from PySide6.QtWidgets import QAbstractItemView, QHeaderView, QPushButton, QTableWidget, QTableWidgetItem, QWidget
+from PySide6.QtWidgets import (
+    QAbstractItemView,
+    QHeaderView,
+    QPushButton,
+    QStyledItemDelegate,
+    QStyleOptionViewItem,
+    QTableWidget,
+    QTableWidgetItem,
+    QWidget,
+)
 
 from app.fleet.card import Applied, Card, Need
 from app.preflight.verdict import Standing
@@ -21,7 +30,7 @@ from ui.pages.fleet.members import FleetMembers
 from ui.session.check import VERDICT_STYLES
 from ui.session.port import Port
 from ui.style.icons import MEANING_ICONS, Icon, icon
-from ui.style.theme import Meaning, Space, current, font, is_text_large, scaled
+from ui.style.theme import IconSize, Meaning, Space, current, font, is_text_large, scaled
 from ui.widgets.controls import control, in_column, named, set_role
 
 _TITLES: Final = (
@@ -39,7 +48,7 @@ _LINES: Final = 3
 _LEAST_ROWS: Final = 3
 # Characters of a column but the last: texts wrap, and a name that is longer is whole in the tooltip.
 _WIDEST: Final = 26
-_WIDEST_LARGE: Final = 20
+_WIDEST_LARGE: Final = 18
 _NEEDS: Final[Mapping[Meaning, tuple[Need, ...]]] = {
     Meaning.DANGER: (Need.TRIGGERED, Need.NOT_LOCKED, Need.MAY_HAVE_FIRED, Need.NO_GO),
     Meaning.ATTENTION: (Need.WAS_ACTIVE, Need.LINK, Need.OUTSIDE, Need.ACTIVE, Need.VOID, Need.ACTIVE_READY),
@@ -68,6 +77,13 @@ class _Cell(NamedTuple):
     picture: Icon | None = None
 
 
+class _Ticked(QStyledItemDelegate):
+    """Qt measures a cell without the size that the style sheet gives its check box."""
+
+    def sizeHint(self, option: QStyleOptionViewItem, index: QModelIndex | QPersistentModelIndex) -> QSize:
+        return super().sizeHint(option, index) + QSize(scaled(IconSize.TEXT), 0)
+
+
 class Board(QTableWidget):
     """Rows stand in the order in which the ports were connected, and nothing sorts them: no LOCK moves under a hand.
     While a profile is open the last column compares each module with it."""
@@ -90,6 +106,7 @@ class Board(QTableWidget):
         self._fitted: Profile | None = None
         self._row_px = _LINES * QFontMetrics(font()).lineSpacing() + Space.S
         list_rows(self, row_px=self._row_px)
+        self.setItemDelegateForColumn(MODULE, _Ticked(self))
         self.setSelectionMode(QAbstractItemView.SelectionMode.SingleSelection)
         self.setWordWrap(True)
         self.setMinimumHeight(_LEAST_ROWS * self._row_px)
