@@ -576,8 +576,8 @@
         <translation>无法读取：{names}。请重新读取或检查接线。</translation>
     </message>
     <message>
-        <source>Counts as falling at rest (1 g): fires after the free-fall time.</source>
-        <translation>静止（1 g）时也判定为失重：失重时间一到就会开伞。</translation>
+        <source>Fires at rest (1 g), after the free-fall time.</source>
+        <translation>静止（1 g）时，失重时间一到也会开伞。</translation>
     </message>
     <message>
         <source>Counts as falling below {limit:.1f} g; at rest 1 g.</source>
@@ -4506,8 +4506,8 @@
         <translation>波特率 {rate}</translation>
     </message>
     <message>
-        <source>{seconds:.2f} s of free fall is {height:.3g} m before it fires, at {speed:.2g} km/h.</source>
-        <translation>失重 {seconds:.2f} 秒后开伞，此时已下落 {height:.3g} m，速度 {speed:.2g} km/h。</translation>
+        <source>{seconds:.2f} s of free fall is {height:.1f} m before it fires, at {speed:.0f} km/h.</source>
+        <translation>失重 {seconds:.2f} 秒后开伞，此时已下落 {height:.1f} m，速度 {speed:.0f} km/h。</translation>
     </message>
     <message>
         <source>{setting} on the module: {value}</source>

@@ -50,7 +50,7 @@ def _explained(command: Command, value: Value) -> Consequence:
         case "freefall_acceleration" if amount == 0:
             return Consequence(message(marked("Never counts as falling: nothing is below 0 g.")), is_risk=True)
         case "freefall_acceleration" if amount >= 1:
-            at_rest = marked("Counts as falling at rest (1 g): fires after the free-fall time.")
+            at_rest = marked("Fires at rest (1 g), after the free-fall time.")
             return Consequence(message(at_rest), is_risk=True)
         case "freefall_acceleration":
             return Consequence(message(marked("Counts as falling below {limit:.1f} g; at rest 1 g."), limit=amount))
@@ -58,7 +58,7 @@ def _explained(command: Command, value: Value) -> Consequence:
             return Consequence(message(_JOLT), is_risk=True)
         case "freefall_time":
             height_m, speed_km_h = GRAVITY_M_S2 * amount**2 / 2, GRAVITY_M_S2 * amount * 3.6
-            falls = marked("{seconds:.2f} s of free fall is {height:.3g} m before it fires, at {speed:.2g} km/h.")
+            falls = marked("{seconds:.2f} s of free fall is {height:.1f} m before it fires, at {speed:.0f} km/h.")
             return Consequence(message(falls, seconds=amount, height=height_m, speed=speed_km_h))
         case "light_threshold" if not 0 < amount < LIGHT_MAX_V:
             return Consequence(message(marked("Never tells an open bay from a closed one.")), is_risk=True)

