@@ -4,7 +4,7 @@ from collections.abc import Mapping
 from typing import Final, NamedTuple
 
 from PySide6.QtCore import QModelIndex, QPersistentModelIndex, QSize, Qt, Signal
-from PySide6.QtGui import QFontMetrics, QIcon, QKeyEvent
+from PySide6.QtGui import QFontMetrics, QIcon, QKeyEvent, QResizeEvent
 from PySide6.QtWidgets import (
     QAbstractItemView,
     QHeaderView,
@@ -49,6 +49,8 @@ _LEAST_ROWS: Final = 3
 # Characters of a column but the last: texts wrap, and a name that is longer is whole in the tooltip.
 _WIDEST: Final = 26
 _WIDEST_LARGE: Final = 18
+# Characters of a width in which all columns have room.
+_WIDTH_OF_ALL: Final = 95
 _NEEDS: Final[Mapping[Meaning, tuple[Need, ...]]] = {
     Meaning.DANGER: (Need.TRIGGERED, Need.NOT_LOCKED, Need.MAY_HAVE_FIRED, Need.NO_GO),
     Meaning.ATTENTION: (Need.WAS_ACTIVE, Need.LINK, Need.OUTSIDE, Need.ACTIVE, Need.VOID, Need.ACTIVE_READY),
@@ -213,9 +215,17 @@ class Board(QTableWidget):
         profile = self._profile.profile
         title = tr(_TITLES[NEXT]) if profile is None else labelled(tr("Profile"), profile.name)
         self.setHorizontalHeaderLabels([*map(tr, _TITLES[:NEXT]), title])
-        # Left out where large text or a profile takes their room.
+        self._hide_columns()
+
+    def _hide_columns(self) -> None:
+        """Two of them, where a profile, large text or a narrow window takes their room."""
+        is_narrow = self.width() < _WIDTH_OF_ALL * QFontMetrics(font()).averageCharWidth()
         for column in (TRIGGERS_CELL, VERDICT):
-            self.setColumnHidden(column, is_text_large() or profile is not None)
+            self.setColumnHidden(column, is_narrow or self._profile.profile is not None)
+
+    def resizeEvent(self, event: QResizeEvent) -> None:
+        super().resizeEvent(event)
+        self._hide_columns()
 
     def _on_ticked(self, item: QTableWidgetItem) -> None:
         port = next(port for port, items in self._items.items() if item in items)

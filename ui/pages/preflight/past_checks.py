@@ -83,7 +83,7 @@ class VoltageTrend(StaticPlot):
 
 def _verdict_icon(check: CheckLine) -> QIcon:
     counts = not check.is_void and not check.is_simulated and not check.is_fired_since
-    return icon(*VERDICT_STYLES[Verdict(check.verdict)]) if counts else icon(Icon.CROSS, Meaning.UNKNOWN)
+    return icon(*VERDICT_STYLES[Verdict(check.verdict)]) if counts else icon(Icon.UNKNOWN, Meaning.UNKNOWN)
 
 
 _COLUMNS: Final[tuple[TableColumn[CheckLine], ...]] = (

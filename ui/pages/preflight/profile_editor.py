@@ -14,6 +14,7 @@ from app.settings.profiles import LIMITS, NO_PROFILE, ActivatedBy, ManualLine, P
 from app.text.i18n import tr
 from app.text.messages import in_brackets, not_written
 from ui.files.file_dialogs import AskPath, ask_path
+from ui.services.page import PageHeader
 from ui.style.theme import Meaning, Space
 from ui.widgets.controls import Shortcut, in_column, in_row, named, scroll_area
 from ui.widgets.notice_bar import NoticeBar
@@ -34,6 +35,7 @@ class ProfileEditor(QWidget):
         one = self._original = profile or NO_PROFILE
         content = named(QWidget(), "profile_editor_content")
         self._form = QFormLayout(content)
+        self._form.setContentsMargins(Space.M, Space.XS, Space.M, Space.S)
         self._form.setFieldGrowthPolicy(QFormLayout.FieldGrowthPolicy.AllNonFixedFieldsGrow)
         self._form.setRowWrapPolicy(QFormLayout.RowWrapPolicy.WrapLongRows)
         self.name, self.airframe = QLineEdit(one.name), QLineEdit(one.airframe)
@@ -84,7 +86,7 @@ class ProfileEditor(QWidget):
         self.save_as.clicked.connect(self._choose_and_save)
         self.save.clicked.connect(lambda: self._choose_and_save() if path is None else self._save_to(path))
         Shortcut(self.save, "Ctrl+S")
-        heading = in_row(named(QLabel(tr("Profile")), "profile_title", "title"), margins=(Space.M, 0))
+        heading = in_row(PageHeader("profile", tr("Profile")), margins=(Space.M, 0))
         scroll = scroll_area(content, "profile_editor_scroll", tr("Profile"), is_vertical=True)
         foot = in_row(1, self.cancel, self.save_as, self.save, spacing=Space.S, margins=(Space.M, Space.XS))
         in_column(heading, (scroll, 1), self.strip, foot, of=self, spacing=0, margins=0)
