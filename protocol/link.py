@@ -319,16 +319,20 @@ class Link:
     def _next_question(self, flight: _Flight) -> tuple[float, _Step]:
         """When a question is sent again, or the boot count behind it."""
         trips, is_boots = self.round_trips, flight.request == _BOOTS
+        is_quick = self.is_begun and trips.silence_s < timing.LONGEST_SILENCE_S
         can_send = flight.attempts < (MOST_PROBES if is_boots else timing.TRIES)
         can_probe = not is_boots and flight.probes < MOST_PROBES
         spoken_at = max(flight.sent_at, flight.probed_at)
         if can_send:
-            at = flight.sent_at + (trips.first_repeat_s if flight.attempts == 1 else trips.repeat_s)
+            repeat_s = trips.first_repeat_s if flight.attempts == 1 else trips.repeat_s
+            if is_quick and flight.sent_at - self._valid_at >= trips.asks_after_s:
+                repeat_s = min(repeat_s, trips.probe_s)  # what is asked late in a silence is lost as often as the rest
+            at = flight.sent_at + repeat_s
         elif can_probe:
-            at = spoken_at + trips.repeat_s
+            at = spoken_at + (trips.probe_s if is_quick else trips.repeat_s)
         else:
             return spoken_at + trips.silence_s / 2, self._fall_silent  # for the answers on a slow line
-        if not self.is_begun or self.round_trips.silence_s < timing.LONGEST_SILENCE_S:
+        if is_quick or not self.is_begun:
             return at, self._transmit if can_send else self._probe
         # On a slow line few repetitions fit into a silence. Where no answer can have come yet only one; then many, of
         # which some may be lost.

@@ -24,7 +24,9 @@ SILENCE_ROUND_TRIPS = 20
 ASKS_AFTER = 0.4  # the link asks after this part of a silence
 # Until a round trip is measured, a question is repeated so often; doubled while repeated ones are answered.
 FIRST_GUESS_S = 0.25
-SOONEST_REPEAT_S = 0.05
+# No multiple of the time between two streamed reports, or on a half-duplex line every second repetition may meet one.
+SOONEST_REPEAT_S = 0.053
+SOONEST_PROBE_S = 0.033  # late in a silence, so that as many frames fit into it
 REPEAT_ROUND_TRIPS = 3
 TRIES = 6  # so often a question is sent; then the boot count, to find out whether the module is there
 # So many frames can be answered within a silence, so that a line that loses some does not look silent.
@@ -77,7 +79,7 @@ class RoundTrips:
         repeat_s = (silence_s - usual_s - self.first_repeat_s) / (FRAMES_IN_A_SILENCE - 1)
         self.repeat_s = max(SOONEST_REPEAT_S, min(REPEAT_ROUND_TRIPS * usual_s, repeat_s))
         probe_s = (silence_s - asked_at - usual_s) / (FRAMES_IN_A_SILENCE - 1)
-        self.probe_s = max(SOONEST_REPEAT_S, probe_s)
+        self.probe_s = max(SOONEST_PROBE_S, probe_s)
 
 
 class Gap:

@@ -114,7 +114,7 @@ def test_lock_leaves_at_once_whatever_is_in_flight(what: str) -> None:
 
 def test_after_lock_a_question_is_asked_again_and_a_set_is_unknown() -> None:
     rig = settled_rig()
-    rig.bench.change(lag_ms=50.0)
+    rig.bench.change(lag_ms=100.0)
     asking = rig.job(ask(LIGHT.query(), SET))
     rig.step_until(lambda: LIGHT.query() in rig.line.requests)
     rig.end(rig.job(lock(), is_urgent=True, outlives=True))
