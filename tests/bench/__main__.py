@@ -9,8 +9,8 @@ from tests.bench.kit import Figure
 
 # By name: the module of this folder that has it as a function.
 NAMES: Final = {
-    "reading": "reading", "lock": "window", "startup": "window", "plots": "window", "cpu": "window", "logs": "logs",
-    "archive": "archive",
+    "reading": "reading", "lock": "window", "startup": "window", "plots": "window", "cpu": "window", "stalls": "window",
+    "logs": "logs", "archive": "archive",
 }  # fmt: skip
 
 

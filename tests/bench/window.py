@@ -9,23 +9,26 @@ import sys
 import tempfile
 import threading
 import time
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from concurrent.futures import wait
+from functools import partial
 from pathlib import Path
 from typing import Any, Final
 
 import numpy as np
-from PySide6.QtCore import Qt
+from PySide6.QtCore import Qt, QTimer
 from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QApplication
 
 from app.limits.limits import LimitsInUse
+from app.preflight.verdict import Standing
 from app.recordings.markers import ModuleLimits
 from app.store.fact_store import Store
 from tests.bench.kit import LIMIT_S, WARM_UP_S, Figure, LoopWatch, apart, at_most, turn_for, turn_until, window_apart
 from tests.support.processes import module_apart, ran_code, run_module
-from ui.main import WindowOptions, start
+from ui.main import PAGES, WindowOptions, start
 from ui.pages.live.data import LiveData
+from ui.pages.preflight.page import PreflightPage
 from ui.plots.lanes import measured_lanes
 from ui.plots.time_plot import TimePlot
 
@@ -33,6 +36,8 @@ BLOCKED_S: Final = 3.0
 PRESSES: Final = 200
 BETWEEN_S: Final = 0.06
 CPU_S: Final = 6.0
+CHECK_S: Final = 60.0
+_BEFORE_S: Final = 0.1
 # By reports a second: runs, and the aim as a share of one core.
 RATES: Final = {50: (1, 0.09), 1440: (3, 0.15)}
 # Seconds in sight, reports a second, redraws.
@@ -200,7 +205,45 @@ def measure_cpu(port: str) -> tuple[float, float]:
     return share, watch.longest_s
 
 
+def stalls(runs: int = 3) -> Iterator[Figure]:
+    """The longest turn of the event loop from the first paint on: while the pages are made, when each is first shown,
+    during a check, and when what passed is unfolded; the shortest of some runs, as others stall the machine, too."""
+    found = [apart("window", "stalls") for _ in range(runs)]
+    for phase in found[0]:
+        yield at_most(f"longest stall: {phase}", min(run[phase] for run in found) * 1000, 50, "{:.0f} ms")
+
+
+def measure_stalls() -> dict[str, float]:
+    options, found = WindowOptions(demo=True, language="en"), dict[str, float]()
+    with window_apart(options) as assembly:
+        window = assembly.window
+
+        def watch(phase: str, act: Callable[[], object], is_done: Callable[[], object] = lambda: True) -> None:
+            loop = LoopWatch()
+            loop.start()
+            turn_for(_BEFORE_S)
+            QTimer.singleShot(0, act)
+            turn_for(WARM_UP_S)
+            assert turn_until(is_done, CHECK_S), f"it never ended: {phase}"
+            loop.stop()
+            found[phase] = loop.longest_s
+
+        start(assembly, options)
+        turn_until(window.isVisible)
+        watch("pages are made, a module is connected", bool, lambda: assembly.ports.module.is_read)
+        for entry in PAGES:
+            watch(f"{entry.title} is first shown", partial(window.go_to, entry.key))
+        page = window.findChild(PreflightPage)
+        assert page is not None
+        window.go_to("preflight")
+        turn_for(WARM_UP_S)  # a step that has just come into sight is dead
+        verdicts = (Standing.READY, Standing.NO_GO)
+        watch("a check", page.enable.click, lambda: page.state.standing in verdicts)
+        watch("what passed is unfolded", page.list.fold.click)
+    return found
+
+
 if __name__ == "__main__":
     what, *words = sys.argv[1:]
     measures: dict[str, Any] = {"lock": measure_lock, "plots": lambda *case: measure_plots(*map(int, case))}
-    print(json.dumps((measures | {"cpu": measure_cpu})[what](*words)))
+    print(json.dumps((measures | {"cpu": measure_cpu, "stalls": measure_stalls})[what](*words)))
