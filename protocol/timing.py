@@ -24,7 +24,7 @@ SILENCE_ROUND_TRIPS = 20
 ASKS_AFTER = 0.4  # the link asks after this part of a silence
 # Until a round trip is measured, a question is repeated so often; doubled while repeated ones are answered.
 FIRST_GUESS_S = 0.25
-# No multiple of the time between two streamed reports, or on a half-duplex line every second repetition may meet one.
+# Out of step with a stream of 50 reports a second: on a half-duplex line every second repetition met one at 0.05.
 SOONEST_REPEAT_S = 0.053
 SOONEST_PROBE_S = 0.033  # late in a silence, so that as many frames fit into it
 REPEAT_ROUND_TRIPS = 3

@@ -215,12 +215,13 @@ def _importing_pyqtgraph() -> Iterator[Callable[[], object]]:
     name = "pyqtgraph"
     spec = None if name in sys.modules else find_spec(name)
     source = spec.loader.get_source(name) if spec is not None and isinstance(spec.loader, InspectLoader) else None
-    if spec is None or source is None:  # a bundle has no source
+    if spec is None or source is None:
         yield partial(import_module, name)
         return
     module = sys.modules[name] = module_from_spec(spec)
     for statement in ast.parse(source).body:
-        yield partial(exec, compile(ast.Module([statement], []), name, "exec"), module.__dict__)
+        code = compile(ast.Module([statement], []), spec.origin or name, "exec")
+        yield partial(exec, code, module.__dict__)
 
 
 class _AfterPaint(QObject):
