@@ -1,6 +1,5 @@
 """Assembles and runs the window. Pages and ports are loaded after the first paint."""
 
-import ast
 import gc
 import logging
 import signal
@@ -12,8 +11,6 @@ from contextlib import ExitStack, contextmanager, suppress
 from dataclasses import dataclass
 from functools import partial
 from importlib import import_module
-from importlib.abc import InspectLoader
-from importlib.util import find_spec, module_from_spec
 from itertools import chain
 from pathlib import Path
 from types import FrameType
@@ -212,6 +209,10 @@ def _naming_classes() -> Iterator[Callable[[], object]]:
 def _importing_pyqtgraph() -> Iterator[Callable[[], object]]:
     """Steps that import pyqtgraph, each of them one statement of its `__init__`. It knows Qt, so that no other thread
     may import it, and it imports a hundred modules, for which the window would stand still."""
+    import ast  # the first paint does not wait for these
+    from importlib.abc import InspectLoader
+    from importlib.util import find_spec, module_from_spec
+
     name = "pyqtgraph"
     spec = None if name in sys.modules else find_spec(name)
     source = spec.loader.get_source(name) if spec is not None and isinstance(spec.loader, InspectLoader) else None
