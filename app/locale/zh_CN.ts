@@ -580,7 +580,7 @@
         <translation>静止（1 g）时，失重时间一到也会开伞。</translation>
     </message>
     <message>
-        <source>Counts as falling below {limit:.1f} g; at rest 1 g.</source>
+        <source>Free fall: below {limit:.1f} g; at rest 1 g.</source>
         <translation>低于 {limit:.1f} g 判定为失重；静止时为 1 g。</translation>
     </message>
     <message>

@@ -53,7 +53,7 @@ def _explained(command: Command, value: Value) -> Consequence:
             at_rest = marked("Fires at rest (1 g), after the free-fall time.")
             return Consequence(message(at_rest), is_risk=True)
         case "freefall_acceleration":
-            return Consequence(message(marked("Counts as falling below {limit:.1f} g; at rest 1 g."), limit=amount))
+            return Consequence(message(marked("Free fall: below {limit:.1f} g; at rest 1 g."), limit=amount))
         case "freefall_time" if amount == 0:
             return Consequence(message(_JOLT), is_risk=True)
         case "freefall_time":

@@ -188,7 +188,7 @@ def test_a_hold_is_known_while_ticks_come_a_quarter_of_a_second_apart(gap_s: flo
         ("attitude_threshold", 60, ["Fires at 60°, rearms at 50°."]),
         ("attitude_threshold", 54, ["Fires at 54°, rearms at 44°.", "Vendor advises: 55° or more."]),
         ("attitude_threshold", 10, ["Fires at 10° and never rearms.", "Vendor advises: 55° or more."]),
-        ("freefall_acceleration", 0.4, ["Counts as falling below 0.4 g; at rest 1 g."]),
+        ("freefall_acceleration", 0.4, ["Free fall: below 0.4 g; at rest 1 g."]),
     ],
 )
 def test_sentences(name: str, value: Value, sentences: list[str]) -> None:

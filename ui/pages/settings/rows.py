@@ -56,7 +56,7 @@ _HOW: Final[Mapping[How, str]] = {
     How.STREAMED: marked("seen {time} ago"),
 }
 # Of each column in the width: parameter, module, new value, state, what it means, buttons.
-_SHARES: Final = (28, 23, 20, 22, 46, 0)
+_SHARES: Final = (30, 23, 20, 22, 44, 0)
 # Large text has no room for all of it side by side: what a value means lies below it.
 _LARGE_SHARES: Final = (4, 4, 5)
 
