@@ -33,7 +33,7 @@ from ui.core.background_task import BackgroundTask
 from ui.core.bridge import garbage_freed_here
 from ui.core.port_watcher import PortWatcher
 from ui.core.preferences import Preferences, has_font_for, use_language
-from ui.core.turns import Turns
+from ui.core.turns import Turns, importing
 from ui.services.context import PageEntry, Services
 from ui.services.storage import Storage
 from ui.session.left_active import LeftActiveWatch
@@ -170,7 +170,7 @@ def start(assembly: Assembly, options: WindowOptions) -> None:
         raise error
 
     def load_plots(_outcome: object) -> None:
-        turns.take(chain(_importing_pyqtgraph(), [make_pages]))
+        turns.take(chain(importing("pyqtgraph"), [make_pages]))
 
     def make_pages() -> None:
         window.make_pages()
@@ -204,25 +204,6 @@ def _naming_classes() -> Iterator[Callable[[], object]]:
     for library in (QtCore, QtGui, QtWidgets):
         for name in dir(library):
             yield partial(getattr, library, name)
-
-
-def _importing_pyqtgraph() -> Iterator[Callable[[], object]]:
-    """Steps that import pyqtgraph, each of them one statement of its `__init__`. It knows Qt, so that no other thread
-    may import it, and it imports a hundred modules, for which the window would stand still."""
-    import ast  # the first paint does not wait for these
-    from importlib.abc import InspectLoader
-    from importlib.util import find_spec, module_from_spec
-
-    name = "pyqtgraph"
-    spec = None if name in sys.modules else find_spec(name)
-    source = spec.loader.get_source(name) if spec is not None and isinstance(spec.loader, InspectLoader) else None
-    if spec is None or source is None:
-        yield partial(import_module, name)
-        return
-    module = sys.modules[name] = module_from_spec(spec)
-    for statement in ast.parse(source).body:
-        code = compile(ast.Module([statement], []), spec.origin or name, "exec")
-        yield partial(exec, code, module.__dict__)
 
 
 class _AfterPaint(QObject):

@@ -1,7 +1,11 @@
 """Long work of the window's thread in steps, a few in each turn of the event loop."""
 
+import sys
 import time
 from collections.abc import Callable, Iterable, Iterator
+from functools import partial
+from importlib import import_module
+from types import CodeType
 from typing import Final
 
 from PySide6.QtCore import QObject, QTimer
@@ -34,3 +38,30 @@ class Turns(QTimer):
                 self.stop()
                 return
             step()
+
+
+def importing(package: str) -> Iterator[Callable[[], object]]:
+    """Steps that import a package, each of them one statement of its `__init__`: for one that imports a hundred modules
+    and knows Qt, so that no other thread may import it. Where one fails nothing is kept, as with any import."""
+    import ast  # the first paint does not wait for these
+    from importlib.abc import InspectLoader
+    from importlib.util import find_spec, module_from_spec
+
+    spec = None if package in sys.modules else find_spec(package)
+    source = spec.loader.get_source(package) if spec is not None and isinstance(spec.loader, InspectLoader) else None
+    if spec is None or source is None:
+        yield partial(import_module, package)
+        return
+    module = sys.modules[package] = module_from_spec(spec)
+
+    def run(code: CodeType) -> None:
+        if sys.modules.get(package) is not module:
+            return  # a statement before this one failed
+        try:
+            exec(code, module.__dict__)  # noqa: S102  what Python's own import does
+        except BaseException:
+            del sys.modules[package]
+            raise
+
+    for statement in ast.parse(source).body:
+        yield partial(run, compile(ast.Module([statement], []), spec.origin or package, "exec"))

@@ -1,6 +1,7 @@
 """Work in the background or in turns, and who is told of it: tasks, the worker's bridge, a page's job, garbage."""
 
 import gc
+import sys
 import threading
 import weakref
 from collections.abc import Iterator
@@ -24,7 +25,7 @@ from tests.support.window.rig import Rig
 from tests.support.window.steps import given
 from ui.core.background_task import BackgroundTask, ExportCancelled, Running
 from ui.core.bridge import Bridge, garbage_freed_here
-from ui.core.turns import Turns
+from ui.core.turns import Turns, importing
 from ui.pages.logs.page import LogsPage
 from ui.session.page_job import PageJob
 from ui.style.theme import Meaning
@@ -303,3 +304,22 @@ def test_work_in_turns_lets_others_come_between(qtbot: QtBot, qapp: QApplication
     qtbot.waitUntil(lambda: not turns.isActive())
     assert "other" in seen
     assert "never" not in seen
+
+
+def test_a_package_is_imported_in_steps_or_not_at_all(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.syspath_prepend(str(tmp_path))
+    for name, code in (("whole_one", "first = 1\nfrom . import part\n"), ("broken_one", "import nowhere\nlast = 1\n")):
+        (tmp_path / name).mkdir()
+        (tmp_path / name / "__init__.py").write_text(code, encoding="utf-8")
+        (tmp_path / name / "part.py").touch()
+    steps = list(importing("whole_one"))
+    assert len(steps) == 2
+    for step in steps:
+        step()
+    whole = sys.modules.pop("whole_one")
+    assert (whole.first, whole.part) == (1, sys.modules.pop("whole_one.part"))
+    fails, passes = importing("broken_one")
+    with pytest.raises(ModuleNotFoundError, match="nowhere"):
+        fails()
+    passes()
+    assert "broken_one" not in sys.modules

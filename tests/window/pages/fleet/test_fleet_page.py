@@ -203,6 +203,13 @@ def test_no_lock_moves_under_a_hand(desk: Desk) -> None:
     assert places() == before
 
 
+def test_the_next_step_has_room_at_any_width(desk: Desk) -> None:
+    desk.plug_in_more(1)
+    for width, is_narrow in ((1000, False), (600, True), (1000, False)):
+        desk.board.resize(width, 300)
+        assert [desk.board.isColumnHidden(column) for column in (VERDICT, NEXT)] == [is_narrow, False]
+
+
 def test_a_row_is_shown_on_all_pages_and_what_was_edited_stays_with_the_former(desk: Desk) -> None:
     desk.plug_in_more(3)
     (first, _), (second, _), (third, _) = desk.modules
